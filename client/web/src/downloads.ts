@@ -1,7 +1,7 @@
 // Exports pictures, videos, files and links.
 import { h } from "./shared/elements";
-import { type Animation, film, pictures, turntable } from "./scene/animation";
-import { savedWords } from "./panel/downloads_section";
+import { type Animation, recordVideo, recordPictures, turntable } from "./scene/animation";
+import { savedFileText } from "./panel/downloads_section";
 import { labelTable, type MeasuredLabel } from "./panel/label_table";
 import type { DatasetInfo } from "./protocol/messages";
 import { boundOf } from "./shown_surface";
@@ -13,7 +13,7 @@ import type { PictureOptions, Viewer } from "./viewer";
 import type { MeshFormat } from "./workers/worker_messages";
 
 export class Downloads {
-  private isFilming = false;
+  private isRecording = false;
 
   constructor(private readonly viewer: Viewer) {}
 
@@ -37,12 +37,12 @@ export class Downloads {
 
   async screenshot(options: PictureOptions): Promise<void> {
     const { notices, surfaces } = this.viewer;
-    const isWaiting = !surfaces.lead || !surfaces.isSettled;
+    const isWaiting = !surfaces.firstShown || !surfaces.isSettled;
     if (isWaiting) notices.announce("The picture will be saved when the surface is complete.");
     const picture = await this.viewer.picture(options);
     if (isWaiting) notices.clear();
     this.save(picture, "png");
-    if (!surfaces.lead) notices.announce("The picture has no surface: none was received.", true);
+    if (!surfaces.firstShown) notices.announce("The picture has no surface: none was received.", true);
   }
 
   async turntable(form: "video" | "pictures"): Promise<void> {
@@ -61,7 +61,7 @@ export class Downloads {
     };
     const { t, isovalue, playing } = viewer.get();
     const goBack = () => viewer.set({ t: t ?? times.now, isovalue, playing });
-    await this.animate({ name: "time", frames: times.all.length, framesASecond: viewer.get().speed, show }, form, goBack);
+    await this.animate({ name: "time", frames: times.all.length, framesPerSecond: viewer.get().speed, show }, form, goBack);
   }
 
   // Rejects frames with incomplete surfaces or surfaces of another time.
@@ -69,24 +69,24 @@ export class Downloads {
     const { info, surfaces } = this.viewer;
     const isWhole = surfaces.shownTiles(this.viewer.get()).every(({ shown }) => shown.facts.isFinal && isAtTime(shown.info, time));
     const { failure } = surfaces.progress.get();
-    if (info && isAtTime(info, time) && isAtTime(surfaces.lead?.info ?? info, time) && isWhole && failure === null) return;
+    if (info && isAtTime(info, time) && isAtTime(surfaces.firstShown?.info ?? info, time) && isWhole && failure === null) return;
     throw new Error(`the surface at ${timeText(time, info?.member?.timeUnit ?? "")} was not received.`);
   }
 
   private async animate(animation: Animation, form: "video" | "pictures", goBack = () => {}): Promise<void> {
-    if (this.isFilming) return;
-    this.isFilming = true;
+    if (this.isRecording) return;
+    this.isRecording = true;
     const showProgress = (share: number) => this.viewer.notices.announce(`Filming: ${Math.round(100 * share)} %`);
     try {
-      const make = form === "video" ? film : pictures;
-      this.save(await make(this.viewer.stage, animation, () => this.viewer.drawn({ isOfFilm: true }), showProgress), form === "video" ? "webm" : "zip");
+      const make = form === "video" ? recordVideo : recordPictures;
+      this.save(await make(this.viewer.stage, animation, () => this.viewer.drawn({ isVideoFrame: true }), showProgress), form === "video" ? "webm" : "zip");
       goBack();
       this.viewer.notices.clear();
     } catch (error) {
       goBack(); // Before the announcement, because another time clears notices.
       this.viewer.notices.announce(`Recording failed: ${(error as Error).message}`, true);
     }
-    this.isFilming = false;
+    this.isRecording = false;
   }
 
   async download(format: MeshFormat): Promise<void> {
@@ -102,7 +102,7 @@ export class Downloads {
       const bytes = await this.viewer.pool.file(first.drawn, format, toWorld);
       this.save(new Blob([bytes as Uint8Array<ArrayBuffer>]), format);
       const { facts } = first.shown;
-      this.viewer.notices.announce(savedWords({
+      this.viewer.notices.announce(savedFileText({
         triangles: components?.triangles ?? facts.triangles,
         isOfSamples: facts.shell !== null,
         isOneOfSeveral: others.length > 0,
@@ -113,10 +113,10 @@ export class Downloads {
     }
   }
 
-  // Saves volumes and areas of the visible labels.
-  async labels(): Promise<void> {
+  // Saves volumes and areas of the visible labels; `only`: the indices of surfaces; null: all.
+  async labels(only: readonly number[] | null): Promise<void> {
     const { viewer } = this;
-    const tiles = viewer.surfaces.shownTiles(viewer.get()).filter(({ shown }) => shown.info.member?.label);
+    const tiles = viewer.surfaces.shownTiles(viewer.get()).filter(({ at, shown }) => shown.info.member?.label && (!only || only.includes(at)));
     const measured = await Promise.all(tiles.map(async ({ shown, drawn }): Promise<MeasuredLabel> => {
       const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
       const found = await viewer.pool.measure(drawn, toWorld, null).catch(() => null);
@@ -136,8 +136,8 @@ export class Downloads {
   }
 
   private save(blob: Blob, ending: string): void {
-    const { lead } = this.viewer.surfaces;
-    const name = lead ? `${lead.info.name}_${lead.facts.isovalue}` : "multitetra";
+    const { firstShown } = this.viewer.surfaces;
+    const name = firstShown ? `${firstShown.info.name}_${firstShown.facts.isovalue}` : "multitetra";
     const link = h("a", { href: URL.createObjectURL(blob), download: `${name}.${ending}` });
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 10_000);

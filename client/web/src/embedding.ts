@@ -28,9 +28,9 @@ export class Embedding {
     private readonly self: Window = window,
   ) {
     self.addEventListener("message", (event) => {
-      if (event.source === this.around) void this.hear(event.data as Query, event.origin);
+      if (event.source === this.around) void this.receive(event.data as Query, event.origin);
     });
-    viewer.on("settings", () => this.postStateSoon());
+    viewer.on("settings", () => this.schedulePostState());
     viewer.on("dataset", (info) => {
       this.failure = "";
       this.postDataset(info);
@@ -45,7 +45,7 @@ export class Embedding {
     around.postMessage({ multitetra: "ready", version }, "*"); // Contains no other information.
   }
 
-  private async hear(query: Query | null, origin: string): Promise<void> {
+  private async receive(query: Query | null, origin: string): Promise<void> {
     const { multitetra: kind, id, state, dragging } = query ?? {};
     if (typeof kind !== "string") return; // From another sender.
     const isFirst = this.origin === null;
@@ -94,7 +94,7 @@ export class Embedding {
     });
   }
 
-  private postStateSoon(): void {
+  private schedulePostState(): void {
     clearTimeout(this.timer);
     this.timer = this.self.setTimeout(() => this.post("state", { state: this.viewer.get(), ignored: [] }), together);
   }

@@ -2,22 +2,23 @@
 import { create, type DatasetInfo, IsosurfaceRequestSchema } from "./protocol/messages";
 import type { SurfaceSize } from "./state/progress";
 import { Store } from "./state/store";
-import type { Effect, StreamRequest } from "./stream/conversation";
+import type { Effect } from "./stream/conversation";
+import type { StreamRequest } from "./stream/stream_request";
 import { voxelLength } from "./stream/dataset";
 import { isSameRequest } from "./stream/request";
 
 // Larger surfaces require confirmation.
-const costly = 5_000_000;
+const maxUnconfirmed = 5_000_000;
 // Acceptable for every machine.
-const modest = 2_000_000;
+const safeTriangles = 2_000_000;
 // Triangles of a ball's full-resolution surface, divided by its number of samples^(2/3). Other shapes have more,
 // coarser surfaces far fewer.
 const trianglesOfBall = 30;
 
 export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
   private last: { info: DatasetInfo; request: StreamRequest["request"] } | null = null; // The last request.
-  among = 1; // The number of surfaces in the view, which share its limits.
-  private insisted = 0; // Triangles that the user confirmed.
+  surfaceCount = 1; // The number of surfaces in the view, which share its limits.
+  private confirmed = 0; // Triangles that the user confirmed.
 
   constructor() {
     super({ expected: null });
@@ -37,7 +38,7 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
   // labels take the server as long as their surfaces.
   isSmall({ member }: DatasetInfo): boolean {
     const samples = Number(member?.label?.samples ?? 0);
-    return samples > 0 && trianglesOfBall * samples ** (2 / 3) <= costly * this.share;
+    return samples > 0 && trianglesOfBall * samples ** (2 / 3) <= maxUnconfirmed * this.share;
   }
 
   // The connection is lost, along with pending requests.
@@ -45,28 +46,28 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
     this.last = null;
   }
 
-  learn({ order, triangles, bytes, errorWorld }: Effect & { kind: "size" }): SurfaceSize {
+  record({ order, triangles, bytes, errorWorld }: Effect & { kind: "size" }): SurfaceSize {
     const expected = { triangles, budget: Number(order.request.maxTriangles), bytes, errorVoxels: errorWorld / voxelLength(order.info) };
     this.set({ expected });
     return expected;
   }
 
   isAllowed(size: SurfaceSize): boolean {
-    return size.triangles <= Math.max(this.insisted, costly * this.share);
+    return size.triangles <= Math.max(this.confirmed, maxUnconfirmed * this.share);
   }
 
   // The user accepts a surface of this size; up to 1.5 times as many triangles need no further confirmation.
-  allow(size: SurfaceSize): void {
-    this.insisted = Math.max(this.insisted, 1.5 * size.triangles);
+  confirm(size: SurfaceSize): void {
+    this.confirmed = Math.max(this.confirmed, 1.5 * size.triangles);
   }
 
   // Returns the order with a budget.
-  affordable(order: StreamRequest): StreamRequest {
-    const maxTriangles = BigInt(Math.ceil(modest * this.share));
+  withBudget(order: StreamRequest): StreamRequest {
+    const maxTriangles = BigInt(Math.ceil(safeTriangles * this.share));
     return { ...order, request: create(IsosurfaceRequestSchema, { ...order.request, maxTriangles }) };
   }
 
   private get share(): number {
-    return 2 / Math.max(2, this.among);
+    return 2 / Math.max(2, this.surfaceCount);
   }
 }

@@ -2,7 +2,7 @@
 // requested meanwhile only the last is sent.
 import { Plane, Vector3 } from "three";
 
-import { inLattice } from "./scene/picking";
+import { halfSpaceInLattice } from "./scene/picking";
 import type { CutLines } from "./scene/slice_plane";
 import type { Settings } from "./state/settings";
 import { latticeToWorld } from "./stream/dataset";
@@ -10,7 +10,7 @@ import type { DatasetQueries, SliceGrid, SliceValues } from "./stream/dataset_qu
 import type { SurfaceSet } from "./surface_set";
 import type { TilePool } from "./workers/tile_pool";
 
-export interface WantedSlice {
+export interface SliceRequest {
   key: string; // Identifies the samples and the plane.
   dataset: string;
   grid: () => SliceGrid;
@@ -25,8 +25,8 @@ export interface SliceSources {
 }
 
 export class LatestSlice {
-  private wanted: WantedSlice | null = null;
-  private isAsking = false;
+  private requested: SliceRequest | null = null;
+  private isFetching = false;
   private isCutting = false;
   private isCutDue = false;
   private slice: SliceValues | null = null;
@@ -37,27 +37,27 @@ export class LatestSlice {
   ) {}
 
   // Null: none. Call also when surfaces have changed.
-  want(wanted: WantedSlice | null): void {
-    const isOther = wanted?.key !== this.wanted?.key;
-    this.wanted = wanted;
+  request(wanted: SliceRequest | null): void {
+    const isOther = wanted?.key !== this.requested?.key;
+    this.requested = wanted;
     if (!wanted) {
       this.slice = null;
       return this.shows.slice(null);
     }
-    if (isOther && !this.isAsking) void this.ask(wanted);
+    if (isOther && !this.isFetching) void this.fetch(wanted);
     this.cutSoon();
   }
 
-  private async ask(asked: WantedSlice): Promise<void> {
-    this.isAsking = true;
+  private async fetch(requested: SliceRequest): Promise<void> {
+    this.isFetching = true;
     try {
-      const slice = await this.sources.queries.slice(asked.dataset, asked.grid());
-      if (this.wanted) this.shows.slice((this.slice = slice));
+      const slice = await this.sources.queries.slice(requested.dataset, requested.grid());
+      if (this.requested) this.shows.slice((this.slice = slice));
     } catch (error) {
-      if (this.wanted?.key === asked.key) this.sources.failed(`Cannot show the slice: ${(error as Error).message}`);
+      if (this.requested?.key === requested.key) this.sources.failed(`Cannot show the slice: ${(error as Error).message}`);
     }
-    this.isAsking = false;
-    if (this.wanted && this.wanted.key !== asked.key) return void this.ask(this.wanted);
+    this.isFetching = false;
+    if (this.requested && this.requested.key !== requested.key) return void this.fetch(this.requested);
     this.cutSoon();
   }
 
@@ -77,7 +77,7 @@ export class LatestSlice {
       const plane = planeOf(slice);
       const lines = await Promise.all(surfaces.shownTiles(settings()).map(async ({ shown: surface, drawn, color }) => {
         const toWorld = latticeToWorld(surface.info, surface.resolution);
-        const segments = await pool.cut(drawn, inLattice(plane, toWorld));
+        const segments = await pool.cut(drawn, halfSpaceInLattice(plane, toWorld));
         return { segments, toWorld, color };
       })).catch(() => null); // Tiles were removed meanwhile: the arrival of new ones triggers another cut.
       if (lines && slice === this.slice) this.shows.lines(lines);

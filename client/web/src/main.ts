@@ -3,9 +3,9 @@ import "./style/colors.css";
 import "./style/page.css";
 import "./style/panel.css";
 import "./style/bar.css";
-import "./style/fingers.css";
+import "./style/touch.css";
 
-import { AddressKeeper } from "./address_keeper";
+import { AddressSync } from "./address_sync";
 import { Embedding } from "./embedding";
 import { Token, serverAddress } from "./server_address";
 import { DatasetList } from "./panel/dataset_list";
@@ -19,9 +19,9 @@ import { viewTools } from "./panel/view_tools";
 import type { DatasetInfo } from "./protocol/messages";
 import { Thumbnails } from "./scene/thumbnails";
 import { Bookmarks } from "./state/bookmarks";
-import { type Entry, entriesOf, isOfOneSeries } from "./state/series";
+import { type Entry, entriesOf, isSameSeries } from "./state/series";
 import { History } from "./state/history";
-import { forever } from "./state/browser_storage";
+import { persistentValues } from "./state/browser_storage";
 import { defaults, type Settings } from "./state/settings";
 import { fromAddress } from "./state/url_state";
 import { Downloads } from "./downloads";
@@ -33,15 +33,15 @@ const server = serverAddress();
 const token = new Token(server);
 const viewer = viewerIn(view);
 const { settings, surfaces, notices } = viewer;
-const address = new AddressKeeper(viewer, token, location.hash);
+const address = new AddressSync(viewer, token, location.hash);
 const changes = new History();
-const bookmarks = new Bookmarks(forever);
+const bookmarks = new Bookmarks(persistentValues);
 
 const datasets = new DatasetList({
   chosen: (chosen) => viewer.choose(chosen),
   becameVisible: (name) => {
     const found = entries().find((entry) => entry.name === name);
-    if (found) whenIdle(() => thumbnails.want(found.info));
+    if (found) whenIdle(() => thumbnails.request(found.info));
   },
 });
 const thumbnails = new Thumbnails(server, () => token.get(), viewer.pool, viewer.stage.renderer, upOf, (name, picture) => {
@@ -50,35 +50,35 @@ const thumbnails = new Thumbnails(server, () => token.get(), viewer.pool, viewer
 });
 const downloads = new Downloads(viewer);
 const change = (update: Partial<Settings>, isDragging = false) => {
-  address.drags(isDragging);
+  address.setDragging(isDragging);
   viewer.set(update, isDragging);
 };
 const panel = new Panel(settings, change, {
   reset: () => viewer.reset(),
   roll: (radians) => viewer.roll(radians),
-  saveLabels: () => void downloads.labels(),
+  saveLabels: (surfaces) => void downloads.labels(surfaces),
   zoomToLabel: (dataset) => viewer.zoomToLabel(dataset),
   screenshot: (options) => void downloads.screenshot(options),
   download: (format) => void downloads.download(format),
-  copyLink: () => void downloads.copyLink(address.addressed()),
-  copyEmbedding: () => void downloads.copyEmbedding(address.addressed()),
+  copyLink: () => void downloads.copyLink(address.settingsForAddress()),
+  copyEmbedding: () => void downloads.copyEmbedding(address.settingsForAddress()),
   turntable: (form) => void downloads.turntable(form),
   times: (form) => void downloads.times(form),
   bookmarks,
-  currentAddress: () => downloads.addressOf(address.addressed()),
-  visit: (hash) => address.useEdited(`#${hash}`),
+  currentAddress: () => downloads.addressOf(address.settingsForAddress()),
+  visit: (hash) => address.applyAddress(`#${hash}`),
 }, datasets.element);
 const bar = new StatusBar();
 const fewSurfaces = 24;
 let isBarWaiting = false;
 const help = new Help();
-const acts = {
-  turn: (azimuth: number, elevation: number, factor?: number) => viewer.stage.turn(azimuth, elevation, factor),
+const actions = {
+  turn: (azimuth: number, elevation: number, factor?: number) => viewer.stage.rotate(azimuth, elevation, factor),
   fit: () => viewer.fit(),
   reset: () => viewer.reset(),
   lookUpright: (direction: readonly [number, number, number]) => viewer.lookFrom(viewer.stage.upright(direction)),
   escape: () => {
-    if (!bar.closeCertificate()) viewer.measuring.forget();
+    if (!bar.closeCertificate()) viewer.measuring.clear();
   },
   help: () => help.toggle(),
   fullScreen: () => void toggleFullScreen(),
@@ -93,13 +93,13 @@ const hint = h("p", { class: "stage-hint", hidden: true },
 for (const touch of ["pointerdown", "wheel", "keydown"]) {
   viewer.canvas.addEventListener(touch, () => hint.remove(), { once: true, passive: true });
 }
-const tools = viewTools(acts);
+const tools = viewTools(actions);
 viewer.frame.append(tools.element, hint);
 app.append(panel.element, bar.element, help.element);
 app.classList.toggle("is-embedded", new URLSearchParams(location.search).has("embed"));
 if (window.parent !== window) new Embedding(viewer, window.parent);
 installTooltips();
-installKeyboard(viewer, acts);
+installKeyboard(viewer, actions);
 
 // ---- reactions to changes
 
@@ -133,7 +133,7 @@ settings.watch((now, before) => {
   changes.note(now, before, performance.now());
   showBar(); // The visible surfaces may have changed.
   const turned = now.up !== before.up && entries().find(({ info }) => isShown(info));
-  if (turned) whenIdle(() => thumbnails.want(turned.info));
+  if (turned) whenIdle(() => thumbnails.request(turned.info));
   panel.showPaused(viewer.isDetailPaused);
 });
 // A lost GPU context has lost all tiles; reloading restores the rest from the address.
@@ -155,7 +155,7 @@ function showBar(): void {
 }
 
 function isShown(info: DatasetInfo): boolean {
-  return viewer.info !== null && (info.name === viewer.info.name || isOfOneSeries(info, viewer.info));
+  return viewer.info !== null && (info.name === viewer.info.name || isSameSeries(info, viewer.info));
 }
 
 // Returns the up axis of a thumbnail: that of the viewer if it is a world axis.

@@ -3,7 +3,7 @@
 import type { Moment } from "./swap_group";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Settings } from "./state/settings";
-import { isSameOrder, type ScalarOptions, type StreamRequest } from "./stream/conversation";
+import { isSameOrder, type ScalarOptions, type StreamRequest } from "./stream/stream_request";
 import { isosurfaceRequest, type View } from "./stream/request";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
 
@@ -13,80 +13,80 @@ export interface PrefetchRequest {
   scalars?: ScalarOptions;
 }
 
-const shareOfMemory = 0.6; // The rest is for shown and earlier steps.
+const memoryFraction = 0.6; // The rest is for shown and earlier steps.
 
 export class Prefetcher {
   private client: SurfaceClient | null = null;
-  private soon: readonly PrefetchRequest[] = []; // The soonest first.
+  private upcoming: readonly PrefetchRequest[] = []; // The soonest first.
   private settings: Settings | null = null;
   private view: View | null = null;
-  private underWay: StreamRequest | null = null;
+  private running: StreamRequest | null = null;
   private failed: StreamRequest[] = []; // Orders without a result.
 
   constructor(private readonly parts: SurfaceClientParts) {}
 
   // Replaces the requests; a running one continues only if it is among them. Empty: closes the connection.
-  prepare(soon: readonly PrefetchRequest[], settings: Settings, view: View | null): void {
-    this.soon = soon;
+  prepare(requests: readonly PrefetchRequest[], settings: Settings, view: View | null): void {
+    this.upcoming = requests;
     this.settings = settings;
     this.view = view;
-    if (soon.length === 0) return this.close();
-    const { underWay } = this;
-    if (underWay && !soon.some((one) => isSameOrder(orderOf(one, settings, view), underWay))) {
+    if (requests.length === 0) return this.close();
+    const { running } = this;
+    if (running && !requests.some((one) => isSameOrder(orderOf(one, settings, view), running))) {
       this.client!.stop();
-      this.underWay = null;
+      this.running = null;
     }
-    this.goOn();
+    this.requestNext();
   }
 
   // Returns whether the step is cached or has failed.
   has(one: Omit<PrefetchRequest, "moment">, settings: Settings, view: View | null): boolean {
     const order = orderOf(one, settings, view);
-    return this.parts.frames.find(order) !== null || this.hasFailed(order);
+    return this.parts.stepCache.find(order) !== null || this.hasFailed(order);
   }
 
   close(): void {
     this.client?.close();
     this.client = null;
     this.parts.surface.release(this);
-    this.underWay = null;
+    this.running = null;
     this.failed = [];
   }
 
   // Requests the next missing step, unless earlier ones fill the memory. Prefetched steps are kept longer than others.
-  private goOn(): void {
-    if (this.underWay || !this.settings) return;
-    const { surface, frames } = this.parts;
+  private requestNext(): void {
+    if (this.running || !this.settings) return;
+    const { surface, stepCache } = this.parts;
     let triangles = 0;
     surface.release(this);
-    for (const one of this.soon) {
+    for (const one of this.upcoming) {
       const order = orderOf(one, this.settings, this.view);
-      const frame = frames.find(order);
+      const frame = stepCache.find(order);
       if (!frame && this.hasFailed(order)) continue;
-      if (!frame) return this.bring(one, order);
+      if (!frame) return this.fetch(one, order);
       surface.use(frame.ids, this);
       triangles += surface.trianglesOf(frame.ids);
-      if (triangles > shareOfMemory * surface.budget) return;
+      if (triangles > memoryFraction * surface.budget) return;
     }
   }
 
-  private bring(one: PrefetchRequest, order: StreamRequest): void {
-    this.underWay = order;
+  private fetch(one: PrefetchRequest, order: StreamRequest): void {
+    this.running = order;
     this.client ??= new SurfaceClient({ ...this.parts, isPrefetch: true }, {
       offer: () => {},
       withdraw: () => {},
       shown: () => {},
       settled: () => this.settled(),
     });
-    this.client.want(one.info, this.settings!, this.view, one);
+    this.client.request(one.info, this.settings!, this.view, one);
   }
 
   private settled(): void {
-    const { client, underWay } = this;
-    if (!underWay || client!.isBusy) return; // Busy: the server postponed it.
-    this.underWay = null;
-    if (!this.parts.frames.find(underWay)) this.failed.push(underWay);
-    this.goOn();
+    const { client, running } = this;
+    if (!running || client!.isBusy) return; // Busy: the server postponed it.
+    this.running = null;
+    if (!this.parts.stepCache.find(running)) this.failed.push(running);
+    this.requestNext();
   }
 
   private hasFailed(order: StreamRequest): boolean {

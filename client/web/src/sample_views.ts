@@ -6,12 +6,12 @@ import type { SliceSources } from "./latest_slice";
 import { Legend, type LegendValues } from "./panel/legend";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Stage } from "./scene/stage";
-import type { LegendWords } from "./shared/color_maps";
+import type { LegendText } from "./shared/color_maps";
 import { h } from "./shared/elements";
 import { defaultWindow, isCt } from "./shared/sample_window";
 import { SliceViews } from "./slice_views";
-import { scaleOf, slicePlace, Slices } from "./slices";
-import { named, rangeOf } from "./state/series";
+import { scaleOf, slicePosition, Slices } from "./slices";
+import { findByName, rangeOf } from "./state/series";
 import type { Settings } from "./state/settings";
 import type { Vec3 } from "./stream/dataset";
 
@@ -56,7 +56,7 @@ export class SampleViews {
   }
 
   // The visible legends.
-  get legendWords(): LegendWords[] {
+  get legendWords(): LegendText[] {
     return [this.ofSamples.words, this.ofField.words].filter((words) => words !== null);
   }
 
@@ -93,9 +93,9 @@ export class SampleViews {
   }
 
   private showLegends(now: Settings): void {
-    const hasSlices = slicePlace(now) !== null || now.layout === "four";
+    const hasSlices = slicePosition(now) !== null || now.layout === "four";
     this.ofSamples.show(now, hasSlices ? this.sampleRange() : null, now.colorBy ? "samples" : "");
-    const field = now.colorBy ? named(this.sampled().list, now.colorBy) : null;
+    const field = now.colorBy ? findByName(this.sampled().list, now.colorBy) : null;
     const by = this.rangeOf(field);
     this.ofField.show(now, by, field?.member?.field || now.colorBy);
     if (!by) return;

@@ -1,10 +1,10 @@
 // Resolves settings and the list of datasets to the datasets of the surfaces and of their colors at a time.
 import type { Moment } from "./swap_group";
 import type { DatasetInfo } from "./protocol/messages";
-import { atTime, isOfOneSeries, named, rangeOf, timeOf } from "./state/series";
+import { atTime, isSameSeries, findByName, rangeOf, timeOf } from "./state/series";
 import type { Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
-import type { ScalarOptions } from "./stream/conversation";
+import type { ScalarOptions } from "./stream/stream_request";
 import { worldDifference } from "./stream/dataset";
 
 export interface Scene {
@@ -17,8 +17,8 @@ export interface Scene {
 export function sceneOf(list: readonly DatasetInfo[], settings: Settings, info: DatasetInfo): Scene {
   const time = timeOf(info);
   const own = (name: string) => {
-    const one = named(list, name);
-    return one && (isOfOneSeries(one, info) ? atTime(list, one, time) : one);
+    const one = findByName(list, name);
+    return one && (isSameSeries(one, info) ? atTime(list, one, time) : one);
   };
   return {
     moment: { scene: info.member?.series || info.name, time },
@@ -29,7 +29,7 @@ export function sceneOf(list: readonly DatasetInfo[], settings: Settings, info: 
 
 // Returns why the field cannot color surfaces of the dataset: it is in another world. Null: it can.
 export function colorsRefusal(list: readonly DatasetInfo[], { colorBy }: Settings, info: DatasetInfo): string | null {
-  const by = colorBy ? named(list, colorBy) : null;
+  const by = colorBy ? findByName(list, colorBy) : null;
   const reason = by && worldDifference(info, by);
   return reason && `"${colorBy}" cannot color this surface: ${reason}.`;
 }

@@ -1,5 +1,5 @@
 // The address of the page's server and its token.
-import { session } from "./state/browser_storage";
+import { sessionValues } from "./state/browser_storage";
 
 // Returns the address of a server's stream. By default it is relative to the page, which may be below a path of a site
 // (https://example.org/volumes/), or to the configured page. `?server=` selects another server, for development: a page
@@ -19,8 +19,8 @@ export class Token {
 
   constructor(server: string) {
     this.name = `token:${server}`;
-    this.value = session.get(this.name) ?? "";
-    this.takeFrom(location.hash);
+    this.value = sessionValues.get(this.name) ?? "";
+    this.readFrom(location.hash);
   }
 
   get(): string {
@@ -29,11 +29,11 @@ export class Token {
 
   set(value: string): void {
     this.value = value;
-    session.set(this.name, value);
+    sessionValues.set(this.name, value);
   }
 
   // Returns whether the address has a new token.
-  takeFrom(hash: string): boolean {
+  readFrom(hash: string): boolean {
     const configured = new URLSearchParams(hash.replace(/^#/, "")).get("token");
     if (!configured || configured === this.value) return false;
     this.set(configured);

@@ -3,7 +3,7 @@ import { hex } from "./mesh/content_digest";
 import { type DatasetInfo, ErrorMeasure } from "./protocol/messages";
 import type { StepFacts } from "./state/progress";
 import { type AssemblerEffect, type StepOfTiles } from "./stream/assembler";
-import type { StreamRequest } from "./stream/conversation";
+import type { StreamRequest } from "./stream/stream_request";
 import { longestCellDiagonal, voxelLength } from "./stream/dataset";
 import { preservesTopology, shellModeOf } from "./stream/step_checks";
 
@@ -38,13 +38,13 @@ export function isRegression(before: ShownSurface | null, order: StreamRequest, 
 
 // Prefix of tile ids. Tiles with the same prefix are interchangeable. Each surface of a view, by its number, has its
 // own prefix, because another one may still show a tile that it drops.
-export function memoryOf(surface: number, order: StreamRequest): string {
+export function tileIdPrefix(surface: number, order: StreamRequest): string {
   const { info, request } = order;
   return `${surface}:${info.name}/${request.normals}/`;
 }
 
-export function idsOf(surface: number, order: StreamRequest, step: StepOfTiles): string[] {
-  const prefix = memoryOf(surface, order);
+export function tileIds(surface: number, order: StreamRequest, step: StepOfTiles): string[] {
+  const prefix = tileIdPrefix(surface, order);
   return step.tiles.map(({ key }) => prefix + key);
 }
 
@@ -57,7 +57,7 @@ export function factsOf(order: StreamRequest, { step, topology, sameAs }: Commit
     isFinal: begin.isFinal,
     triangles: topology.triangles,
     tiles: step.tiles.length,
-    heldTiles: step.held,
+    heldTiles: step.cached,
     bytes: step.tiles.reduce((n, tile) => n + tile.bytes, 0),
     errorWorld: begin.errorBoundWorld,
     lengthUnit: order.info.lengthUnit,

@@ -6,7 +6,7 @@ import type { DatasetInfo } from "./protocol/messages";
 import { h } from "./shared/elements";
 import { LatestSlice, type SliceSources } from "./latest_slice";
 import { planeGrid } from "./scene/slice_grid";
-import { planeSides, SliceView } from "./scene/slice_view";
+import { planeAxes, SliceView } from "./scene/slice_view";
 import type { Stage } from "./scene/stage";
 import { scaleOf, type ShownSamples } from "./slices";
 import type { Settings } from "./state/settings";
@@ -39,7 +39,7 @@ export class SliceViews {
     this.element.hidden = !isShown;
     this.cross = isShown && info ? crossOf(settings.cross, info) : null;
     if (!info || !this.cross) {
-      for (const { latest } of this.planes) latest.want(null);
+      for (const { latest } of this.planes) latest.request(null);
       return this.follow();
     }
     const { cross } = this;
@@ -48,10 +48,10 @@ export class SliceViews {
     const { low, high } = worldBox(info);
     for (const { view, latest } of this.planes) {
       view.show(info, cross, scale);
-      latest.want({
+      latest.request({
         key: `${info.name} ${info.contentId} ${cross[view.axis]}`,
         dataset: info.name,
-        grid: () => planeGrid(low, high, planeSides(info, view.axis), cross[view.axis], voxelLength(info)),
+        grid: () => planeGrid(low, high, planeAxes(info, view.axis), cross[view.axis], voxelLength(info)),
       });
     }
     this.stage.invalidate();

@@ -31,14 +31,14 @@ export class Slices {
   // Call when the settings, the dataset or the surfaces may have changed.
   update(): void {
     const { info, settings, rangeOfSamples } = this.current();
-    const where = slicePlace(settings);
-    if (!info || !where) return this.latest.want(null);
+    const where = slicePosition(settings);
+    if (!info || !where) return this.latest.request(null);
     const range = rangeOfSamples();
     const scale = scaleOf(settings.level, settings.windowWidth, settings.samplesLog, range ?? info);
     const air = settings.transparentAir ? airBelow(info, scale.low) : -Infinity;
     this.plane.setLook({ map: settings.sliceColors, ...scale, above: where.isFilling ? leastIsovalue(settings, info) : air });
     const { low, high } = worldBox(info);
-    this.latest.want({
+    this.latest.request({
       key: `${info.name} ${info.contentId} ${where.normal} ${where.at}`,
       dataset: info.name,
       grid: () => sliceGrid(low, high, where.normal, where.at, voxelLength(info)),
@@ -62,7 +62,7 @@ interface Place {
 }
 
 // Returns the requested slice, or else the one that fills the cut.
-export function slicePlace(settings: Settings): Place | null {
+export function slicePosition(settings: Settings): Place | null {
   const { slice, sliceAt, clipAt, filled } = settings;
   if (slice !== "off") return { normal: axisNormal(slice), at: sliceAt, isFilling: false };
   const normal = cutNormal(settings);

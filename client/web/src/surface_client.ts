@@ -9,29 +9,30 @@
 // With several surfaces the previews of all precede the final step of any: clients request previews first, and the rest
 // when all previews have arrived. A client with `isPrefetch` fetches final steps that are needed soon, and shows
 // nothing.
-import { type Effect, Conversation, isSameOrder, type ScalarOptions, type StepsWanted, type StreamRequest } from "./stream/conversation";
-import { Link } from "./stream/link";
+import { Conversation, type Effect } from "./stream/conversation";
+import { isSameOrder, type RequestedSteps, type ScalarOptions, type StreamRequest } from "./stream/stream_request";
 import { isosurfaceRequest, isSameRequest, type View } from "./stream/request";
-import type { ConnectionPool, IdleConnection, PoolClient } from "./stream/connection_pool";
-import { type PreviewClient, type SharedPreviews, sharedOrderOf } from "./stream/shared_previews";
+import type { ConnectionPool } from "./stream/connection_pool";
+import { type PreviewClient, type SharedPreviews, shareableOrder } from "./stream/shared_previews";
 import type { Moment } from "./swap_group";
 import { ExpectedSizes } from "./expected_sizes";
-import type { Frame } from "./frames";
+import type { CachedStep } from "./step_cache";
 import { type DatasetInfo, ErrorCode, Priority, type ServerKind } from "./protocol/messages";
-import { memoryOf, type ShownSurface } from "./shown_surface";
+import { tileIdPrefix, type ShownSurface } from "./shown_surface";
 import { type HiddenParts, hiddenPartsOf } from "./state/hidden_parts";
-import { noProgress, noErrors, type Progress } from "./state/progress";
+import { noProgress, noFailure, type Progress } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
-import { type Asked, SurfaceSteps, type SurfaceStepsEvents, type SurfaceStepsParts } from "./surface_steps";
-import type { Drawn } from "./workers/worker_messages";
+import { SurfaceConnection } from "./surface_connection";
+import { type OrderAtMoment, SurfaceSteps, type SurfaceStepsEvents, type SurfaceStepsParts } from "./surface_steps";
+import type { DrawnTiles } from "./workers/worker_messages";
 
 const maxDragWait = 400; // Milliseconds that a drag waits for a preview.
 
 export interface SurfaceClientParts extends SurfaceStepsParts {
   address: string;
   token: () => string;
-  connectionPool: ConnectionPool; // For the connections of all but the lead.
+  connectionPool: ConnectionPool; // For the connections of all surfaces but the first.
   sharedPreviews: SharedPreviews; // Likewise, for coarse previews.
 }
 
@@ -44,24 +45,23 @@ export interface SurfaceRequest {
   moment: Moment;
   scalars?: ScalarOptions;
   isDragging?: boolean; // More requests follow soon.
-  steps?: StepsWanted; // Default: all. After "previews" or "coarse", finish() requests the rest.
+  steps?: RequestedSteps; // Default: all. After "previews" or "coarse", finish() requests the rest.
 }
 
-export class SurfaceClient implements PoolClient, PreviewClient {
+export class SurfaceClient implements PreviewClient {
   readonly progress = new Store<Progress>(noProgress);
   readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
   readonly sizes = new ExpectedSizes();
   private readonly conversation: Conversation;
-  private readonly link: Link;
+  private readonly connection: SurfaceConnection;
   private readonly steps: SurfaceSteps;
-  private asked: Asked | null = null; // The request that is running or shown.
+  private requested: OrderAtMoment | null = null; // The request that is running or shown.
   private current: StreamRequest | null = null; // The same, with a budget if it is too large.
-  private next: Asked | null = null; // Waits for the running request.
+  private next: OrderAtMoment | null = null; // Waits for the running request.
   private isDragging = false;
   private dragTimer = 0;
-  private isLead = false; // Always connected; requests the list of datasets.
-  private isLinked = false; // Connected or connecting.
-  private isUnderWay = false; // Streaming, or preparing to.
+  private isFirst = false; // Always connected; requests the list of datasets.
+  private isActive = false; // Streaming, or preparing to.
   private isFinishing = false; // Receiving the rest of a stream after its previews.
   private hasFinal = false; // The final step of the stream has begun.
   private postponed = 0; // The timer of a postponed stream.
@@ -71,70 +71,61 @@ export class SurfaceClient implements PoolClient, PreviewClient {
     this.conversation = new Conversation({
       agent: `multitetra-viewer/0.1${isPrefetch ? " ahead" : ""}`,
       token,
-      held: (order) => {
-        const prefix = memoryOf(number, order);
+      cachedTiles: (order) => {
+        const prefix = tileIdPrefix(number, order);
         return surface.ids(prefix).map((id) => id.slice(prefix.length));
       },
       priority: isPrefetch ? Priority.BACKGROUND : undefined,
       trianglesPerSecond: () => speed.trianglesPerSecond,
-      isListing: () => this.isLead,
+      isListing: () => this.isFirst,
     });
     this.steps = new SurfaceSteps(parts, this.progress, {
       decoded: (stream, key) => this.perform(this.conversation.decoded(stream, key)),
       damaged: (stream, text) => this.perform(this.conversation.damaged(stream, text)),
       certified: (stream, step, topology) => this.perform(this.conversation.certified(stream, step, topology)),
     }, events);
-    this.link = new Link(address, {
-      opened: () => this.perform(this.conversation.opened()),
-      closed: () => this.perform(this.conversation.closed()),
-      received: (message: ServerKind) => {
-        this.perform(this.conversation.received(message));
-        if (this.conversation.isReceived) connectionPool.deal();
-      },
-      impossible: () => {
-        const text = `This page cannot connect to "${address}", or is not allowed to.`;
-        this.progress.set({ phase: "lost", retryAt: 0, failure: { ...noErrors, text, isFatal: true } });
-      },
-    });
+    this.connection = new SurfaceConnection({
+      address, pool: connectionPool, conversation: this.conversation, progress: this.progress,
+      isActive: () => this.isActive, perform: (effects) => this.perform(effects),
+    }, isPrefetch === true);
   }
 
-  // Reconnects on request. All but the lead wait until they have a request.
+  // Reconnects on request. All but the first surface wait until they have a request.
   connect(): void {
-    if (this.isLinked) this.granted();
-    else if (this.isLead || this.isUnderWay) this.needLink();
+    this.connection.reconnect();
+    if (this.isFirst || this.isActive) this.connection.ensure();
   }
 
   // Makes it the first of the view.
-  lead(): void {
-    this.isLead = true;
-    this.parts.connectionPool.leave(this);
+  makeFirst(): void {
+    this.isFirst = true;
+    this.connection.makeOwn();
   }
 
   // Ends permanently.
   close(): void {
     clearTimeout(this.postponed);
     clearTimeout(this.dragTimer);
-    this.steps.abandon();
-    this.link.leave();
-    this.parts.connectionPool.leave(this);
-    this.parts.sharedPreviews.leave(this);
+    this.steps.cancel();
+    this.connection.close();
+    this.parts.sharedPreviews.cancel(this);
   }
 
   // Requests another surface.
-  want(info: DatasetInfo, settings: Settings, view: View | null, wish: SurfaceRequest): void {
-    const { moment, scalars, isDragging = false } = wish;
+  request(info: DatasetInfo, settings: Settings, view: View | null, options: SurfaceRequest): void {
+    const { moment, scalars, isDragging = false } = options;
     const request = isosurfaceRequest(info, settings, view);
-    const steps = this.parts.isPrefetch ? "final" : (wish.steps ?? "all");
+    const steps = this.parts.isPrefetch ? "final" : (options.steps ?? "all");
     const order: StreamRequest = { info, request, scalars, steps };
     this.isDragging = isDragging;
     this.hide(hiddenPartsOf(settings));
-    this.askSize(order, isDragging);
-    if (this.asked && isSameOrder(this.asked.order, order) && !this.progress.get().failure) {
+    this.requestSize(order, isDragging);
+    if (this.requested && isSameOrder(this.requested.order, order) && !this.progress.get().failure) {
       this.next = null;
       return;
     }
-    const frame = this.parts.frames.find(order);
-    if (frame) this.take({ order, moment }, frame);
+    const cached = this.parts.stepCache.find(order);
+    if (cached) this.showCached({ order, moment }, cached);
     else if (isDragging && this.dragTimer) this.next = { order, moment };
     else this.open({ order, moment });
   }
@@ -143,7 +134,7 @@ export class SurfaceClient implements PoolClient, PreviewClient {
     return this.steps.shown;
   }
 
-  get drawn(): Drawn {
+  get drawn(): DrawnTiles {
     return this.steps.drawn;
   }
 
@@ -154,123 +145,96 @@ export class SurfaceClient implements PoolClient, PreviewClient {
 
   // Whether previews have arrived and the final step was not requested.
   get isPreviewed(): boolean {
-    return !this.isUnderWay && isPreviews(this.current) && !this.hasFinal;
+    return !this.isActive && isPreviews(this.current) && !this.hasFinal;
   }
 
   // Whether previews are being received.
   get isPreviewing(): boolean {
-    return this.isUnderWay && isPreviews(this.current) && !this.progress.get().postponed;
+    return this.isActive && isPreviews(this.current) && !this.progress.get().postponed;
   }
 
-  // Whether it needs its connection: not while received data is decoded and checked.
+  // Whether it is waiting for the server.
   get isBusy(): boolean {
-    return this.isUnderWay && !this.conversation.isReceived;
+    return this.connection.isBusy;
   }
 
   // Whether nothing more is being received, and the shown surface is up to date.
   get isSettled(): boolean {
-    return !this.isUnderWay && !this.isPreviewed && this.steps.isChosen;
+    return !this.isActive && !this.isPreviewed && this.steps.hasCurrentComponents;
   }
 
   // Cancels the current request.
   stop(): void {
-    this.next = this.asked = this.current = null;
-    this.parts.sharedPreviews.leave(this);
+    this.next = this.requested = this.current = null;
+    this.parts.sharedPreviews.cancel(this);
     clearTimeout(this.postponed);
     this.perform(this.conversation.cancel());
-    this.steps.abandon();
-    this.isUnderWay = false;
+    this.steps.cancel();
+    this.isActive = false;
   }
 
   // Requests the final step after the previews.
   finish(): void {
     if (!this.isPreviewed) return;
-    this.isFinishing = this.isUnderWay = true;
-    this.wantNow({ ...this.current!, steps: "final" });
+    this.isFinishing = this.isActive = true;
+    this.startStream({ ...this.current!, steps: "final" });
   }
 
-  // Requests the surface that was held back as too large.
-  insist(): void {
-    const { heldBack } = this.progress.get();
-    if (!heldBack || !this.asked) return;
-    this.sizes.allow(heldBack);
-    this.open(this.asked);
-  }
-
-  // ---- connections
-
-  granted(connection: IdleConnection | null = null): void {
-    this.isLinked = true;
-    this.perform(this.conversation.connecting());
-    this.progress.set({ failure: null, isStreaming: false });
-    if (!connection) return this.link.connect();
-    this.link.adopt(connection.socket);
-    this.perform(this.conversation.adopted(connection.lastRequestId));
-  }
-
-  revoked(): IdleConnection | null {
-    this.isLinked = false;
-    const lastRequestId = this.conversation.handOver();
-    const socket = lastRequestId === null ? null : this.link.handOver();
-    this.link.leave();
-    if (!socket) this.perform(this.conversation.connecting());
-    this.progress.set({ phase: "connecting" });
-    return socket && { socket, lastRequestId: lastRequestId! };
-  }
-
-  private needLink(): void {
-    if (this.isLinked) return;
-    if (this.isLead || this.parts.isPrefetch) this.granted();
-    else this.parts.connectionPool.want(this);
+  // Requests the surface that the server sent with a budget because of its size.
+  confirmSize(): void {
+    const { sizeToConfirm } = this.progress.get();
+    if (!sizeToConfirm || !this.requested) return;
+    this.sizes.confirm(sizeToConfirm);
+    this.open(this.requested);
   }
 
   // ----
 
-  private askSize(order: StreamRequest, isDragging: boolean): void {
-    if (!this.isLead && this.sizes.isSmall(order.info)) return; // Only the lead's size is shown.
+  private requestSize(order: StreamRequest, isDragging: boolean): void {
+    if (!this.isFirst && this.sizes.isSmall(order.info)) return; // Only the first one's size is shown.
     if (this.progress.get().phase !== "ready" || !this.sizes.isWanted(order, isDragging)) return;
-    this.perform(this.conversation.askSize(order));
+    this.perform(this.conversation.requestSize(order));
   }
 
   // A stream repeated on another connection must also not send an oversized surface without confirmation.
-  private askSizeAgain(): void {
-    const { asked } = this;
-    if (asked && !this.progress.get().heldBack) this.askSize(asked.order, this.isDragging);
+  private repeatSizeRequest(): void {
+    const { requested } = this;
+    if (requested && !this.progress.get().sizeToConfirm) this.requestSize(requested.order, this.isDragging);
   }
 
-  private learnSize(effect: Effect & { kind: "size" }): void {
-    const expected = this.sizes.learn(effect);
-    const isCurrent = this.asked && isSameRequest(this.asked.order.request, effect.order.request);
+  private receiveSize(effect: Effect & { kind: "size" }): void {
+    const expected = this.sizes.record(effect);
+    const isCurrent = this.requested && isSameRequest(this.requested.order.request, effect.order.request);
     if (!isCurrent || this.isDragging || this.sizes.isAllowed(expected)) return;
-    this.progress.set({ heldBack: expected });
-    this.isUnderWay = true;
-    this.wantNow(this.sizes.affordable(effect.order));
+    this.progress.set({ sizeToConfirm: expected });
+    this.isActive = true;
+    this.startStream(this.sizes.withBudget(effect.order));
   }
 
-  private open(asked: Asked): void {
+  private open(asked: OrderAtMoment): void {
     const { order } = asked;
     this.next = null;
-    this.asked = asked;
-    this.isUnderWay = true;
+    this.requested = asked;
+    this.isActive = true;
     this.isFinishing = false;
-    this.progress.set({ heldBack: null });
-    this.parts.frames.expect(order);
+    this.progress.set({ sizeToConfirm: null });
+    this.parts.stepCache.beginColoring(order);
     this.parts.surface.dropUnused();
     clearTimeout(this.dragTimer);
-    this.dragTimer = this.isDragging ? window.setTimeout(() => this.goOn(), maxDragWait) : 0;
-    this.wantNow(order);
+    this.dragTimer = this.isDragging ? window.setTimeout(() => this.requestNext(), maxDragWait) : 0;
+    this.startStream(order);
   }
 
-  private wantNow(order: StreamRequest): void {
+  private startStream(order: StreamRequest): void {
     this.current = order;
     this.hasFinal = false;
     const { sharedPreviews } = this.parts;
-    sharedPreviews.leave(this);
-    const shared = this.isLead ? null : sharedOrderOf(order);
+    sharedPreviews.cancel(this);
+    const shared = this.isFirst ? null : shareableOrder(order);
     if (!shared) return this.requestAlone();
     const { effects, requestId } = this.conversation.share(shared);
     this.perform(effects);
-    sharedPreviews.want(this, shared, requestId);
+    sharedPreviews.request(this, shared, requestId);
   }
 
   // A message of a stream that several surfaces share.
@@ -279,55 +243,55 @@ export class SurfaceClient implements PoolClient, PreviewClient {
   }
 
   requestAlone(): void {
-    this.perform(this.conversation.want(this.current!));
-    this.needLink();
+    this.perform(this.conversation.request(this.current!));
+    this.connection.ensure();
   }
 
   // The final step is already cached.
-  private take(asked: Asked, frame: Frame): void {
+  private showCached(asked: OrderAtMoment, cached: CachedStep): void {
     this.stop();
-    this.asked = asked;
+    this.requested = asked;
     this.current = asked.order;
     this.hasFinal = true;
     clearTimeout(this.dragTimer);
     this.dragTimer = 0;
-    this.isUnderWay = true;
-    this.steps.take(asked, frame, () => {
-      this.isUnderWay = false;
-      this.parts.connectionPool.deal();
+    this.isActive = true;
+    this.steps.offerCached(asked, cached, () => {
+      this.isActive = false;
+      this.parts.connectionPool.distribute();
       this.events.settled();
     });
   }
 
   // The surface that a drag waited for has arrived or is late.
-  private goOn(): void {
+  private requestNext(): void {
     clearTimeout(this.dragTimer);
     this.dragTimer = 0;
     if (this.next) this.open(this.next);
   }
 
   private settle(): void {
-    this.isUnderWay = this.isFinishing = false;
-    this.goOn();
-    if (this.isUnderWay) return;
-    this.parts.connectionPool.deal();
+    this.isActive = this.isFinishing = false;
+    this.requestNext();
+    if (this.isActive) return;
+    this.parts.connectionPool.distribute();
     this.events.settled();
   }
 
   private perform(effects: Effect[]): void {
     for (const effect of effects) this.performOne(effect);
-    if (effects.some(({ kind }) => kind === "opened")) this.askSizeAgain();
+    if (effects.some(({ kind }) => kind === "opened")) this.repeatSizeRequest();
   }
 
   private performOne(effect: Effect): void {
     switch (effect.kind) {
       case "send":
-        this.link.send(effect.message);
+        this.connection.send(effect.message);
         break;
       case "phase": {
         const wait = effect.retryInMilliseconds;
-        if (effect.phase === "lost") this.loseStream();
-        if (effect.phase === "lost" && wait !== undefined) this.link.connectIn(wait);
+        if (effect.phase === "lost") this.noteLostConnection();
+        if (effect.phase === "lost" && wait !== undefined) this.connection.reconnectIn(wait);
         this.progress.set({
           phase: effect.phase,
           retryAt: wait === undefined ? 0 : performance.now() + wait,
@@ -343,14 +307,14 @@ export class SurfaceClient implements PoolClient, PreviewClient {
         this.steps.begin(effect.stream, this.isFinishing);
         break;
       case "size":
-        this.learnSize(effect);
+        this.receiveSize(effect);
         break;
       case "scalars":
-        if (this.steps.isOf(effect.stream)) this.steps.color(effect);
+        if (this.steps.isCurrent(effect.stream)) this.steps.color(effect);
         break;
       case "postponed":
         clearTimeout(this.postponed);
-        this.postponed = window.setTimeout(() => this.perform(this.conversation.again()), effect.inMilliseconds);
+        this.postponed = window.setTimeout(() => this.perform(this.conversation.retryPostponed()), effect.inMilliseconds);
         this.progress.set({
           isStreaming: false,
           postponed: { text: effect.text, until: performance.now() + effect.inMilliseconds },
@@ -367,24 +331,24 @@ export class SurfaceClient implements PoolClient, PreviewClient {
         });
         break;
       case "stream":
-        if (this.steps.isOf(effect.stream)) this.performOfStream(effect);
+        if (this.steps.isCurrent(effect.stream)) this.performOfStream(effect);
         break;
     }
   }
 
   // The running stream is lost; the conversation repeats it after reconnecting.
-  private loseStream(): void {
+  private noteLostConnection(): void {
     this.sizes.forget();
     clearTimeout(this.postponed);
     this.progress.set({ isStreaming: false, postponed: null });
   }
 
-  private performOfStream({ effect, order, isNews }: Effect & { kind: "stream" }): void {
+  private performOfStream({ effect, order, isNew }: Effect & { kind: "stream" }): void {
     const { steps, progress } = this;
     switch (effect.kind) {
       case "begun":
         this.hasFinal ||= effect.begin.isFinal;
-        steps.expect(order, effect);
+        steps.beginStep(order, effect);
         break;
       case "decode":
         void steps.decode(order, effect);
@@ -393,8 +357,8 @@ export class SurfaceClient implements PoolClient, PreviewClient {
         void steps.certify(order, effect.step);
         break;
       case "committed":
-        steps.present(order, this.asked, effect, isNews);
-        if (!this.parts.isPrefetch) this.goOn();
+        steps.offerStep(order, this.requested, effect, isNew);
+        if (!this.parts.isPrefetch) this.requestNext();
         break;
       case "ended":
         progress.set({ isStreaming: false });
@@ -403,9 +367,9 @@ export class SurfaceClient implements PoolClient, PreviewClient {
         break;
       case "refused":
       case "failed":
-        progress.set({ isStreaming: false, failure: { ...noErrors, text: effect.text } });
+        progress.set({ isStreaming: false, failure: { ...noFailure, text: effect.text } });
         this.hasFinal = true; // Nothing is left to request.
-        if (this.asked) steps.offerNothing(this.asked);
+        if (this.requested) steps.offerNothing(this.requested);
         this.settle();
         break;
     }

@@ -1,6 +1,6 @@
 // Hides the picked connected part of a surface.
 import type { Settings } from "./state/settings";
-import { mostHiddenParts } from "./state/settings";
+import { maxHiddenParts } from "./state/settings";
 import { surfacesOf, withSurface } from "./state/surfaces";
 import type { Vec3 } from "./stream/dataset";
 
@@ -10,7 +10,7 @@ export type PartsChange = { change: Partial<Settings> } | { refusal: string };
 // Hides the component nearest to a place in the world.
 export function withoutPart(settings: Settings, surface: number, place: Vec3): PartsChange {
   const { hiddenParts = [] } = surfacesOf(settings)[surface];
-  if (hiddenParts.length >= mostHiddenParts) return { refusal: `At most ${mostHiddenParts} parts of a surface can be hidden individually.` };
+  if (hiddenParts.length >= maxHiddenParts) return { refusal: `At most ${maxHiddenParts} parts of a surface can be hidden individually.` };
   const part = place.map((value) => Number(value.toPrecision(6))) as Vec3; // With the precision of addresses.
   return { change: withSurface(settings, surface, { hiddenParts: [...hiddenParts, part] }) };
 }

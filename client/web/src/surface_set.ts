@@ -5,13 +5,13 @@ import * as THREE from "three";
 
 import { Prefetcher } from "./prefetcher";
 import { SwapGroup, type Moment } from "./swap_group";
-import { Frames } from "./frames";
+import { StepCache } from "./step_cache";
 import { StepSpeed } from "./stream/step_speed";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Scene } from "./scene_at";
 import { FieldColors } from "./scene/field_colors";
 import type { Stage } from "./scene/stage";
-import { mostTriangles, Surface } from "./scene/surface";
+import { maxTriangles, Surface } from "./scene/surface";
 import type { ShownSurface } from "./shown_surface";
 import { hiddenPartsOf } from "./state/hidden_parts";
 import { noProgress, type Progress, type SurfacesStatus, type SurfaceSize } from "./state/progress";
@@ -19,25 +19,25 @@ import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { settingsOf, surfacesOf } from "./state/surfaces";
 import type { View } from "./stream/request";
-import type { StepsWanted } from "./stream/conversation";
+import type { RequestedSteps } from "./stream/stream_request";
 import { ConnectionPool } from "./stream/connection_pool";
 import { SharedPreviews } from "./stream/shared_previews";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
 import type { TilePool } from "./workers/tile_pool";
-import type { Drawn } from "./workers/worker_messages";
+import type { DrawnTiles } from "./workers/worker_messages";
 
 interface Member {
   client: SurfaceClient;
   surface: Surface;
   prefetcher: Prefetcher;
-  asked: string; // Its key: dataset, isovalue and error.
+  key: string; // Its key: dataset, isovalue and error.
 }
 
 // A shown surface, for measuring, cutting or saving.
 export interface ShownTiles {
   at: number; // Index of the surface, 0 for the first.
   shown: ShownSurface;
-  drawn: Drawn;
+  drawn: DrawnTiles;
   color: string;
   opacity: number; // 0 to 1.
 }
@@ -47,8 +47,8 @@ export interface SurfaceSetEvents {
   progress: (at: number) => void; // Of a surface other than the first.
 }
 
-const mostWithPreviews = 24; // With more surfaces, one coarse preview of each is requested, so that all are visible soon.
-const mostConnections = 5; // For surfaces other than the first.
+const maxWithPreviews = 24; // With more surfaces, one coarse preview of each is requested, so that all are visible soon.
+const maxConnections = 5; // For surfaces other than the first.
 
 export class SurfaceSet {
   readonly progress = new Store<Progress>(noProgress); // Of the first surface.
@@ -59,10 +59,10 @@ export class SurfaceSet {
   private lastNumber = 0;
   private isConnected = false;
   private look: { settings: Settings; clip: THREE.Plane | null } | null = null;
-  private readonly connectionPool = new ConnectionPool(mostConnections);
+  private readonly connectionPool = new ConnectionPool(maxConnections);
   private readonly sharedPreviews: SharedPreviews;
   private readonly speed = new StepSpeed(); // The decoding speed of this page.
-  private readonly swapGroup = new SwapGroup<Member>(() => this.seen, () => this.redress());
+  private readonly swapGroup = new SwapGroup<Member>(() => this.visibleMembers, () => this.updateLooks());
 
   constructor(
     private readonly server: string,
@@ -72,9 +72,9 @@ export class SurfaceSet {
     private readonly events: SurfaceSetEvents,
   ) {
     this.sharedPreviews = new SharedPreviews(server, token);
-    this.members = [this.member()];
-    this.members[0].client.lead();
-    stage.waitFor(() => this.seen.some(({ client }) => client.progress.get().isStreaming));
+    this.members = [this.createMember()];
+    this.members[0].client.makeFirst();
+    stage.waitFor(() => this.visibleMembers.some(({ client }) => client.progress.get().isStreaming));
     stage.everyFrame(() => this.members.map(({ surface }) => surface.uploadSome()).some(Boolean));
   }
 
@@ -84,32 +84,32 @@ export class SurfaceSet {
   }
 
   close(): void {
-    for (const member of this.members.splice(0)) this.part(member);
+    for (const member of this.members.splice(0)) this.removeMember(member);
     this.sharedPreviews.close();
   }
 
   // Hidden surfaces are requested when they become visible; the first one always.
-  want({ infos, moment, scalars }: Scene, settings: Settings, view: View | null, isDragging: boolean): void {
-    this.arrange(settings);
+  request({ infos, moment, scalars }: Scene, settings: Settings, view: View | null, isDragging: boolean): void {
+    this.matchMembers(settings);
     this.look = { settings, clip: this.look?.clip ?? null };
     const list = surfacesOf(settings);
     const wanted = this.members.flatMap((member, at) => (infos[at] && (at === 0 || list[at]?.visible) ? [{ member, at }] : []));
-    this.share(wanted.length);
-    const steps = stepsOf(wanted.length, isDragging);
+    this.shareBudget(wanted.length);
+    const steps = stepsToRequest(wanted.length, isDragging);
     for (const { member, at } of wanted) {
-      member.client.want(infos[at]!, settingsOf(settings, at)!, view, { moment, scalars, isDragging, steps });
+      member.client.request(infos[at]!, settingsOf(settings, at)!, view, { moment, scalars, isDragging, steps });
     }
     this.finishAll();
   }
 
-  insist(): void {
-    this.members[0].client.insist();
+  confirmSize(): void {
+    this.members[0].client.confirmSize();
   }
 
   // Prefetches several times of a series, the first ones as far as memory allows. Empty: none.
   prepare(scenes: readonly Scene[], settings: Settings, view: View | null): void {
     this.members.forEach((member, at) => {
-      const isWanted = at === 0 || this.isSeen(member);
+      const isWanted = at === 0 || this.isVisible(member);
       const wanted = isWanted ? scenes.filter(({ infos }) => infos[at]) : [];
       const own = settingsOf(settings, at);
       member.prefetcher.prepare(own ? wanted.map(({ infos, moment, scalars }) => ({ info: infos[at]!, moment, scalars })) : [], own ?? settings, view);
@@ -119,14 +119,14 @@ export class SurfaceSet {
   // Returns whether all visible surfaces have their final step or have failed.
   isPrepared({ infos, scalars }: Scene, settings: Settings, view: View | null): boolean {
     return this.members.every((member, at) =>
-      !infos[at] || (at > 0 && !this.isSeen(member)) || member.prefetcher.has({ info: infos[at], scalars }, settingsOf(settings, at)!, view));
+      !infos[at] || (at > 0 && !this.isVisible(member)) || member.prefetcher.has({ info: infos[at], scalars }, settingsOf(settings, at)!, view));
   }
 
   applyLook(settings: Settings, clip: THREE.Plane | null): void {
-    this.arrange(settings);
+    this.matchMembers(settings);
     this.look = { settings, clip };
     this.swapGroup.update();
-    this.redress();
+    this.updateLooks();
   }
 
   // The number of translucent surfaces.
@@ -134,7 +134,7 @@ export class SurfaceSet {
     return this.members.filter(({ surface }) => surface.isTranslucent).length;
   }
 
-  get lead(): ShownSurface | null {
+  get firstShown(): ShownSurface | null {
     return this.members[0].client.shown;
   }
 
@@ -144,21 +144,21 @@ export class SurfaceSet {
 
   // The progress of the first visible surface, and the totals of all drawn ones.
   get status(): SurfacesStatus {
-    const { seen } = this;
-    const [first = this.members[0]] = seen;
+    const { visibleMembers } = this;
+    const [first = this.members[0]] = visibleMembers;
     const { phase, retryAt } = this.members[0].client.progress.get();
     const numbers = new Map(this.members.map((member, at) => [member, at + 1]));
-    const drawn = seen.flatMap((member) => {
+    const drawn = visibleMembers.flatMap((member) => {
       const { shown, components } = member.client.progress.get();
-      const isDrawn = shown && member.client.shown && this.swapGroup.mayDraw(member);
+      const isDrawn = shown && member.client.shown && this.swapGroup.isDrawable(member);
       return isDrawn ? [{ number: numbers.get(member)!, shown, components }] : [];
     });
     return {
       progress: { ...first.client.progress.get(), phase, retryAt },
       drawn,
-      done: seen.filter(({ client }) => isDone(client.progress.get())).length,
-      seen: seen.length,
-      isLead: first === this.members[0],
+      done: visibleMembers.filter(({ client }) => isDone(client.progress.get())).length,
+      visible: visibleMembers.length,
+      isFirst: first === this.members[0],
     };
   }
 
@@ -170,7 +170,7 @@ export class SurfaceSet {
       const at = i + (only ?? 0);
       const { client: { shown, drawn, progress } } = member;
       const hasAny = drawn.ids.length > 0 && progress.get().components?.shown !== 0;
-      const isDrawn = list[at]?.visible && this.swapGroup.mayDraw(member) && hasAny;
+      const isDrawn = list[at]?.visible && this.swapGroup.isDrawable(member) && hasAny;
       return shown && isDrawn ? [{ at, shown, drawn, color: list[at].color, opacity: list[at].opacity }] : [];
     });
   }
@@ -181,35 +181,35 @@ export class SurfaceSet {
 
   // Whether nothing more is being received for visible surfaces.
   get isSettled(): boolean {
-    return this.seen.every(({ client }) => client.isSettled);
+    return this.visibleMembers.every(({ client }) => client.isSettled);
   }
 
-  private redress(): void {
+  private updateLooks(): void {
     if (!this.look) return;
     const { settings, clip } = this.look;
     const list = surfacesOf(settings);
     this.members.forEach((member, at) => {
       if (!list[at]) return;
-      const visible = list[at].visible && this.swapGroup.mayDraw(member);
+      const visible = list[at].visible && this.swapGroup.isDrawable(member);
       member.surface.applyLook({ ...settings, material: "neutral", ...list[at], visible }, clip);
       member.client.hide(hiddenPartsOf(list[at]));
     });
   }
 
-  private get seen(): Member[] {
+  private get visibleMembers(): Member[] {
     const list = this.look ? surfacesOf(this.look.settings) : [];
     return this.members.filter((_, at) => list[at]?.visible);
   }
 
-  private isSeen(member: Member): boolean {
+  private isVisible(member: Member): boolean {
     return this.look !== null && (surfacesOf(this.look.settings)[this.members.indexOf(member)]?.visible ?? false);
   }
 
   // Divides memory and the triangles that need no confirmation.
-  private share(among: number): void {
+  private shareBudget(among: number): void {
     for (const { surface, client } of this.members) {
-      surface.budget = mostTriangles / Math.max(1, among);
-      client.sizes.among = among;
+      surface.budget = maxTriangles / Math.max(1, among);
+      client.sizes.surfaceCount = among;
     }
   }
 
@@ -223,26 +223,26 @@ export class SurfaceSet {
 
   // Creates as many members as surfaces. A member that has the data of a surface is reused for it, even when members
   // before it were removed.
-  private arrange(settings: Settings): void {
+  private matchMembers(settings: Settings): void {
     const wanted = surfacesOf(settings).map(({ dataset, isovalue, error }) => `${dataset ?? ""} ${isovalue} ${error ?? settings.error}`);
     const before = this.members;
-    const places = arrangement(before.map(({ asked }) => asked), wanted);
-    this.members = places.map((place) => (place === null ? this.member() : before[place]));
-    this.members.forEach((member, at) => (member.asked = wanted[at]));
-    for (const member of before) if (!this.members.includes(member)) this.part(member);
-    if (this.members[0] !== before[0]) this.followLead();
+    const places = reusedMembers(before.map(({ key }) => key), wanted);
+    this.members = places.map((place) => (place === null ? this.createMember() : before[place]));
+    this.members.forEach((member, at) => (member.key = wanted[at]));
+    for (const member of before) if (!this.members.includes(member)) this.removeMember(member);
+    if (this.members[0] !== before[0]) this.followFirst();
   }
 
-  private member(): Member {
+  private createMember(): Member {
     const { scene } = this.stage;
-    const surface = new Surface(scene, () => this.frame(true), () => this.frame(false), (ids) => this.pool.drop(ids), this.field, this.stage.programs);
+    const surface = new Surface(scene, () => this.scheduleFrame(true), () => this.scheduleFrame(false), (ids) => this.pool.drop(ids), this.field, this.stage.programs);
     const parts: SurfaceClientParts = {
       number: ++this.lastNumber,
       address: this.server,
       token: this.token,
       pool: this.pool,
       surface,
-      frames: new Frames((ids) => surface.hasAll(ids)),
+      stepCache: new StepCache((ids) => surface.hasAll(ids)),
       speed: this.speed,
       connectionPool: this.connectionPool,
       sharedPreviews: this.sharedPreviews,
@@ -253,7 +253,7 @@ export class SurfaceSet {
       shown: (shown, isFirst) => this.events.shown(this.members.indexOf(member), shown, isFirst),
       settled: () => this.finishAll(),
     });
-    const member: Member = { client, surface, prefetcher: new Prefetcher(parts), asked: "" };
+    const member: Member = { client, surface, prefetcher: new Prefetcher(parts), key: "" };
     const isLead = () => this.members[0] === member;
     client.progress.watch(() => {
       if (isLead()) this.progress.set(client.progress.get());
@@ -264,28 +264,28 @@ export class SurfaceSet {
     return member;
   }
 
-  // Of many surfaces some come in every frame, which takes longer than they do.
-  private frame(isOther: boolean): void {
-    const isCrowded = this.members.length > mostWithPreviews;
+  // With many surfaces some arrive in every frame: drawing each time would take longer than receiving them.
+  private scheduleFrame(isOther: boolean): void {
+    const isCrowded = this.members.length > maxWithPreviews;
     if (isOther) isCrowded ? this.stage.invalidateSoon() : this.stage.invalidate();
     else isCrowded ? this.stage.wakeSoon() : this.stage.wake();
   }
 
   private offer(member: Member, moment: Moment, show: () => void): void {
-    const wasOpen = this.swapGroup.mayDraw(member);
+    const wasOpen = this.swapGroup.isDrawable(member);
     this.swapGroup.offer(member, moment, show);
-    if (wasOpen !== this.swapGroup.mayDraw(member)) this.redress();
+    if (wasOpen !== this.swapGroup.isDrawable(member)) this.updateLooks();
   }
 
-  private followLead(): void {
+  private followFirst(): void {
     const { client } = this.members[0];
-    client.lead();
+    client.makeFirst();
     if (this.isConnected) client.connect();
     this.progress.set(client.progress.get());
     this.sizes.set(client.sizes.get());
   }
 
-  private part(member: Member): void {
+  private removeMember(member: Member): void {
     const { client, surface, prefetcher } = member;
     this.swapGroup.remove(member);
     client.close();
@@ -296,14 +296,14 @@ export class SurfaceSet {
 }
 
 // Returns the steps to request of each surface.
-export function stepsOf(surfaces: number, isDragging: boolean): StepsWanted {
-  if (surfaces > mostWithPreviews) return "coarse";
+export function stepsToRequest(surfaces: number, isDragging: boolean): RequestedSteps {
+  if (surfaces > maxWithPreviews) return "coarse";
   return surfaces > 1 && !isDragging ? "previews" : "all";
 }
 
 // For each wanted surface, returns the index of an existing one to reuse: one with the same key, else the one at its
 // place if it is not needed elsewhere, else null.
-export function arrangement(have: readonly string[], wanted: readonly string[]): (number | null)[] {
+export function reusedMembers(have: readonly string[], wanted: readonly string[]): (number | null)[] {
   const taken = new Set<number>();
   const take = (place: number) => {
     if (place < 0 || taken.has(place)) return null;

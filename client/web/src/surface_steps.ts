@@ -2,30 +2,31 @@
 // all its tiles is checked, cached, and offered to the swap group.
 //
 // Nothing of a replaced stream is shown, and nothing coarser on the way to a finer surface of the same isovalue. If
-// small components are hidden, a step is shown without them from its first frame; hiding them in a shown step needs no
+// small components are hidden, a step is shown without them from its first step; hiding them in a shown step needs no
 // server.
-import type { Effect, StreamRequest } from "./stream/conversation";
+import type { Effect } from "./stream/conversation";
+import type { StreamRequest } from "./stream/stream_request";
 import type { AssemblerEffect, StepOfTiles } from "./stream/assembler";
 import { applied, dataBorder, inverse, latticeToWorld } from "./stream/dataset";
 import { shellModeOf } from "./stream/step_checks";
 import type { Moment } from "./swap_group";
-import { allChosen, type Chosen, type Frame, type Frames } from "./frames";
+import { allComponents, type VisibleComponents, type CachedStep, type StepCache } from "./step_cache";
 import type { MeshTopology } from "./mesh/boundary_matcher";
 import type { Surface } from "./scene/surface";
-import { type Committed, factsOf, idsOf, isRegression, memoryOf, type ShownSurface } from "./shown_surface";
-import { type HiddenParts, hidesTheSame, isNothingHidden, nothingHidden } from "./state/hidden_parts";
-import { isOfOneSeries } from "./state/series";
+import { type Committed, factsOf, tileIds, isRegression, tileIdPrefix, type ShownSurface } from "./shown_surface";
+import { type HiddenParts, isSameHiddenParts, hidesNothing, nothingHidden } from "./state/hidden_parts";
+import { isSameSeries } from "./state/series";
 import { noProgress, type Progress, type ShownComponents } from "./state/progress";
 import type { Store } from "./state/store";
 import type { StepSpeed } from "./stream/step_speed";
 import type { TilePool } from "./workers/tile_pool";
-import type { Certified, Drawn } from "./workers/worker_messages";
+import type { CheckedStep, DrawnTiles } from "./workers/worker_messages";
 
 export interface SurfaceStepsParts {
   number: number; // The index of the surface in the view.
   pool: TilePool;
   surface: Surface;
-  frames: Frames;
+  stepCache: StepCache;
   speed: StepSpeed; // The decoding speed of this page.
   isPrefetch?: boolean; // Steps are cached and never shown.
 }
@@ -45,7 +46,7 @@ export interface StepChecks {
 }
 
 // The request and its moment.
-export interface Asked {
+export interface OrderAtMoment {
   order: StreamRequest;
   moment: Moment;
 }
@@ -54,16 +55,16 @@ const none = 0; // Streams are numbered from 1.
 
 export class SurfaceSteps {
   shown: ShownSurface | null = null;
-  private frame: Frame | null = null; // The shown step; null: none.
-  private taken: Frame | null = null; // A cached step that will be offered.
+  private drawnStep: CachedStep | null = null; // The shown step; null: none.
+  private pendingStep: CachedStep | null = null; // A cached step that will be offered.
   private hidden = nothingHidden;
-  private choices = 0; // Number of pending selections of components.
+  private pendingSelections = 0; // Number of pending selections of components.
   private stream = none;
   private started = 0;
   private readonly arrived = new Map<number, { triangles: number; lastAt: number }>(); // Tiles, by step of the stream.
   private readonly scalars = new Map<string, NonNullable<Progress["scalars"]>>(); // By tile id.
   private coloring: Promise<void>[] = []; // Pending uploads of scalars of the running stream.
-  private certified: { result: Certified; chosen: Chosen } | null = null;
+  private certified: { result: CheckedStep; chosen: VisibleComponents } | null = null;
 
   constructor(
     private readonly parts: SurfaceStepsParts,
@@ -74,69 +75,69 @@ export class SurfaceSteps {
 
   // Begins a stream, which replaces the previous one or brings the final step after its previews.
   begin(stream: number, isFinishing: boolean): void {
-    this.parts.pool.forget(this);
+    this.parts.pool.cancelJobs(this);
     this.stream = stream;
-    this.taken = null;
+    this.pendingStep = null;
     this.coloring = [];
     this.arrived.clear();
     if (isFinishing) return this.progress.set({ isStreaming: true, tilesToCome: 0, tilesReceived: 0 });
     this.started = performance.now();
     this.events.withdraw();
     this.parts.surface.release(this);
-    const { phase, shown, components, heldBack, scalars } = this.progress.get();
-    this.progress.set({ ...noProgress, phase, shown, components, heldBack, scalars, isStreaming: true });
+    const { phase, shown, components, sizeToConfirm, scalars } = this.progress.get();
+    this.progress.set({ ...noProgress, phase, shown, components, sizeToConfirm, scalars, isStreaming: true });
   }
 
   // Discards results that are pending.
-  abandon(): void {
+  cancel(): void {
     this.stream = none;
-    this.taken = null;
-    this.parts.pool.forget(this);
+    this.pendingStep = null;
+    this.parts.pool.cancelJobs(this);
     this.parts.surface.release(this);
   }
 
-  isOf(stream: number): boolean {
+  isCurrent(stream: number): boolean {
     return stream === this.stream;
   }
 
   // Hides components of the shown and later steps.
   hide(parts: HiddenParts): void {
-    if (hidesTheSame(parts, this.hidden)) return;
+    if (isSameHiddenParts(parts, this.hidden)) return;
     this.hidden = parts;
-    void this.chooseAnew();
+    void this.updateComponents();
   }
 
   // Whether the shown surface already omits the hidden components.
-  get isChosen(): boolean {
-    return this.choices === 0;
+  get hasCurrentComponents(): boolean {
+    return this.pendingSelections === 0;
   }
 
   // The drawn triangles, for picking, cutting and saving.
-  get drawn(): Drawn {
-    const { frame } = this;
-    return frame ? drawnOf(frame.ids, frame.shown, frame.chosen.hidden) : { ids: [], leastDiagonal: 0, hidden: [] };
+  get drawn(): DrawnTiles {
+    const { drawnStep } = this;
+    return drawnStep ? drawnOf(drawnStep.ids, drawnStep.shown, drawnStep.visible.hidden) : { ids: [], leastDiagonal: 0, hidden: [] };
   }
 
   // Offers a cached step instead of a stream, as soon as its small components are known.
-  take({ moment }: Asked, frame: Frame, offered: () => void): void {
-    this.parts.surface.use(frame.ids, this);
+  offerCached({ moment }: OrderAtMoment, step: CachedStep, offered: () => void): void {
+    this.parts.surface.use(step.ids, this);
     const { phase, shown, components } = this.progress.get();
     this.progress.set({ ...noProgress, phase, shown, components });
     const offer = () => {
-      this.events.offer(moment, () => this.show(frame, null));
+      this.events.offer(moment, () => this.show(step, null));
       offered();
     };
-    if (hidesTheSame(frame.chosen.hidden, this.hidden)) return offer();
-    this.taken = frame;
-    void this.choose(frame.ids, frame.shown).catch(() => frame.chosen).then((chosen) => {
-      if (this.taken !== frame) return;
-      frame.chosen = chosen;
+    if (isSameHiddenParts(step.visible.hidden, this.hidden)) return offer();
+    this.pendingStep = step;
+    void this.selectComponents(step.ids, step.shown).catch(() => step.visible).then((chosen) => {
+      if (this.pendingStep !== step) return;
+      step.visible = chosen;
       offer();
     });
   }
 
-  expect(order: StreamRequest, { tiles, missing, begin }: AssemblerEffect & { kind: "begun" }): void {
-    const ids = tiles.map(({ key }) => memoryOf(this.parts.number, order) + key);
+  beginStep(order: StreamRequest, { tiles, missing, begin }: AssemblerEffect & { kind: "begun" }): void {
+    const ids = tiles.map(({ key }) => tileIdPrefix(this.parts.number, order) + key);
     this.parts.surface.use(ids, this);
     this.progress.set({ step: begin.step, tilesToCome: missing, tilesReceived: 0 });
     this.arrived.set(begin.step, { triangles: 0, lastAt: 0 });
@@ -144,7 +145,7 @@ export class SurfaceSteps {
 
   async decode(
     order: StreamRequest,
-    { tile: promised, payload, begin }: AssemblerEffect & { kind: "decode" },
+    { tile: expected, payload, begin }: AssemblerEffect & { kind: "decode" },
   ): Promise<void> {
     const { stream } = this;
     const { tilesReceived, bytesReceived, firstTile } = this.progress.get();
@@ -156,20 +157,20 @@ export class SurfaceSteps {
     const resolution = begin.request!.lattice; // May be smaller for previews.
     const toWorld = latticeToWorld(order.info, resolution);
     const { triangles } = this.arrived.get(begin.step)!;
-    this.arrived.set(begin.step, { triangles: triangles + promised.triangles, lastAt: performance.now() });
+    this.arrived.set(begin.step, { triangles: triangles + expected.triangles, lastAt: performance.now() });
     try {
       const tile = await this.parts.pool.decode({
         kind: "decode",
-        id: memoryOf(this.parts.number, order) + promised.key,
+        id: tileIdPrefix(this.parts.number, order) + expected.key,
         payload,
-        promised,
+        expected,
         resolution,
         shell: shellModeOf(begin),
         hasNormals: order.request.normals > 0,
         linear: toWorld.slice(0, 9),
       }, this);
       this.parts.surface.add(tile, toWorld, begin.step);
-      this.checks.decoded(stream, promised.key);
+      this.checks.decoded(stream, expected.key);
     } catch (error) {
       this.checks.damaged(stream, (error as Error).message);
     }
@@ -178,7 +179,7 @@ export class SurfaceSteps {
   // A step is shown only with the values of all its tiles.
   color({ order, values: { key, codes, range, deviation } }: Effect & { kind: "scalars" }): void {
     const { pool, surface } = this.parts;
-    const id = memoryOf(this.parts.number, order) + key;
+    const id = tileIdPrefix(this.parts.number, order) + key;
     this.scalars.set(id, { low: range.low, high: range.high, deviation });
     const done = pool.scalars(id, codes, range.bits).then((attribute) => surface.setScalars(id, attribute), () => {});
     this.coloring.push(done);
@@ -187,70 +188,70 @@ export class SurfaceSteps {
   async certify(order: StreamRequest, step: StepOfTiles): Promise<void> {
     const { stream } = this;
     const { begin } = step;
-    const ids = idsOf(this.parts.number, order, step);
+    const ids = tileIds(this.parts.number, order, step);
     const { triangles, lastAt } = this.arrived.get(begin.step)!;
     const { lattice: resolution, topologyTolerance } = begin.request!;
     const border = dataBorder(order.info, resolution, topologyTolerance, begin.finestSpacing || 1);
     const [result, chosen] = await Promise.all([
       this.parts.pool.certify(ids, border).catch(() => null),
-      this.choose(ids, { info: order.info, resolution }).catch(() => null),
+      this.selectComponents(ids, { info: order.info, resolution }).catch(() => null),
       this.parts.surface.uploaded(ids),
       ...this.coloring,
     ]);
     // Tiles of a replaced stream may be gone.
     if (stream !== this.stream || !result || !chosen) return;
-    this.parts.speed.note(triangles, performance.now() - lastAt);
+    this.parts.speed.record(triangles, performance.now() - lastAt);
     this.certified = { result, chosen };
     this.checks.certified(stream, step, result.topology);
   }
 
   // Offers a complete step if it is new, and caches the final one for `asked`.
-  present(order: StreamRequest, asked: Asked | null, committed: Committed, isNews: boolean): void {
-    const { number, surface, frames, isPrefetch } = this.parts;
+  offerStep(order: StreamRequest, asked: OrderAtMoment | null, committed: Committed, isNew: boolean): void {
+    const { number, surface, stepCache, isPrefetch } = this.parts;
     const { begin } = committed.step;
     const facts = factsOf(order, committed);
-    // Even for a skipped step: the keeper reports each change of normals once.
+    // Even for a skipped step: the mesh worker reports each change of normals once.
     for (const { id, normals } of this.certified?.result.normals ?? []) surface.setNormals(id, normals);
-    const frame: Frame = {
-      ids: idsOf(number, order, committed.step),
+    const step: CachedStep = {
+      ids: tileIds(number, order, committed.step),
       shown: { info: order.info, resolution: begin.request!.lattice, request: begin.request!, facts },
-      chosen: this.certified?.chosen ?? allChosen,
+      visible: this.certified?.chosen ?? allComponents,
     };
-    if (facts.isFinal && asked) frames.keep({ ...asked.order, info: order.info }, frame);
-    if (isPrefetch || !asked || !isNews || isRegression(this.shown, order, facts)) return;
+    if (facts.isFinal && asked) stepCache.keep({ ...asked.order, info: order.info }, step);
+    if (isPrefetch || !asked || !isNew || isRegression(this.shown, order, facts)) return;
     const elapsed = performance.now() - this.started;
-    this.events.offer(asked.moment, () => this.show(frame, elapsed));
+    this.events.offer(asked.moment, () => this.show(step, elapsed));
   }
 
   // There is no surface at the requested time: others do not wait for it, and surfaces of other times are hidden.
-  offerNothing({ order: { info }, moment }: Asked): void {
+  offerNothing({ order: { info }, moment }: OrderAtMoment): void {
     const { shown } = this;
-    if (!shown || !isOfOneSeries(shown.info, info)) return;
+    if (!shown || !isSameSeries(shown.info, info)) return;
     this.events.offer(moment, () => shown.info !== info && this.showNothing());
   }
 
   private showNothing(): void {
-    this.frame = null;
+    this.drawnStep = null;
     this.parts.surface.show([]);
   }
 
   // `elapsed`: milliseconds since the request; null: without a request.
-  private show(frame: Frame, elapsed: number | null): void {
-    const { ids, shown, chosen } = frame;
+  private show(step: CachedStep, elapsed: number | null): void {
+    const { ids, shown, visible } = step;
     const before = this.shown;
-    this.parts.surface.show(ids, chosen.selection);
-    this.frame = frame;
+    this.parts.surface.show(ids, visible.selection);
+    this.drawnStep = step;
     this.shown = shown;
     const { firstSurface } = this.progress.get();
     this.progress.set({
       shown: shown.facts,
-      components: componentsOf(chosen),
+      components: componentsOf(visible),
       scalars: this.scalarsOf(ids),
       firstSurface: firstSurface ?? elapsed,
       complete: shown.facts.isFinal ? elapsed : null,
     });
-    this.events.shown(shown, !before || !isOfOneSeries(before.info, shown.info));
-    void this.chooseAnew(); // The hidden parts may have changed meanwhile.
+    this.events.shown(shown, !before || !isSameSeries(before.info, shown.info));
+    void this.updateComponents(); // The hidden parts may have changed meanwhile.
   }
 
   // Returns the scalars of shown tiles and forgets those of removed ones.
@@ -260,35 +261,35 @@ export class SurfaceSteps {
     return all.length === 0 ? null : { ...all[0], deviation: all.reduce((most, { deviation }) => Math.max(most, deviation), 0) };
   }
 
-  private async choose(ids: readonly string[], lattice: Lattice): Promise<Chosen> {
+  private async selectComponents(ids: readonly string[], lattice: Lattice): Promise<VisibleComponents> {
     const { hidden } = this;
-    if (isNothingHidden(hidden)) return allChosen;
+    if (hidesNothing(hidden)) return allComponents;
     return { hidden, selection: await this.parts.pool.select(drawnOf(ids, lattice, hidden)) };
   }
 
   // Updates the shown components to the current hidden parts.
-  private async chooseAnew(): Promise<void> {
-    const { frame } = this;
-    if (!frame || hidesTheSame(frame.chosen.hidden, this.hidden)) return;
-    ++this.choices;
-    const chosen = await this.choose(frame.ids, frame.shown).catch(() => null);
-    --this.choices;
-    if (!chosen || frame !== this.frame || !hidesTheSame(chosen.hidden, this.hidden)) return;
-    frame.chosen = chosen;
-    this.parts.surface.show(frame.ids, chosen.selection);
+  private async updateComponents(): Promise<void> {
+    const { drawnStep } = this;
+    if (!drawnStep || isSameHiddenParts(drawnStep.visible.hidden, this.hidden)) return;
+    ++this.pendingSelections;
+    const chosen = await this.selectComponents(drawnStep.ids, drawnStep.shown).catch(() => null);
+    --this.pendingSelections;
+    if (!chosen || drawnStep !== this.drawnStep || !isSameHiddenParts(chosen.hidden, this.hidden)) return;
+    drawnStep.visible = chosen;
+    this.parts.surface.show(drawnStep.ids, chosen.selection);
     this.progress.set({ components: componentsOf(chosen) });
-    this.events.shown(frame.shown, false);
+    this.events.shown(drawnStep.shown, false);
   }
 }
 
 type Lattice = Pick<ShownSurface, "info" | "resolution">;
 
-function drawnOf(ids: readonly string[], { info, resolution }: Lattice, { minComponent, places, largestOnly }: HiddenParts): Drawn {
+function drawnOf(ids: readonly string[], { info, resolution }: Lattice, { minComponent, places, largestOnly }: HiddenParts): DrawnTiles {
   const toLattice = inverse(latticeToWorld(info, resolution));
   return { ids, leastDiagonal: minComponent * 2 ** resolution, hidden: places.map((place) => applied(toLattice, place)), largestOnly };
 }
 
-function componentsOf({ hidden: { minComponent }, selection }: Chosen): ShownComponents | null {
+function componentsOf({ hidden: { minComponent }, selection }: VisibleComponents): ShownComponents | null {
   if (!selection) return null;
   const { components, shown, triangles } = selection;
   return { minComponent, components, shown, triangles };

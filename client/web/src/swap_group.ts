@@ -13,14 +13,14 @@ interface Waiting {
 export class SwapGroup<Member> {
   private shown: Moment | null = null; // Only this moment is drawn.
   private readonly waiting = new Map<Member, Waiting>();
-  private readonly has = new Map<Member, Moment>(); // The last moment of each member, drawn or not.
+  private readonly current = new Map<Member, Moment>(); // The last moment of each member, drawn or not.
 
   // `visible`: the currently visible members; `swapped` is called when another moment is shown.
   constructor(private readonly visible: () => readonly Member[], private readonly swapped: () => void) {}
 
   // Returns whether the member's surface may be drawn: it belongs to the shown moment.
-  mayDraw(member: Member): boolean {
-    const moment = this.has.get(member);
+  isDrawable(member: Member): boolean {
+    const moment = this.current.get(member);
     return !moment || !this.shown || isSame(moment, this.shown);
   }
 
@@ -45,14 +45,14 @@ export class SwapGroup<Member> {
 
   remove(member: Member): void {
     this.waiting.delete(member);
-    this.has.delete(member);
+    this.current.delete(member);
   }
 
   // Swaps if the currently visible members are ready.
   update(): void {
-    if (this.waiting.size === 0 && this.shown && [...this.has.values()].every((one) => isSame(one, this.shown!))) return;
+    if (this.waiting.size === 0 && this.shown && [...this.current.values()].every((one) => isSame(one, this.shown!))) return;
     const visible = this.visible();
-    const next = visible.length > 0 ? this.commonOf(visible) : this.latest();
+    const next = visible.length > 0 ? this.commonMoment(visible) : this.latest();
     if (!next || isSame(next, this.shown!)) return;
     this.shown = next;
     for (const [member, one] of [...this.waiting]) if (isSame(one.moment, next)) this.show(member, one);
@@ -61,16 +61,16 @@ export class SwapGroup<Member> {
 
   private show(member: Member, { moment, show }: Waiting): void {
     this.waiting.delete(member);
-    this.has.delete(member); // Moves it to the end of the map.
-    this.has.set(member, moment);
+    this.current.delete(member); // Moves it to the end of the map.
+    this.current.set(member, moment);
     show();
   }
 
   // Returns a moment that all members have and one of them is waiting for.
-  private commonOf(visible: readonly Member[]): Moment | null {
+  private commonMoment(visible: readonly Member[]): Moment | null {
     const first = visible.map((member) => this.waiting.get(member)).find((one) => one !== undefined)?.moment;
     const hasIt = (member: Member) => {
-      const moment = this.waiting.get(member)?.moment ?? this.has.get(member);
+      const moment = this.waiting.get(member)?.moment ?? this.current.get(member);
       return moment !== undefined && isSame(moment, first!);
     };
     return first && visible.every(hasIt) ? first : null;
@@ -78,7 +78,7 @@ export class SwapGroup<Member> {
 
   // If nothing is visible, nothing has to wait.
   private latest(): Moment | null {
-    return [...this.has.values()].at(-1) ?? null;
+    return [...this.current.values()].at(-1) ?? null;
   }
 }
 

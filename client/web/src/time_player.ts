@@ -1,5 +1,5 @@
 // Plays a series: shows the next time when it is due and completely loaded, and prefetches the following ones.
-export interface Played {
+export interface PlaybackState {
   times: readonly number[]; // Ascending; at least two.
   now: number; // One of them.
   playing: boolean;
@@ -14,7 +14,7 @@ export interface PlayerActions {
   stop: () => void; // Called at the end.
 }
 
-export interface Pace {
+export interface PlaybackRate {
   rate: number | null; // Times per second shown recently; null: unknown.
   isWaiting: boolean; // For the server.
 }
@@ -28,12 +28,12 @@ export class TimePlayer {
   private shown: number[] = []; // When the last ones were shown.
   private prepared = "";
 
-  // `soon` schedules a callback before the next frame.
+  // `schedule` runs a callback before the next frame.
   constructor(
-    private readonly played: () => Played | null,
-    private readonly acts: PlayerActions,
-    private readonly onPace: (pace: Pace) => void,
-    private readonly soon: (act: () => void) => void = (act) => requestAnimationFrame(act),
+    private readonly played: () => PlaybackState | null,
+    private readonly actions: PlayerActions,
+    private readonly onPace: (pace: PlaybackRate) => void,
+    private readonly schedule: (act: () => void) => void = (act) => requestAnimationFrame(act),
     private readonly clock: () => number = () => performance.now(),
   ) {}
 
@@ -46,14 +46,14 @@ export class TimePlayer {
     this.isRunning = true;
     this.shown = [];
     this.due = this.clock() + 1000 / played.speed;
-    this.soon(() => this.tick());
+    this.schedule(() => this.tick());
   }
 
   stop(): void {
     if (!this.isRunning) return;
     this.isRunning = false;
     this.prepared = "";
-    this.acts.prepare([]);
+    this.actions.prepare([]);
     this.onPace({ rate: null, isWaiting: false });
   }
 
@@ -64,27 +64,27 @@ export class TimePlayer {
     const ahead = timesAhead(played);
     if (ahead.length === 0) {
       this.stop();
-      return this.acts.stop();
+      return this.actions.stop();
     }
     this.prepare(ahead);
     const now = this.clock();
-    const isReady = this.acts.isReady(ahead[0]);
+    const isReady = this.actions.isReady(ahead[0]);
     if (isReady && now >= this.due) {
       // Delays are not made up for.
       const period = 1000 / played.speed;
       this.due = (now - this.due > period ? now : this.due) + period;
       this.shown = [...this.shown.filter((at) => at > now - lately), now];
-      this.acts.show(ahead[0]);
+      this.actions.show(ahead[0]);
     }
     this.onPace({ rate: this.rate(), isWaiting: !isReady && now > this.due + lateEnough });
-    this.soon(() => this.tick());
+    this.schedule(() => this.tick());
   }
 
   private prepare(ahead: readonly number[]): void {
     const wanted = ahead.join();
     if (wanted === this.prepared) return;
     this.prepared = wanted;
-    this.acts.prepare(ahead);
+    this.actions.prepare(ahead);
   }
 
   private rate(): number | null {
@@ -95,13 +95,13 @@ export class TimePlayer {
 }
 
 // Returns the upcoming times in order; with `loop`, all others.
-export function timesAhead({ times, now, loop }: Pick<Played, "times" | "now" | "loop">): number[] {
+export function timesAhead({ times, now, loop }: Pick<PlaybackState, "times" | "now" | "loop">): number[] {
   const at = times.indexOf(now);
   return [...times.slice(at + 1), ...(loop ? times.slice(0, Math.max(0, at)) : [])];
 }
 
 // Returns the time `steps` later, wrapping around with `loop`.
-export function timeBeside({ times, now, loop }: Pick<Played, "times" | "now" | "loop">, steps: number): number {
+export function neighboringTime({ times, now, loop }: Pick<PlaybackState, "times" | "now" | "loop">, steps: number): number {
   const to = times.indexOf(now) + steps;
   return times[loop ? (to + times.length) % times.length : Math.min(times.length - 1, Math.max(0, to))];
 }

@@ -10,16 +10,16 @@ import "./style/picture.css";
 
 import * as THREE from "three";
 
-import { DetailByPixels } from "./detail_by_pixels";
-import { headOf, pictureOf } from "./picture";
+import { ViewDependentDetail } from "./view_dependent_detail";
+import { pictureHeading, drawPicture } from "./picture";
 import { SampleViews } from "./sample_views";
 import { serverAddress } from "./server_address";
-import { nothingWords } from "./panel/empty_surface";
+import { emptySurfaceText } from "./panel/empty_surface";
 import { h } from "./shared/elements";
 import { Notices } from "./panel/notices";
 import { TimeBar } from "./panel/time_bar";
 import type { DatasetInfo } from "./protocol/messages";
-import { begunCut, clipPlane } from "./scene/cut_plane";
+import { initialCut, clipPlane } from "./scene/cut_plane";
 import { Handles } from "./scene/handles";
 import { LabelHover } from "./scene/label_hover";
 import { Measuring } from "./scene/measuring";
@@ -32,7 +32,7 @@ import { SceneDecorations } from "./scene/scene_decorations";
 import type { ShownSurface } from "./shown_surface";
 import { Events } from "./state/events";
 import {
-  atTime, type Entry, isOfOneSeries, named, nameOfLabel, settingsOfEntry, startOf, timeOf, timesOf, unknownDatasetWords,
+  atTime, type Entry, isSameSeries, findByName, nameOfLabel, settingsOfEntry, initialSelection, timeOf, timesOf, unknownDatasetText,
 } from "./state/series";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
@@ -41,12 +41,12 @@ import { DatasetQueries } from "./stream/dataset_queries";
 import { suggestedIsovalue, type View } from "./stream/request";
 import { type PartsChange, withoutPart } from "./surface_parts";
 import { SurfaceSet } from "./surface_set";
-import { type Played, timeBeside, TimePlayer } from "./time_player";
-import { placeOf, type PictureOptions, type TokenPlace, type ViewerEvents, type ViewerOptions } from "./viewer_options";
+import { type PlaybackState, neighboringTime, TimePlayer } from "./time_player";
+import { tokenInMemory, type PictureOptions, type TokenStorage, type ViewerEvents, type ViewerOptions } from "./viewer_options";
 import { TilePool } from "./workers/tile_pool";
 
 export type { Settings } from "./state/settings";
-export type { PictureOptions, TokenPlace, ViewerEvents, ViewerOptions } from "./viewer_options";
+export type { PictureOptions, TokenStorage, ViewerEvents, ViewerOptions } from "./viewer_options";
 
 export class Viewer {
   readonly settings: Store<Settings>;
@@ -60,23 +60,23 @@ export class Viewer {
   readonly measuring: Measuring;
   info: DatasetInfo | null = null; // The current dataset.
   private readonly events = new Events<ViewerEvents>();
-  private readonly surroundings: SceneDecorations;
+  private readonly decorations: SceneDecorations;
   private readonly orientation: Orientation;
   private readonly handles: Handles;
   private readonly queries: DatasetQueries;
   private readonly samples: SampleViews;
   readonly player: TimePlayer;
   private readonly timeBar: TimeBar;
-  private readonly token: TokenPlace;
+  private readonly token: TokenStorage;
   private isDragging = false;
-  private readonly detail = new DetailByPixels();
-  private rest = 0; // The timer that detects the camera's rest.
+  private readonly detail = new ViewDependentDetail();
+  private restTimer = 0; // The timer that detects the camera's rest.
 
   // Throws if the browser cannot draw in three dimensions.
   constructor(readonly element: HTMLElement, { server, token = "", ...changes }: ViewerOptions = {}) {
     this.settings = new Store<Settings>({ ...defaults, ...changes });
-    this.token = typeof token === "string" ? placeOf(token) : token;
-    if (changes.followView) this.detail.switchOn();
+    this.token = typeof token === "string" ? tokenInMemory(token) : token;
+    if (changes.followView) this.detail.enable();
     element.classList.add("multitetra");
     element.append(this.frame);
     this.frame.append(this.canvas);
@@ -90,10 +90,10 @@ export class Viewer {
     this.notices = new Notices({
       connectNow: () => this.surfaces.connect(),
       useToken: (typed) => this.useToken(typed),
-      insist: () => this.surfaces.insist(),
-      leave: () => this.canvas.focus(),
+      confirmSize: () => this.surfaces.confirmSize(),
+      focusScene: () => this.canvas.focus(),
     });
-    this.surroundings = new SceneDecorations(this.stage);
+    this.decorations = new SceneDecorations(this.stage);
     this.orientation = new Orientation(this.stage, (direction) => this.lookFrom(direction), (up) => this.turnUp(up));
     this.handles = new Handles(this.stage, this.canvas, (changes, isDragging) => this.set(changes, isDragging));
     this.measuring = new Measuring(this.stage, this.pool,
@@ -104,9 +104,9 @@ export class Viewer {
       queries: this.queries, surfaces: this.surfaces, pool: this.pool, settings: () => this.get(),
       failed: (text) => this.notices.announce(text, true),
     }, () => ({ info: this.info, list: this.list, isPlayable: () => this.times !== null }), turn);
-    this.player = new TimePlayer(() => this.played(), {
-      isReady: (time) => this.surfaces.isPrepared(this.sceneAt(time), this.get(), this.followedView),
-      prepare: (times) => this.surfaces.prepare(times.map((time) => this.sceneAt(time)), this.get(), this.followedView),
+    this.player = new TimePlayer(() => this.playbackState(), {
+      isReady: (time) => this.surfaces.isPrepared(this.sceneAt(time), this.get(), this.requestView),
+      prepare: (times) => this.surfaces.prepare(times.map((time) => this.sceneAt(time)), this.get(), this.requestView),
       show: (time) => this.set({ t: time }),
       stop: () => this.set({ playing: false }),
     }, (pace) => this.timeBar.showPace(pace));
@@ -117,10 +117,10 @@ export class Viewer {
         slice: (ray) => this.samples.hit(ray),
       }),
       () => this.handles.isGrabbed,
-      (place) => this.take(place));
+      (place) => this.receivePick(place));
     const labelHover = new LabelHover(this.canvas,
       () => this.info?.member?.label !== undefined && !this.handles.isGrabbed, (x, y) => picking.find(x, y), (label) => nameOfLabel(label, this.get()));
-    this.frame.append(this.surroundings.numbers, this.surroundings.scaleBar, this.orientation.element,
+    this.frame.append(this.decorations.numbers, this.decorations.scaleBar, this.orientation.element,
       this.samples.legends, this.timeBar.element, this.measuring.labels, this.samples.mark, this.measuring.element, labelHover.element, this.notices.element);
     element.append(this.samples.element);
     this.listen();
@@ -134,9 +134,9 @@ export class Viewer {
     const hasEnded = this.isDragging && !isDragging;
     this.isDragging = isDragging;
     const before = this.settings.get();
-    if (change.followView && !before.followView) this.detail.switchOn();
+    if (change.followView && !before.followView) this.detail.enable();
     if (change.eye && change.target) this.stage.setView(change.eye, change.target);
-    change = { ...change, ...begunCut(change, before, this.stage.view()) };
+    change = { ...change, ...initialCut(change, before, this.stage.view()) };
     // Hidden parts belong to one isovalue.
     if (change.isovalue !== undefined && before.hiddenParts.length > 0) change = { hiddenParts: [], ...change };
     // Times suggest different isovalues: fixes the current one.
@@ -144,7 +144,7 @@ export class Viewer {
     this.settings.set(isStaying ? { isovalue: suggestedIsovalue(isStaying), ...change } : change);
     const { dataset, labels, t } = this.settings.get();
     if (labels || t !== before.t || (dataset !== before.dataset && dataset !== this.info?.name)) this.findDataset();
-    if (hasEnded) this.ask();
+    if (hasEnded) this.requestSurfaces();
   }
 
   get(): Settings {
@@ -153,12 +153,12 @@ export class Viewer {
 
   // Selects another dataset with its default view.
   choose(entry: Entry): void {
-    if (this.info && isOfOneSeries(entry.info, this.info)) return;
+    if (this.info && isSameSeries(entry.info, this.info)) return;
     this.settings.set({
       ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], largestOnly: false, eye: null, target: null,
       up: defaults.up, clip: "off", clipNormal: null, places: [], cross: null,
     });
-    this.use(entry.info);
+    this.useDataset(entry.info);
   }
 
   // The current time and all times; null: there are no times to choose.
@@ -170,13 +170,13 @@ export class Viewer {
   // Steps to a later or earlier time.
   stepTime(steps: number): void {
     const { times } = this;
-    if (times) this.set({ t: timeBeside({ times: times.all, now: times.now, loop: this.get().loop }, steps), playing: false });
+    if (times) this.set({ t: neighboringTime({ times: times.all, now: times.now, loop: this.get().loop }, steps), playing: false });
   }
 
   // Resolves when everything visible at the current time is complete or has failed.
   async settled(): Promise<void> {
     const isUnknown = () => this.surfaces.datasets.get().list !== null && !this.info;
-    const isThere = () => this.surfaces.lead?.info === this.info || this.surfaces.progress.get().failure !== null || isUnknown();
+    const isThere = () => this.surfaces.firstShown?.info === this.info || this.surfaces.progress.get().failure !== null || isUnknown();
     while (!this.surfaces.isSettled || !isThere()) {
       await new Promise((resolve) => setTimeout(resolve, 20));
     }
@@ -204,7 +204,7 @@ export class Viewer {
 
   // Fits a label to the view, even if it is hidden. Does nothing if its box is unknown.
   zoomToLabel(dataset: string): void {
-    const info = named(this.list, dataset);
+    const info = findByName(this.list, dataset);
     const box = info && labelBox(info);
     if (box) this.stage.frameBounds(box);
   }
@@ -223,7 +223,7 @@ export class Viewer {
 
   // Rotates the picture clockwise around its center.
   roll(radians: number): void {
-    this.set({ up: this.stage.rolledUp(radians) });
+    this.set({ up: this.stage.upAfterRoll(radians) });
   }
 
   // Returns the scene with annotations as PNG, when it is complete, on the page's background or transparent.
@@ -234,15 +234,15 @@ export class Viewer {
 
   // The same in its current state.
   drawn(options: PictureOptions): HTMLCanvasElement {
-    const { surroundings: { scale, writtenNumbers: numbers }, orientation: { arms: axes }, samples: { legendWords: legends } } = this;
+    const { decorations: { scale, visibleNumbers: numbers }, orientation: { arms: axes }, samples: { legendWords: legends } } = this;
     const { points, words } = this.measuring.measurement;
-    const head = headOf(this.get(), this.info, options.isOfFilm === true);
-    return pictureOf(this.stage, this.element, { scale, numbers, axes, legends, points, words: [...head, ...words] }, options);
+    const head = pictureHeading(this.get(), this.info, options.isVideoFrame === true);
+    return drawPicture(this.stage, this.element, { scale, numbers, axes, legends, points, words: [...head, ...words] }, options);
   }
 
   // Ends all work; empties the element.
   dispose(): void {
-    clearTimeout(this.rest);
+    clearTimeout(this.restTimer);
     this.player.stop();
     this.surfaces.close();
     this.queries.close();
@@ -259,7 +259,7 @@ export class Viewer {
   }
 
   reportUnknown(dataset: string): void {
-    const words = unknownDatasetWords(this.list, dataset);
+    const words = unknownDatasetText(this.list, dataset);
     this.notices.announce(words);
     this.events.emit("failed", words);
   }
@@ -269,19 +269,19 @@ export class Viewer {
   private listen(): void {
     this.settings.watch((now, before) => {
       this.element.dataset.theme = now.theme;
-      this.surroundings.show(now.axes);
+      this.decorations.show(now.axes);
       this.orientation.show(now.axes);
       if (now === before || now.up !== before.up) this.stage.setUp(now.up);
       this.applyLook();
-      if (now !== before && isOtherRequest(now, before)) this.ask();
-      if (now.playing !== before.playing && now.followView) this.ask();
+      if (now !== before && isOtherRequest(now, before)) this.requestSurfaces();
+      if (now.playing !== before.playing && now.followView) this.requestSurfaces();
       this.timeBar.show(now, this.times);
       this.measuring.show(this.info, now.places);
       this.player.update();
       this.events.emit("settings", now);
     });
     this.surfaces.progress.watch((progress) => {
-      this.notices.show(progress, this.surfaces.lead && nothingWords(this.surfaces.lead, progress));
+      this.notices.show(progress, this.surfaces.firstShown && emptySurfaceText(this.surfaces.firstShown, progress));
       this.events.emit("progress", { surface: 0 });
     });
     this.surfaces.datasets.watch(({ list }) => {
@@ -290,8 +290,8 @@ export class Viewer {
       this.applyLook();
     });
     this.stage.controls.addEventListener("change", () => {
-      clearTimeout(this.rest);
-      this.rest = window.setTimeout(() => this.cameraRests(), 250);
+      clearTimeout(this.restTimer);
+      this.restTimer = window.setTimeout(() => this.cameraStopped(), 250);
     });
   }
 
@@ -300,13 +300,13 @@ export class Viewer {
     return this.detail.isPaused(this.get());
   }
 
-  private get followedView(): View | null {
+  private get requestView(): View | null {
     return this.detail.view(this.get(), () => this.stage.view());
   }
 
-  private cameraRests(): void {
-    if (this.settings.get().followView) this.ask();
-    if (!this.surfaces.lead) return;
+  private cameraStopped(): void {
+    if (this.settings.get().followView) this.requestSurfaces();
+    if (!this.surfaces.firstShown) return;
     const { eye, target } = this.stage.view();
     this.settings.set({ eye: eye as Vec3, target: target as Vec3 });
   }
@@ -314,13 +314,13 @@ export class Viewer {
   private findDataset(): void {
     const { list } = this.surfaces.datasets.get();
     if (!list) return;
-    const start = startOf(list, this.get());
+    const start = initialSelection(list, this.get());
     if (!start) return this.get().dataset ? this.reportUnknown(this.get().dataset) : undefined;
     if (start.changes) this.settings.set(start.changes);
-    this.use(start.info);
+    this.useDataset(start.info);
   }
 
-  private played(): Played | null {
+  private playbackState(): PlaybackState | null {
     const { times, settings } = this;
     const { playing, speed, loop } = settings.get();
     return times && { times: times.all, now: times.now, playing, speed, loop };
@@ -334,10 +334,10 @@ export class Viewer {
     return this.surfaces.datasets.get().list ?? [];
   }
 
-  private use(now: DatasetInfo): void {
+  private useDataset(now: DatasetInfo): void {
     const { info: before } = this;
     const isOther = before?.name !== now.name || before.contentId !== now.contentId;
-    const isMember = before !== null && before.name !== now.name && isOfOneSeries(before, now);
+    const isMember = before !== null && before.name !== now.name && isSameSeries(before, now);
     this.info = now;
     this.notices.clear();
     this.timeBar.show(this.get(), this.times);
@@ -345,28 +345,28 @@ export class Viewer {
     if (isMember) { // Another time, field or label: places stay valid.
       this.events.emit("dataset", now);
       this.applyLook();
-      return this.ask();
+      return this.requestSurfaces();
     }
-    this.surroundings.setDataset(now);
+    this.decorations.setDataset(now);
     this.orientation.setDataset(now);
     this.orientation.show(this.settings.get().axes);
     this.events.emit("dataset", now);
     if (!isOther) return; // After a lost connection: the stream resumes by itself.
-    if (before) this.measuring.forget();
+    if (before) this.measuring.clear();
     this.measuring.show(now, this.settings.get().places);
     const { low, high } = worldBox(now);
     this.stage.setBounds(low, high);
     const { eye, target } = this.settings.get();
     if (eye && target) this.stage.setView(eye, target);
-    else if (!this.surfaces.lead) this.stage.defaultView();
+    else if (!this.surfaces.firstShown) this.stage.defaultView();
     this.applyLook();
-    this.ask();
+    this.requestSurfaces();
   }
 
-  private ask(): void {
+  private requestSurfaces(): void {
     if (!this.info) return;
     const refusal = colorsRefusal(this.list, this.get(), this.info);
-    if (!refusal) return this.surfaces.want(sceneOf(this.list, this.get(), this.info), this.get(), this.followedView, this.isDragging);
+    if (!refusal) return this.surfaces.request(sceneOf(this.list, this.get(), this.info), this.get(), this.requestView, this.isDragging);
     this.set({ colorBy: "" }); // Requests the surfaces without the field.
     this.notices.announce(refusal);
   }
@@ -387,12 +387,12 @@ export class Viewer {
   private reportShown(at: number, shown: ShownSurface, isFirst: boolean): void {
     if (at === 0 && isFirst && !this.settings.get().eye) shown.info.member?.label ? this.stage.frameBounds(worldBox(shown.info)) : this.fit();
     this.samples.updateSlices();
-    for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.measuring.replaced(tiles);
-    if (at === 0 && shown.facts.isFinal && this.detail.learn(this.surfaces.progress.get().complete) && this.get().followView) this.ask();
+    for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.measuring.surfaceReplaced(tiles);
+    if (at === 0 && shown.facts.isFinal && this.detail.recordDuration(this.surfaces.progress.get().complete) && this.get().followView) this.requestSurfaces();
     this.events.emit("shown", { ...shown.facts, surface: at, components: this.surfaces.progressOf(at).components });
   }
 
-  private take(place: Picked): void {
+  private receivePick(place: Picked): void {
     this.measuring.add(place);
     if (this.get().layout === "four") this.set({ cross: place.world });
     this.events.emit("picked", place);

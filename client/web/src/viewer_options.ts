@@ -7,11 +7,11 @@ import type { Settings } from "./state/settings";
 export interface ViewerOptions extends Partial<Settings> {
   // The server's address: "https://example.org/volumes/", or that of its WebSocket. Default: the page's own server.
   server?: string;
-  token?: string | TokenPlace;
+  token?: string | TokenStorage;
 }
 
 // Where a token is read, and where one typed by the user is stored.
-export interface TokenPlace {
+export interface TokenStorage {
   get: () => string;
   set: (token: string) => void;
 }
@@ -20,7 +20,7 @@ export interface PictureOptions {
   enlargement?: number; // Relative to the screen; default: 1.
   width?: number; // In pixels, instead of `enlargement`, within the GPU's limits.
   isTransparent?: boolean; // Without a background.
-  isOfFilm?: boolean; // A video frame, which always shows its time.
+  isVideoFrame?: boolean; // A video frame, which always shows its time.
 }
 
 export interface ViewerEvents {
@@ -34,7 +34,7 @@ export interface ViewerEvents {
 }
 
 // A token kept only in memory.
-export function placeOf(token: string): TokenPlace {
+export function tokenInMemory(token: string): TokenStorage {
   let value = token;
   return { get: () => value, set: (typed) => (value = typed) };
 }

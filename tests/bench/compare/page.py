@@ -1,4 +1,4 @@
-"""Puts together the page of compare.sh from what compare_bench measured.
+"""Writes the page of compare.sh from the measurements of compare_bench.
 
     page.py WORK OUT
 
@@ -62,18 +62,18 @@ def save(figure, ax, report, path):
 
 
 def stated_error(row):
-    """What a method promises; of the others, which promise nothing, the largest distance that was found, to the nearer surface."""
+    """The certified error; without one, the largest measured distance, to our full surface or to that of flying edges, whichever is less."""
     measured = [row[key]["largest"] for key in ("distance", "distance_to_flying_edges") if key in row]
     return row.get("certified", min(measured))
 
 
 def complete_after(row, bits_per_second):
-    """Seconds from "isovalue named" to "decoded at the client", one after the other."""
+    """Seconds from the request to the decoded mesh at the client: computing, sending and decoding in sequence."""
     return row["seconds"] + 8 * row["bytes"] / bits_per_second + row["decode_seconds"]
 
 
-def soonest(rows, error, bits_per_second):
-    """The least seconds of the rows that are within an error; None: none is."""
+def shortest(rows, error, bits_per_second):
+    """The shortest time of the rows within an error; None: there is none."""
     return min((complete_after(row, bits_per_second) for row in rows if row["triangles"] > 0 and stated_error(row) <= error),
                default=None)
 
@@ -85,7 +85,7 @@ def plot_links(report, path):
     for ax, (link, bits_per_second) in zip(axes, LINKS.items()):
         for method, (color, style) in STYLES.items():
             rows = [row for row in report["rows"] if row["method"] == method]
-            found = [(error, soonest(rows, error, bits_per_second)) for error in errors]
+            found = [(error, shortest(rows, error, bits_per_second)) for error in errors]
             found = [(error, seconds) for error, seconds in found if seconds is not None]
             if found:
                 ax.plot(*zip(*found), style[1:], drawstyle="steps-post", color=color, label=method)
@@ -100,12 +100,12 @@ def plot_links(report, path):
 
 
 def links_table(report):
-    """The soonest of each method, by link and error."""
+    """The shortest time of each method, by link and error."""
     methods = [m for m in STYLES if any(row["method"] == m for row in report["rows"])]
     lines = [f"| link | error | {' | '.join(methods)} |", f"| --- | ---: |{' ---: |' * len(methods)}"]
     for link, bits_per_second in LINKS.items():
         for error in ERRORS:
-            best = [soonest([r for r in report["rows"] if r["method"] == m], error, bits_per_second) for m in methods]
+            best = [shortest([r for r in report["rows"] if r["method"] == m], error, bits_per_second) for m in methods]
             least = min((b for b in best if b is not None), default=None)
             cells = ["--" if b is None else f"**{b:.2f}**" if b == least else f"{b:.2f}" for b in best]
             lines.append(f"| {link} | {error} | {' | '.join(cells)} |")
@@ -124,7 +124,7 @@ def table(report):
              f"{full['components']} |"]
     for row in report["rows"]:
         changed = [row["euler_characteristic"] - full["euler_characteristic"], row["components"] - full["components"]]
-        text = ["as it is" if change == 0 else f"{change:+d}" for change in changed]
+        text = ["unchanged" if change == 0 else f"{change:+d}" for change in changed]
         lines.append(
             f"| {row['method']} | {row['setting']} | {row['seconds']:.2f} | {row['decode_seconds']:.3f} | {count(row['triangles'])} | "
             f"{count(row['bytes'])} | {format(row['certified'], '.3f') if 'certified' in row else ''} | "
@@ -134,7 +134,7 @@ def table(report):
 
 
 def at_distance(rows, limit, what):
-    """The fewest bytes (or seconds, ...) of the rows that stay within a distance."""
+    """The least `what` (bytes or seconds) of the rows within a distance."""
     return min((row[what] for row in rows if row["distance"]["largest"] <= limit and row["triangles"] > 0), default=None)
 
 
@@ -143,7 +143,7 @@ def summary(reports):
     methods = list(STYLES)
     text = ""
     for what, form in (("bytes", count), ("seconds", lambda s: f"{s:.2f}")):
-        text += (f"The least {what} with no sampled point farther than a voxel (--: not reached):\n\n"
+        text += (f"The least {what} with all sampled distances within one voxel (--: not reached):\n\n"
                  f"| | {' | '.join(methods)} |\n| --- |{' ---: |' * len(methods)}\n")
         for report in reports:
             best = {m: at_distance([r for r in report["rows"] if r["method"] == m], 1, what) for m in methods}
@@ -158,28 +158,32 @@ def summary(reports):
 def page(reports):
     peers = sorted({peer for report in reports for peer in report["peers"]})
     missing = [name for name in ("VTK", "meshoptimizer", "OpenVDB") if not any(peer.startswith(name) for peer in peers)]
-    parts = [f"""# Beside what people use instead
+    parts = [f"""# Comparison with other software
 
 Made by `bash tests/bench/compare.sh`; all numbers in [compare.json](compare.json). Peers: {", ".join(peers) or "none"}.
-{"NOT THERE: " + ", ".join(missing) + "." if missing else ""}
-Seconds are from "isovalue named" to "encoded mesh", {reports[0]["threads"]} threads (meshoptimizer and the peers' Draco use one), the
-least of some runs; volumes are open. "Ours, samples" are sample shells; other bytes are Draco's, or of meshoptimizer's codec with zstd
-("meshopt codec"), the peers' with 14 bits a coordinate over the box. "Decoding" is the client's, ours with the checks of each tile. Over
-a link: seconds, bytes over the link and decoding, one after the other. The error is there what is certified or, of peers, which certify
-nothing, the largest distance that was sampled, to our full surface or to flying edges', whichever is less; rounding to 14 bits or to
-our lattice (sqrt(3) / 32 steps) comes on top. Distances are sampled both ways to what marching tetrahedra makes at
-full resolution, in voxels; that is *our* full surface, from which that of flying edges differs between samples, however fine:
-their distances to the latter are listed as well. Changes of Euler characteristic and components are to ours; the peers' surfaces join
-or part diagonal neighbours otherwise. Open edges at the data's border do not count. Bold is the best: where that is a peer, it is
-better at this, and what it does not promise is in the columns of distances and topology.
+{"NOT INSTALLED: " + ", ".join(missing) + "." if missing else ""}
+
+* **Seconds**: from the request to the encoded mesh, minimum of several runs, volumes open, {reports[0]["threads"]} threads (meshoptimizer
+  and the peers' Draco use one). "Decoding" is at the client; ours includes the checks of each tile. Over a link: computing, sending and
+  decoding in sequence.
+* **Bytes**: of Draco, or of meshoptimizer's codec with zstd ("meshopt codec"); the peers' with 14 bits per coordinate over the box.
+  "Ours, samples" are sample shells.
+* **Error**: the certified error. Peers certify none: for them, the largest sampled distance to our full surface or to that of flying
+  edges, whichever is less. Rounding to 14 bits or to our lattice (sqrt(3) / 32 steps) is added.
+* **Distances**: sampled in both directions, in voxels, to the surface of marching tetrahedra at full resolution. The surface of flying
+  edges differs from it between samples at any resolution, so distances of the peers to flying edges are listed as well.
+* **Topology**: changes of Euler characteristic and components relative to our full surface; peers may connect diagonal neighbors
+  differently. Open edges at the border of the data do not count.
+
+Bold is the best value.
 
 {summary(reports)}"""]
     for report in reports:
         dims = " x ".join(str(n) for n in report["dims"])
         parts.append(f"## {report['name']}\n\n{dims} samples, isovalue {report['isovalue']}.\n\n"
                      f"![Bytes and seconds against distances]({report['name']}.svg)\n\n{table(report)}\n"
-                     "Seconds until a surface with at most the error is complete at the client, of each method's settings the "
-                     "soonest (--: none):\n\n"
+                     "Seconds until a surface with at most the error is complete at the client, the shortest time of each "
+                     "method's settings (--: none):\n\n"
                      f"![Seconds until complete, by link]({report['name']}_links.svg)\n\n{links_table(report)}")
     return "\n".join(parts)
 

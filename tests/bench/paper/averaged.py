@@ -1,4 +1,4 @@
-"""The means of the blocks of n^3 samples of a NRRD file of int16 samples (raw or gzip, attached): a part of paper.sh.
+"""Downsamples a NRRD file of int16 samples (raw or gzip, attached) to the means of blocks of N^3 samples: a part of paper.sh.
 
     averaged.py VOLUME.nrrd N OUTPUT.nrrd
 """

@@ -1,4 +1,4 @@
-"""Puts together the page of paper.sh from what it measured.
+"""Writes the page of paper.sh from its measurements.
 
     page.py WORK OUT
 
@@ -46,7 +46,7 @@ def table(header, rows, align=None):
 
 
 class Measured:
-    """Everything that paper.sh left in its folder."""
+    """The measurements in the folder of paper.sh."""
 
     def __init__(self, work):
         self.work = work
@@ -73,7 +73,7 @@ class Measured:
 
 
 def figure_5(measured, name, title, path):
-    """Tetrahedra and triangles by error, the paper's points drawn in."""
+    """Tetrahedra and triangles by error, with the paper's values as points."""
     curves = measured.counts(name)["curves"]
     plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "paper", "font.size": 9})
     figure, both = plt.subplots(1, 2, figsize=(9, 3.6))
@@ -97,7 +97,7 @@ def figure_5(measured, name, title, path):
 
 
 def keep_picture(source, target, crop=None):
-    """With 128 colors, which no eye misses here, it takes a third of the space."""
+    """Saves with 128 colors: a third of the bytes without a visible difference."""
     picture = Image.open(source).convert("RGB")
     if crop:
         picture = picture.crop(crop)
@@ -156,7 +156,7 @@ def head_figures(measured):
 
 
 def few_triangles(measured):
-    """At which isovalues our head has as few triangles as the paper's."""
+    """The isovalues at which our head has at most as many triangles as the paper's."""
     printed = PAPER["head"][0][1]
     sizes = measured.counts("head")["triangles_by_isovalue"]
     few = [size["isovalue"] for size in sizes if size["triangles"] <= printed]
@@ -168,13 +168,13 @@ def few_triangles(measured):
 
 
 def check_claims(claims):
-    """Every test that is named is there."""
+    """Requires that every named test exists."""
     sources = "\n".join(path.read_text() for path in TESTS.rglob("*_test.cpp"))
     named = re.findall(r"`(\w+)\.(\w+)`", claims)
     missing = [f"{suite}.{test}" for suite, test in named
                if not re.search(rf"TEST(_[PF])?\(\s*{suite},\s*{test}\)", sources)]
     if missing or not named:
-        sys.exit("claims.md names tests that are not there: " + ", ".join(missing))
+        sys.exit("claims.md names tests that do not exist: " + ", ".join(missing))
 
 
 def page(measured):

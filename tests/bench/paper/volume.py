@@ -2,9 +2,9 @@
 
     xvfb-run -a /usr/bin/python3 paper_volume.py MODEL.vtu --isovalue 500.5 -o PICTURE.png
 
-VTK casts rays through the tetrahedra, on one thread and without a graphics card. What is above the isovalue glows and hides what
-is behind, the rest is clear: a model keeps to the field where the isosurface is, and elsewhere to the side of it. Prints JSON:
-the tetrahedra, and the least seconds of three frames.
+VTK casts rays through the tetrahedra, on one thread and without a graphics card. Values above the isovalue are opaque and luminous,
+others transparent: a model approximates the field only at the isosurface. Prints JSON: the number of tetrahedra and the shortest of
+three frame times.
 """
 import argparse
 import json
@@ -16,7 +16,7 @@ from vtk.util.numpy_support import vtk_to_numpy
 
 
 def volume_of(grid, isovalue, thickness):
-    """`thickness`: how far one looks into it, roughly, in the units of its points."""
+    """`thickness`: the approximate depth of visibility, in the units of the points."""
     low, high = grid.GetPointData().GetScalars().GetRange()
     ramp = 0.005 * (high - low)
     opacity = vtk.vtkPiecewiseFunction()
@@ -44,7 +44,7 @@ def volume_of(grid, isovalue, thickness):
 
 
 def rendered(window):
-    """The least seconds of three frames, from a little aside: everything is done again."""
+    """The shortest of three frame times, each from a slightly different view, so that nothing is cached."""
     camera = window.GetRenderers().GetFirstRenderer().GetActiveCamera()
     least = None
     for turn in (1, 1, -2):

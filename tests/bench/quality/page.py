@@ -1,4 +1,4 @@
-"""Puts together the page of quality.sh from what its programs printed.
+"""Writes the page of quality.sh from the output of its programs.
 
     page.py OUT
 
@@ -86,7 +86,7 @@ def screen(streams):
 
 
 def by_client(streams, error):
-    """When and after how many bytes each client has a certified surface."""
+    """Seconds and received bytes until each client has a certified surface."""
     rows = []
     some = chosen(streams, error=error)
     for volume, link in unique((name_of(s), s["link"]) for s in some):
@@ -125,7 +125,7 @@ def page(streams, final_steps, shells):
 
 Made by `bash tests/bench/quality.sh`; all numbers of the streams in [quality.json](quality.json). Isovalues were never requested
 before; server and client share two threads. "Certified" is when the first step that is within the error, with the topology of the
-full-resolution surface, is complete and checked at the client, and the payload bytes that had come by then. Errors and distances
+full-resolution surface, is complete and checked at the client, and the payload bytes received until then. Errors and distances
 are in voxels.
 
 ![Seconds until half a voxel is certified, by link and client](certified.svg)
@@ -133,7 +133,7 @@ are in voxels.
 ## Overview: error 0.5, a client that draws and keeps no mesh
 
 {overview(streams)}
-## On the screen: error of the step; measured distance of 99 % of the samples
+## On screen: error of the step; measured distance of 99 % of the samples
 
 {screen(streams)}
 ## Error 0.5, by client
@@ -147,9 +147,9 @@ are in voxels.
 Seconds until the simplified final step is complete and checked: requested alone, and after the previews of a stream.
 
 {final_steps}
-## Sample shells beside Draco
+## Sample shells and Draco
 
-Bits and nanoseconds a vertex, one thread; decoding includes marching.
+Bits and nanoseconds per vertex, one thread; decoding includes marching.
 
 ```
 {shells}```

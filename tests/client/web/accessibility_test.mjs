@@ -12,7 +12,7 @@ const everything = "#dataset=head&isovalue=300.5&error=2&opacity=0.5&surfaces=90
 
 for (const theme of ["dark", "light"]) {
   for (const [width, height] of [[1600, 1000], [390, 844]]) {
-    await test(`HasNothingThatKeepsPeopleOut_${theme}_${width}`, async (page) => {
+    await test(`HasNoAccessibilityViolations_${theme}_${width}`, async (page) => {
       await page.setViewportSize({ width, height });
       await open(page, `${everything}&theme=${theme}`);
       await complete(page);
@@ -32,7 +32,7 @@ for (const theme of ["dark", "light"]) {
 }
 
 const telephone = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
-await test("LeavesRoomForFingersAndForTheSurface", async (page) => {
+await test("TouchTargetsAreLargeEnough", async (page) => {
   await open(page, everything);
   await complete(page);
   await page.evaluate(() => document.querySelectorAll("details").forEach((one) => (one.open = true)));
@@ -71,8 +71,8 @@ await test("LeavesRoomForFingersAndForTheSurface", async (page) => {
   assert(hidden.top >= 0 && hidden.ends > 0, `the certificate begins in the picture: ${JSON.stringify(hidden)}`);
   assert.equal(hidden.over, 0, "the axes lie below the certificate");
 }, telephone);
-for (const layout of ["surface", "four"]) {
-  await test(`KeepsLegendsClearOfTheTools_${layout}`, async (page) => {
+for (const [layout, width] of [["surface", 390], ["four", 390], ["surface", 900], ["four", 900]]) {
+  await test(`LegendsDoNotOverlapTheTools_${layout}_${width}`, async (page) => {
     await open(page, `${everything}&color_by=gyroid&layout=${layout}`);
     await complete(page);
     await page.waitForFunction(() => document.querySelectorAll(".legend:not([hidden])").length === 2, null, { timeout: patience });
@@ -88,7 +88,7 @@ for (const layout of ["surface", "four"]) {
       return [...document.querySelectorAll(".legend")].filter((one) => one.getBoundingClientRect().bottom > stage.bottom).length;
     });
     assert.equal(outside, 0, "they lie in the picture");
-    await page.screenshot({ path: path.join(scratch, `telephone_${layout}.png`) });
-  }, telephone);
+    await page.screenshot({ path: path.join(scratch, `legends_${layout}_${width}.png`) });
+  }, width === 390 ? telephone : {});
 }
 await finish();

@@ -1,20 +1,20 @@
-import { edited, fromAddress, misread, toAddress } from "../../../client/web/src/state/url_state";
+import { afterEdit, fromAddress, ignoredParts, toAddress } from "../../../client/web/src/state/url_state";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import { readFileSync } from "node:fs";
 
 describe("Address", () => {
-  test("SaysNothingOfDefaults", () => {
+  test("OmitsDefaults", () => {
     expect(toAddress(defaults)).toBe("");
     expect(fromAddress("")).toEqual({});
   });
 
-  test("PageOfEmbeddingNamesEverySetting", () => {
+  test("EmbeddingGuideListsEverySetting", () => {
     const page = readFileSync(new URL("../../../client/web/EMBEDDING.md", import.meta.url), "utf8");
     const missing = Object.keys(defaults).filter((name) => !new RegExp(`\`${name}\`|\\b${name}: `).test(page));
     expect(missing).toEqual([]);
   });
 
-  test("CarriesEverySetting", () => {
+  test("RestoresEverySetting", () => {
     const settings: Settings = {
       dataset: "a head & more", t: 0.25, isovalue: -300.5, error: 0.5, bound: "paper", topologyRule: "paper", topologyTolerance: 2,
       region: { kind: "box", low: [1, 2, 3], high: [4, 5, 6.5], error: 0 }, followView: false, pixels: 2,
@@ -37,13 +37,13 @@ describe("Address", () => {
     expect(toAddress({ ...defaults, surfaces })).toBe("surfaces=3,d9775f,0.5");
   });
 
-  test("TakesAnAxisForWhatIsUp", () => {
+  test("ParsesUpAsAnAxis", () => {
     expect(fromAddress("#up=-y").up).toEqual([0, -1, 0]);
     expect(fromAddress("#up=x").up).toEqual([1, 0, 0]);
     expect(fromAddress("#up=0,3,4").up).toEqual([0, 0.6, 0.8]);
   });
 
-  test("PassesOverWhatItCannotRead", () => {
+  test("IgnoresInvalidValues", () => {
     for (const text of [
       "#error=-1", "#error=NaN", "#isovalue=", "#isovalue=much", "#bound=guess", "#region=box:1,2=3",
       "#region=ball:1,2,3,-4=1", "#region=box:5,0,0,1,1,1=1", "#eye=1,2", "#clip=w", "#%%%", "#=&&=",
@@ -58,31 +58,31 @@ describe("Address", () => {
     }
   });
 
-  test("HasNamesInSnakeCaseAndNoOthers", () => {
+  test("AcceptsOnlySnakeCaseNames", () => {
     const overrides = { ...defaults, maxTriangles: 5, topologyRule: "paper", topologyTolerance: 2, colorBy: "dose" } as const;
     expect(toAddress(overrides)).toBe("topology_rule=paper&topology_tolerance=2&max_triangles=5&color_by=dose");
     expect(fromAddress("#maxTriangles=5")).toEqual({});
-    expect(misread("#maxTriangles=5")).toEqual(["maxTriangles=5"]);
+    expect(ignoredParts("#maxTriangles=5")).toEqual(["maxTriangles=5"]);
   });
 
-  test("NamesAnErrorByItsQuality", () => {
+  test("ParsesQualitiesAsErrors", () => {
     expect(fromAddress("#quality=draft")).toEqual({ error: 2 });
     expect(fromAddress("#quality=exact&simplify=off")).toEqual({ error: 0, simplify: false });
-    expect(misread("#quality=best")).toEqual(["quality=best"]);
+    expect(ignoredParts("#quality=best")).toEqual(["quality=best"]);
   });
 
   test("ReportsIgnoredSettings", () => {
-    expect(misread("#dataset=head&error=0.5&eye=1,2,3&region=ball:1,2,3,4=1&simplify=true")).toEqual([]);
-    expect(misread("#error=-1&isovalue=2&clip=w&isovlaue=3&__proto__=4&toString=5")).toEqual([
+    expect(ignoredParts("#dataset=head&error=0.5&eye=1,2,3&region=ball:1,2,3,4=1&simplify=true")).toEqual([]);
+    expect(ignoredParts("#error=-1&isovalue=2&clip=w&isovlaue=3&__proto__=4&toString=5")).toEqual([
       "error=-1", "clip=w", "isovlaue=3", "__proto__=4", "toString=5",
     ]);
-    expect(misread("#token=mt_secret")).toEqual([]);
-    expect(misread("#")).toEqual([]);
+    expect(ignoredParts("#token=mt_secret")).toEqual([]);
+    expect(ignoredParts("#")).toEqual([]);
   });
 
   test("AppliesEditsAndKeepsUnreadableSettings", () => {
     const now: Settings = { ...defaults, dataset: "head", isovalue: 500.5, error: 2, clip: "x" };
     const overrides = "#dataset=head&isovalue=much&error=0.25&constructor=1";
-    expect(edited(now, overrides)).toEqual({ ...defaults, dataset: "head", isovalue: 500.5, error: 0.25 });
+    expect(afterEdit(now, overrides)).toEqual({ ...defaults, dataset: "head", isovalue: 500.5, error: 0.25 });
   });
 });

@@ -1,7 +1,7 @@
 import { Assembler, type AssemblerEffect } from "../../../client/web/src/stream/assembler";
 import { dataBorder } from "../../../client/web/src/stream/dataset";
 import { hex } from "../../../client/web/src/mesh/content_digest";
-import { isSound, joined } from "../../../client/web/src/mesh/boundary_matcher";
+import { isSound, matchBoundaries } from "../../../client/web/src/mesh/boundary_matcher";
 import { boundaryOf, type TileBoundary } from "../../../client/web/src/mesh/tile_boundary";
 import type { ServerKind } from "../../../client/web/src/protocol/messages";
 import { dataset, found, messages, request, tileFrom } from "./golden_stream";
@@ -23,7 +23,7 @@ async function played(all: readonly ServerKind[], assembler = newAssembler()) {
         }
       } else if (effect.kind === "certify") {
         const { tiles, begin } = effect.step;
-        const seams = joined(tiles.map(({ key }) => boundaries.get(key)!), dataBorder(dataset(), 5, 0, 1));
+        const seams = matchBoundaries(tiles.map(({ key }) => boundaries.get(key)!), dataBorder(dataset(), 5, 0, 1));
         await perform(assembler.certified(begin.step, seams.topology));
       } else {
         seen.push(effect);
@@ -49,7 +49,7 @@ function changed(index: number, change: (value: never) => void): ServerKind[] {
 }
 
 describe("Assembler", () => {
-  test("FindsInAStreamWhatTheOtherClientFindsInIt", async () => {
+  test("MatchesTheNativeClient", async () => {
     const effects = await played(stream);
     expect(kinds(effects)).toEqual(["begun", "committed", "ended"]);
     const committed = effects[1] as AssemblerEffect & { kind: "committed" };
@@ -59,25 +59,25 @@ describe("Assembler", () => {
     expect(committed.topology).toMatchObject(counts);
   });
 
-  test("ShowsNothingBeforeTheStepHasEnded", async () => {
+  test("CommitsNoStepBeforeItsEnd", async () => {
     for (let cut = 0; cut < stream.length - 2; ++cut) {
       expect(kinds(await played(stream.slice(0, cut)))).not.toContain("committed");
     }
   });
 
-  test("RefusesAStepThatLacksATile", async () => {
+  test("RejectsMissingTiles", async () => {
     const effects = await played(stream.filter((_, i) => i !== 2));
     expect(effects.at(-1)).toMatchObject({ kind: "failed", text: expect.stringContaining("1 of its tiles missing") });
   });
 
-  test("RefusesATileWithOneWrongByte", async () => {
+  test("RejectsDamagedTiles", async () => {
     for (const at of [0, 12, 500, 3000]) {
       const all = changed(1, (tile: { payload: Uint8Array }) => (tile.payload[at] ^= 1));
       expect(kinds(await played(all))).not.toContain("committed");
     }
   });
 
-  test("RefusesADigestOfTheStepThatIsNotThatOfItsTiles", async () => {
+  test("RejectsWrongStepDigests", async () => {
     const all = changed(stream.length - 2, (end: { digestLow: bigint }) => (end.digestLow ^= 1n));
     expect((await played(all)).at(-1)).toMatchObject({ kind: "failed", text: expect.stringContaining("digest") });
   });
@@ -87,12 +87,12 @@ describe("Assembler", () => {
     expect((await played(all)).at(-1)).toMatchObject({ kind: "failed", text: expect.stringContaining("parameters") });
   });
 
-  test("PassesOverMessagesOfAnEarlierStream", async () => {
+  test("IgnoresMessagesOfEarlierStreams", async () => {
     const later = new Assembler({ info: dataset(), request: request(), requestId: 2n });
     expect(await played(stream, later)).toEqual([]);
   });
 
-  test("NeedsNoTileThatIsHeld", () => {
+  test("UsesCachedTiles", () => {
     const tiles = (stream[0].value as { tiles: unknown[] }).tiles;
     const keys = (newAssembler().receive(stream[0])[0] as AssemblerEffect & { kind: "begun" }).tiles;
     const assembler = newAssembler(keys.slice(1).map(({ key }) => key));

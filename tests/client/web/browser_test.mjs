@@ -9,42 +9,42 @@ import {
   atKeyboard, complete, finish, notice, open, patience, run, scratch, serveFolder, server, surfacePixels, test,
 } from "./in_a_browser.mjs";
 
-await test("ShowsASurfaceAtOnceAndChecksIt", showsASurface);
-await test("MarchesSamplesWhereTheseAreSooner", marchesSamples);
-await test("FollowsADraggedIsovalueWithoutEverShowingNothing", followsADrag);
-await test("KeepsItsControlsWhereTheyAre", keepsItsControls);
-await test("RefinesTheRegionThatIsDragged", refinesARegion);
-await test("ShowsHowLargeASurfaceWillBe", tellsSizes);
-await test("ObeysKeysAndRemembersThemInTheAddress", obeysKeys);
-await test("CutsTheSurfaceOpen", cutsOpen);
-await test("TurnsAndMovesTheCutByItsHandles", turnsTheCut);
-await test("GivesWhatIsShownAsFileAndPicture", givesFiles);
-await test("KeepsTheSurfaceAndGoesOnWhenTheServerComesBack", survivesARestart);
-await test("SaysThatADatasetIsUnknown", saysUnknownDataset);
-await test("SaysThatThereIsNoSurface", saysNoSurface);
-await test("GoesBackToTheIsovalueBefore", goesBack);
-await test("KeepsAPlaceWhenOneClicksBesideTheSurface", keepsAPlace);
-await test("AnnouncesWhatItsSlidersMean", announcesSliders);
-await test("ShowsSeveralSurfacesAndDragsEach", showsSeveral);
-await test("ShowsSurfacesOfTwoDatasetsTogether", tellsOfTwoDatasets);
-await test("MeasuresThePartThatWasPicked", measuresAPart);
-await test("HidesTheComponentsThatTheCommandLineLeavesOut", hidesDust);
-await test("DescribesSeveralSurfaces", tellsWhatIsSeen);
-await test("TakesBackAndComesBack", takesBack);
+await test("ShowsAndChecksASurface", showsASurface);
+await test("ReceivesSamplesForSmallErrors", receivesSamples);
+await test("KeepsASurfaceWhileDraggingTheIsovalue", followsADrag);
+await test("ControlsKeepTheirPositions", keepsItsControls);
+await test("RefinesADraggedRegion", refinesARegion);
+await test("ShowsTheEstimatedSize", showsSizes);
+await test("KeysChangeTheAddress", pressesKeys);
+await test("ClipsTheSurface", clips);
+await test("HandlesMoveAndRotateTheCut", dragsTheCut);
+await test("SavesFilesAndPictures", savesFiles);
+await test("ResumesAfterAServerRestart", resumes);
+await test("ReportsUnknownDatasets", reportsUnknownDataset);
+await test("ReportsEmptySurfaces", reportsEmptySurface);
+await test("BackRestoresTheIsovalue", goesBack);
+await test("ClicksBesideTheSurfaceKeepThePickedPlace", keepsAPlace);
+await test("SlidersHaveSpokenValues", announcesSliders);
+await test("DragsOneOfSeveralIsovalues", showsSeveral);
+await test("ShowsSurfacesOfTwoDatasets", showsTwoDatasets);
+await test("MeasuresAPickedPart", measuresAPart);
+await test("HidesSmallComponentsLikeTheCommandLine", hidesSmallComponents);
+await test("CountsTheTrianglesOfVisibleSurfaces", countsTriangles);
+await test("UndoesAndRestoresBookmarks", undoes);
 await test("ColorsASurfaceByAnotherField", colorsByAField);
-await test("SpeaksWithThePageAroundIt", speaksAround);
-await test("RunsThePageOfTheGuide", runsThePageOfTheGuide);
-await test("LeavesALowFrameToThePicture", leavesALowFrameToThePicture);
-await test("ShowsSamplesOnAPlaneAndTellsTheirValues", showsASlice);
+await test("ExchangesMessagesWithTheEmbeddingPage", exchangesMessages);
+await test("RunsTheExampleOfTheGuide", runsTheExample);
+await test("HidesToolsInLowFrames", hidesTools);
+await test("ShowsSamplesAndTheirValuesOnAPlane", showsASlice);
 await test("LinksThreeSlicesByACrosshair", linksSlices);
-await test("RefinesWhatIsNearUntilAPixelAndNothingFarAway", refinesWhatIsNear);
+await test("RefinesNearbySurfacesToAPixel", refinesWhatIsNear);
 await test("FollowsTheViewByDefault", followsTheView);
 await test("PausesDetailInViewOnSlowLinks", pausesDetail);
 await test("NamesErrorsByQuality", namesQualities);
-await test("HidesThePartThatWasClicked", hidesAPart);
-await test("KeepsNotesOnPlaces", keepsNotes);
-await test("LooksFromTheFrontOfWhatIsUpright", looksFromTheFront);
-await test("RefusesColorsOfAnotherWorld", refusesOtherWorlds);
+await test("HidesAClickedPart", hidesAPart);
+await test("KeepsNotesInTheAddress", keepsNotes);
+await test("FrontViewFollowsTheUpDirection", showsTheFront);
+await test("RejectsColorsOfAnotherWorld", refusesOtherWorlds);
 await finish();
 
 // ----
@@ -67,7 +67,7 @@ async function showsASurface(page) {
 }
 
 // Below an error of one voxel the server sends samples, which the page triangulates; above it, simplified meshes.
-async function marchesSamples(page) {
+async function receivesSamples(page) {
   const certificateAt = async (error, isIt) => {
     await open(page, `#dataset=head&isovalue=500.5&error=${error}`);
     const shown = await complete(page, isIt);
@@ -160,7 +160,7 @@ async function refinesARegion(page) {
   assert.notEqual(after.triangles, before.triangles);
 }
 
-async function tellsSizes(page) {
+async function showsSizes(page) {
   await open(page, "#dataset=head&error=1");
   const shown = await complete(page);
   await page.waitForFunction(() => /about/.test(document.querySelector(".expected").textContent));
@@ -179,7 +179,7 @@ async function tellsSizes(page) {
   await complete(page, ({ triangles }) => triangles > 1.25 * shown.triangles);
 }
 
-async function obeysKeys(page) {
+async function pressesKeys(page) {
   await open(page, "#dataset=gyroid");
   await complete(page);
   await page.focus(".stage canvas");
@@ -196,7 +196,7 @@ async function obeysKeys(page) {
   assert.equal(await page.locator("dialog[open]").count(), 0);
 }
 
-async function cutsOpen(page) {
+async function clips(page) {
   const view = "eye=16,-60,16&target=16,16,16&axes=false";
   await open(page, `#dataset=gyroid&${view}`);
   await complete(page);
@@ -220,7 +220,7 @@ async function cutsOpen(page) {
 }
 
 // The plane faces the camera first; the middle handle moves it, the one next to it rotates it.
-async function turnsTheCut(page) {
+async function dragsTheCut(page) {
   const size = 64;
   await open(page, "#dataset=head&error=2&axes=false&eye=32,-120,32&target=32,32,32");
   await complete(page);
@@ -261,7 +261,7 @@ async function turnsTheCut(page) {
   assert(await blueAtHandle(await downloaded(page, "Picture")) < 60, "handles are not in pictures");
 }
 
-async function givesFiles(page) {
+async function savesFiles(page) {
   // A picture requested before there is a surface waits for it.
   await open(page, "#dataset=head&error=0.25&axes=false&eye=32,-120,32&target=32,32,32");
   const early = await downloaded(page, "Picture");
@@ -313,7 +313,7 @@ async function downloaded(page, word) {
   return readFileSync(await (await coming).path());
 }
 
-async function survivesARestart(page) {
+async function resumes(page) {
   await open(page, "#dataset=gyroid");
   const before = await complete(page);
   await page.focus('.dataset[data-name="gyroid"]');
@@ -331,7 +331,7 @@ async function survivesARestart(page) {
   assert(after.triangles > 0);
 }
 
-async function saysUnknownDataset(page) {
+async function reportsUnknownDataset(page) {
   await open(page, "#dataset=corner_of_the_moon");
   await page.waitForSelector(".notice:not([hidden])", { timeout: patience });
   assert.match(await page.textContent(".notice"), /corner_of_the_moon.*Choose one from the list/);
@@ -342,7 +342,7 @@ async function saysUnknownDataset(page) {
   assert(await page.locator(".notice").isHidden());
 }
 
-async function saysNoSurface(page) {
+async function reportsEmptySurface(page) {
   await open(page, "#dataset=head&isovalue=99999");
   await page.waitForFunction(() => document.querySelector(".state b")?.textContent === "No surface", null, { timeout: patience });
   assert.match(await page.textContent(".notice"), /no surface at isovalue 99999: the values of "head" range from/);
@@ -415,7 +415,7 @@ async function showsSeveral(page) {
   assert.notEqual(alone.triangles, first.triangles, "the second one is the first now");
 }
 
-async function tellsOfTwoDatasets(page) {
+async function showsTwoDatasets(page) {
   await open(page, "#dataset=head&isovalue=500.5&error=1");
   await complete(page);
   assert.match(await page.textContent(".seal"), /Watertight, within 1 mm$/);
@@ -468,7 +468,7 @@ async function measuresAPart(page) {
   await page.waitForFunction(() => !document.querySelector(".picked :is(.part, .measure-part)"), null, { timeout: patience });
 }
 
-async function hidesDust(page) {
+async function hidesSmallComponents(page) {
   const folder = path.join(scratch, "dusty");
   const [volume, dataset] = ["dusty.nrrd", "dusty.mtd"].map((name) => path.join(folder, name));
   mkdirSync(folder, { recursive: true });
@@ -542,7 +542,7 @@ function sizesOf(ply) {
   return ply.toString("latin1", 0, 400).match(/element vertex (\d+)[^]*element face (\d+)/).slice(1).map(Number);
 }
 
-async function tellsWhatIsSeen(page) {
+async function countsTriangles(page) {
   const count = (words) => page.waitForFunction((text) => {
     const fact = document.querySelector(".fact.triangles");
     return fact.textContent.replace(/[\s\u202f]/g, "").endsWith(text);
@@ -740,7 +740,7 @@ async function keepsNotes(page) {
   await page.waitForFunction(() => document.querySelector(".dot-note")?.textContent === "a saddle, here");
 }
 
-async function looksFromTheFront(page) {
+async function showsTheFront(page) {
   await open(page, "#dataset=gyroid&error=2&up=-y");
   await complete(page);
   await page.click('[aria-label="Front view"]');
@@ -772,7 +772,7 @@ async function refusesOtherWorlds(page) {
   assert.deepEqual(offered.filter((name) => name === "there"), []);
 }
 
-async function takesBack(page) {
+async function undoes(page) {
   await open(page, "#dataset=gyroid&error=1");
   await complete(page);
   await page.focus(".stage canvas");
@@ -836,7 +836,7 @@ async function colorsByAField(page) {
 }
 
 // Runs the page in EMBEDDING.md with the address and dataset of this test.
-async function runsThePageOfTheGuide(page) {
+async function runsTheExample(page) {
   const guide = readFileSync(new URL("../../../client/web/EMBEDDING.md", import.meta.url), "utf8");
   const [block] = guide.match(/^ {4}<!doctype html>\n(?: {4}.*\n)+/m);
   const text = block.replaceAll(/^ {4}/gm, "").replaceAll("https://volumes.example/", server.page)
@@ -847,7 +847,7 @@ async function runsThePageOfTheGuide(page) {
   await page.waitForFunction(() => / triangles within [0-9.]+ voxels$/.test(document.querySelector("#facts").textContent), null, { timeout: patience });
 }
 
-async function leavesALowFrameToThePicture(page) {
+async function hidesTools(page) {
   const around = `${server.page}around.html`;
   await page.route(around, (route) => route.fulfill({ contentType: "text/html", body:
     '<title>around</title><iframe src="/?embed#dataset=gyroid&error=2" width="500" height="200"></iframe>' }));
@@ -868,7 +868,7 @@ async function leavesALowFrameToThePicture(page) {
   assert(await inside.locator('[aria-label="Fit the surface"]').isVisible(), "a high frame has its tools");
 }
 
-async function speaksAround(page) {
+async function exchangesMessages(page) {
   // A page on the server's own host with the viewer in a frame.
   const around = `${server.page}around.html`;
   await page.route(around, (route) => route.fulfill({ contentType: "text/html", body:

@@ -1,4 +1,4 @@
-import { accuracyInUnits, accuracyOf, errorWords, leastAccurate, sealWords } from "../../../client/web/src/panel/certificate";
+import { accuracyInUnits, accuracyOf, errorExplanation, leastAccurate, certificateSummary } from "../../../client/web/src/panel/certificate";
 import type { DrawnSurface, ShownComponents, StepFacts } from "../../../client/web/src/state/progress";
 
 const facts = (overrides: Partial<StepFacts>) => ({
@@ -7,59 +7,59 @@ const facts = (overrides: Partial<StepFacts>) => ({
 }) as StepFacts;
 
 describe("Accuracy", () => {
-  test("ShowsABoundWhereCertified", () => {
+  test("ShowsCertifiedBounds", () => {
     expect(accuracyOf(facts({}), 3)).toEqual({ value: "≤ 0.5", unit: "voxels" });
     expect(accuracyOf(facts({ errorVoxels: 1 }), 3)).toEqual({ value: "≤ 1", unit: "voxel" });
-    expect(errorWords(facts({}))).toMatch(/^No point of this surface is farther than this \(0\.25 mm\)/);
+    expect(errorExplanation(facts({}))).toMatch(/^No point of this surface is farther than this \(0\.25 mm\)/);
   });
 
-  test("ShowsTheFilesUnitFirst", () => {
+  test("ShowsLengthsInTheUnitOfTheFile", () => {
     expect(accuracyInUnits(facts({}))).toEqual({ value: "≤ 0.25 mm", label: "error, 0.5 voxels" });
     expect(accuracyInUnits(facts({ lengthUnit: "" }))).toEqual({ value: "≤ 0.5 voxels", label: "error" });
     expect(accuracyInUnits(facts({ spacing: 4 }))).toEqual({ value: "1 in 4", label: "samples per axis" });
   });
 
-  test("APreviewHasItsSpacingInsteadOfAnError", () => {
+  test("ShowsTheSpacingOfPreviews", () => {
     const preview = facts({ spacing: 4, errorVoxels: 4, isCertified: false, preservesTopology: false });
     expect(accuracyOf(preview, 3)).toEqual({ value: "1 in 4", unit: "samples per axis" });
-    expect(errorWords(preview)).toMatch(/one sample in 4 along each axis.*no error bound/);
+    expect(errorExplanation(preview)).toMatch(/one sample in 4 along each axis.*no error bound/);
   });
 
-  test("ShowsNoBoundForThePapersMeasureOrLostParts", () => {
+  test("ShowsNoBoundWithoutCertification", () => {
     expect(accuracyOf(facts({ isCertified: false }), 3)).toEqual({ value: "0.5", unit: "voxels" });
-    expect(errorWords(facts({ isCertified: false }))).toMatch(/actual distance may exceed it/);
-    expect(errorWords(facts({ isCertified: false, preservesTopology: false, tolerance: 2 }))).toMatch(/features up to 2 voxels may be missing, as requested/);
+    expect(errorExplanation(facts({ isCertified: false }))).toMatch(/actual distance may exceed it/);
+    expect(errorExplanation(facts({ isCertified: false, preservesTopology: false, tolerance: 2 }))).toMatch(/features up to 2 voxels may be missing, as requested/);
   });
 });
 
-describe("AccuracySeal", () => {
+describe("CertificateSummary", () => {
   const drawn = (borderEdges: number, components: Partial<ShownComponents> | null = null) =>
     ({ number: 1, shown: facts({ topology: { borderEdges, components: 5 } as StepFacts["topology"] }), components }) as DrawnSurface;
 
-  test("SaysWatertightOnlyWhereAllSurfacesAre", () => {
-    expect(sealWords([drawn(0)])).toBe("✓ Watertight, within 0.25 mm");
-    expect(sealWords([drawn(0), drawn(0)])).toBe("✓ Watertight, within 0.25 mm");
-    expect(sealWords([drawn(0), drawn(6762)])).toBe("✓ No cracks, within 0.25 mm");
+  test("RequiresAllSurfacesToBeWatertight", () => {
+    expect(certificateSummary([drawn(0)])).toBe("✓ Watertight, within 0.25 mm");
+    expect(certificateSummary([drawn(0), drawn(0)])).toBe("✓ Watertight, within 0.25 mm");
+    expect(certificateSummary([drawn(0), drawn(6762)])).toBe("✓ No cracks, within 0.25 mm");
   });
 
-  test("NamesAnErrorOnlyWhereItIsCertifiedOfAll", () => {
+  test("ShowsAnErrorOnlyIfAllAreCertified", () => {
     const with_ = (overrides: Partial<StepFacts>) => { const one = drawn(0); return { ...one, shown: { ...one.shown, ...overrides } }; };
-    expect(sealWords([with_({ isCertified: false })])).toBe("✓ Watertight");
-    expect(sealWords([drawn(0), with_({ isCertified: false })])).toBe("✓ Watertight");
-    expect(sealWords([with_({ spacing: 4 })])).toBe("✓ Watertight, preview");
-    expect(sealWords([with_({ errorWorld: 0, errorVoxels: 0 })])).toBe("✓ Watertight, full resolution");
-    expect(sealWords([with_({ lengthUnit: "" })])).toBe("✓ Watertight, within 0.5 voxels");
-    expect(sealWords([drawn(0), with_({ errorWorld: 1, errorVoxels: 2 })])).toBe("✓ Watertight, within 1 mm");
+    expect(certificateSummary([with_({ isCertified: false })])).toBe("✓ Watertight");
+    expect(certificateSummary([drawn(0), with_({ isCertified: false })])).toBe("✓ Watertight");
+    expect(certificateSummary([with_({ spacing: 4 })])).toBe("✓ Watertight, preview");
+    expect(certificateSummary([with_({ errorWorld: 0, errorVoxels: 0 })])).toBe("✓ Watertight, full resolution");
+    expect(certificateSummary([with_({ lengthUnit: "" })])).toBe("✓ Watertight, within 0.5 voxels");
+    expect(certificateSummary([drawn(0), with_({ errorWorld: 1, errorVoxels: 2 })])).toBe("✓ Watertight, within 1 mm");
   });
 
-  test("CountsTheComponentsOfAll", () => {
+  test("SumsVisibleComponents", () => {
     const dusty = drawn(0, { components: 40, shown: 3, triangles: 9, minComponent: 8 });
-    expect(sealWords([dusty])).toMatch(/3 of 40 components shown$/);
-    expect(sealWords([drawn(0), dusty])).toMatch(/8 of 45 components shown$/);
+    expect(certificateSummary([dusty])).toMatch(/3 of 40 components shown$/);
+    expect(certificateSummary([drawn(0), dusty])).toMatch(/8 of 45 components shown$/);
   });
 });
 
-describe("TheLeastAccurateSurface", () => {
+describe("LeastAccurateSurface", () => {
   const of = (overrides: Partial<StepFacts>) => ({ number: 1, shown: facts(overrides), components: null }) as DrawnSurface;
 
   test("PicksTheCoarsestPreviewOrLargestError", () => {

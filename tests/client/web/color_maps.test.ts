@@ -1,30 +1,30 @@
 import { readFileSync } from "node:fs";
 
-import { colorAt, type ColorMap, colorMaps, endsOf, shareOf } from "../../../client/web/src/shared/color_maps";
+import { colorAt, type ColorMap, colorMaps, endsOf, fractionOf } from "../../../client/web/src/shared/color_maps";
 import { scaleOf } from "../../../client/web/src/slices";
 
 // tests/golden/colors.txt, also used by the C++ tests: map, lin or log, low, high, value, color.
 const golden = readFileSync(new URL("../../golden/colors.txt", import.meta.url), "utf8")
   .split("\n").filter((line) => line && !line.startsWith("#")).map((line) => line.split(" "));
 
-describe("FieldColorScale", () => {
-  test("MatchOtherPrograms", () => {
+describe("ColorScale", () => {
+  test("MatchesTheColorsOfPictures", () => {
     expect(golden.length).toBeGreaterThan(400);
     for (const [name, kind, low, high, value, color] of golden) {
       const scale = { low: Number(low), high: Number(high), isLog: kind === "log" };
       const map = name as ColorMap;
-      const rgb = colorAt(map, shareOf(Number(value), scale));
+      const rgb = colorAt(map, fractionOf(Number(value), scale));
       expect(rgb.map((v) => v.toString(16).padStart(2, "0")).join(""), `${name} ${kind} ${value}`).toBe(color);
     }
     expect(new Set(golden.map(([name]) => name)).size).toBe(colorMaps.length);
   });
 
-  test("HaveEndsThatDifferForTheGraphicsCard", () => {
+  test("ShaderEndsDifferInSinglePrecision", () => {
     expect(endsOf({ low: 2, high: 2, isLog: false })[1]).toBeGreaterThan(2);
     expect(endsOf({ low: 1, high: Math.E, isLog: true })).toEqual([0, 1]);
   });
 
-  test("LogarithmicForPositiveValues", () => {
+  test("LogarithmicScalesRequirePositiveValues", () => {
     const range = { min: 0, max: 1000 };
     expect(scaleOf(null, null, true, range)).toEqual({ low: 1, high: 1000, isLog: true });
     expect(scaleOf(null, null, true, { min: 5, max: 50 })).toEqual({ low: 5, high: 50, isLog: true });

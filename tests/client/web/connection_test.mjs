@@ -15,17 +15,17 @@ rmSync(tokens, { force: true });
 const token = newToken("alice", tokens);
 const guarded = await serve("--tokens", tokens);
 
-await test("SaysThatTheServerDiedAndGoesOnWhenItIsBack", survivesADeadServer);
-await test("AsksForATokenUntilItIsTheRightOne", asksForAToken);
-await test("TakesATokenOutOfTheAddress", hidesItsToken);
+await test("ReconnectsAfterTheServerDied", reconnects);
+await test("RequestsATokenUntilItIsValid", requestsAToken);
+await test("RemovesTheTokenFromTheAddress", hidesItsToken);
 await test("SendsATokenToItsServerOnly", keepsItsToken);
-await test("TakesOverAnAddressThatIsEdited", takesOverTheAddress);
-await test("ReportsAndIgnoresUnreadableSettings", tellsWhatItPassesOver);
+await test("AppliesAnEditedAddress", appliesAnEditedAddress);
+await test("ReportsAndIgnoresUnreadableSettings", reportsIgnoredSettings);
 await finish();
 
 // ----
 
-async function survivesADeadServer(page) {
+async function reconnects(page) {
   await page.addInitScript(() => {
     window.attempts = 0;
     window.WebSocket = class extends WebSocket {
@@ -63,7 +63,7 @@ async function survivesADeadServer(page) {
   await page.waitForFunction((old) => location.hash !== old && /eye=/.test(location.hash), hash);
 }
 
-async function asksForAToken(page) {
+async function requestsAToken(page) {
   await open(page, "#dataset=gyroid", guarded);
   await notice(page, /requires a token/);
   assert.equal(await atKeyboard(page), "input");
@@ -118,7 +118,7 @@ async function keepsItsToken(page) {
   await complete(page);
 }
 
-async function takesOverTheAddress(page) {
+async function appliesAnEditedAddress(page) {
   await open(page, "#dataset=gyroid&wireframe=true");
   const before = await complete(page);
   await edit(page, "dataset=gyroid&isovalue=0.3&error=2");
@@ -133,7 +133,7 @@ async function takesOverTheAddress(page) {
   await saysSettings(page, "dataset=head&error=1.5");
 }
 
-async function tellsWhatItPassesOver(page) {
+async function reportsIgnoredSettings(page) {
   await open(page, "#dataset=gyroid&isovalue=0.3&error=-4&shading=velvet");
   await notice(page, /Ignored in the URL: error=-4, shading=velvet\./);
   const shown = await complete(page);

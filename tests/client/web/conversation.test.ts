@@ -22,7 +22,7 @@ function opened(effects: Effect[]) {
 }
 
 function connected(held: string[] = []) {
-  const conversation = new Conversation({ agent: "test", token: () => "secret", held: () => held });
+  const conversation = new Conversation({ agent: "test", token: () => "secret", cachedTiles: () => held });
   conversation.opened();
   conversation.received(welcome);
   conversation.received(list);
@@ -31,39 +31,39 @@ function connected(held: string[] = []) {
 
 describe("Conversation", () => {
   test("SendsHelloThenListDatasets", () => {
-    const conversation = new Conversation({ agent: "test", token: () => "", held: () => [] });
+    const conversation = new Conversation({ agent: "test", token: () => "", cachedTiles: () => [] });
     expect(sent(conversation.opened())).toEqual(["hello"]);
     expect(sent(conversation.received(welcome))).toEqual(["listDatasets"]);
     expect(conversation.received(list)).toMatchObject([{ kind: "datasets" }]);
   });
 
-  test("GivesEveryStreamAGreaterId", () => {
+  test("RequestIdsIncrease", () => {
     const conversation = connected();
-    const first = opened(conversation.want({ info: dataset(), request: request() }))!;
-    const second = opened(conversation.want({ info: dataset(), request: request() }))!;
+    const first = opened(conversation.request({ info: dataset(), request: request() }))!;
+    const second = opened(conversation.request({ info: dataset(), request: request() }))!;
     expect(second.requestId > first.requestId).toBe(true);
   });
 
-  test("GoesOnWithTheConnectionOfAnIdleConversation", () => {
+  test("ContinuesOnAHandedOverConnection", () => {
     const before = connected();
     const order = { info: dataset(), request: request() };
-    const last = opened(before.want(order))!.requestId;
+    const last = opened(before.request(order))!.requestId;
     expect(before.handOver()).toBeNull(); // The stream is running.
     before.cancel();
     expect(before.handOver()).toBe(last);
     expect(before.handOver()).toBeNull(); // It has been handed over.
-    const after = new Conversation({ agent: "test", token: () => "secret", held: () => [] });
+    const after = new Conversation({ agent: "test", token: () => "secret", cachedTiles: () => [] });
     expect(after.handOver()).toBeNull();
-    expect(after.want(order)).toEqual([]); // It is not connected.
+    expect(after.request(order)).toEqual([]); // It is not connected.
     const effects = after.adopted(last);
     expect(sent(effects)).toEqual(["openStream"]); // Without Hello.
     expect(opened(effects)!.requestId).toBe(last + 1n);
     expect(after.received({ ...begin, value: { ...begin.value, requestId: last } } as ServerKind)).toEqual([]); // A late message of the previous stream.
   });
 
-  test("ChecksWhatCameWhenItsConnectionIsHandedOver", () => {
+  test("ChecksReceivedTilesAfterHandingOver", () => {
     const conversation = connected();
-    conversation.want({ info: dataset(), request: request() });
+    conversation.request({ info: dataset(), request: request() });
     const effects = messages().slice(2).map((message) => conversation.received(message));
     const decode = effects.flat().filter((one) => one.kind === "stream" && one.effect.kind === "decode");
     expect([decode.length > 0, conversation.isReceived]).toEqual([true, true]);
@@ -71,14 +71,14 @@ describe("Conversation", () => {
     const keys = decode.map((one) => (one as unknown as { effect: { tile: { key: string } } }).effect.tile.key);
     const after = keys.flatMap((key) => conversation.decoded(1, key));
     expect(after).toMatchObject([{ kind: "stream", effect: { kind: "certify" } }]);
-    conversation.want({ info: dataset(), request: request() }); // Replaces the previous request.
+    conversation.request({ info: dataset(), request: request() }); // Replaces the previous request.
     expect(conversation.decoded(1, keys[0])).toEqual([]);
   });
 
-  test("NamesACoarsePreviewOfALabel", () => {
+  test("RequestsACoarsePreviewOfALabel", () => {
     const ask = (box: number[]) => {
       const info = { ...dataset(), member: create(SeriesMemberSchema, { series: "cells", label: { value: 3, box } }) };
-      return opened(connected().want({ info, request: request(), steps: "coarse" }))!;
+      return opened(connected().request({ info, request: request(), steps: "coarse" }))!;
     };
     expect(ask([10, 10, 10, 29, 41, 26])).toMatchObject({ // 17 samples along the shortest side.
       steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [{ finestSpacing: 4, isUnsimplified: true }],
@@ -87,25 +87,25 @@ describe("Conversation", () => {
     expect(ask([])).toMatchObject({ steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [] }); // The box is unknown.
   });
 
-  test("SendsTheMeasuredSpeedWithEveryStream", () => {
+  test("SendsTheMeasuredSpeed", () => {
     let trianglesPerSecond = 3e5;
     const conversation = new Conversation({
-      agent: "test", token: () => "", held: () => [], trianglesPerSecond: () => trianglesPerSecond,
+      agent: "test", token: () => "", cachedTiles: () => [], trianglesPerSecond: () => trianglesPerSecond,
     });
     conversation.opened();
     conversation.received(welcome);
     conversation.received(list);
     const order = () => ({ info: dataset(), request: request() });
-    expect(opened(conversation.want(order()))!.trianglesPerSecond).toBe(3e5);
+    expect(opened(conversation.request(order()))!.trianglesPerSecond).toBe(3e5);
     trianglesPerSecond = 2e6;
-    expect(opened(conversation.want(order()))!.trianglesPerSecond).toBe(2e6);
-    expect(opened(connected().want(order()))!.trianglesPerSecond).toBe(0);
+    expect(opened(conversation.request(order()))!.trianglesPerSecond).toBe(2e6);
+    expect(opened(connected().request(order()))!.trianglesPerSecond).toBe(0);
   });
 
-  test("RepeatsAnUnfinishedStreamAfterALostConnectionAndNamesWhatItHolds", () => {
+  test("RepeatsUnfinishedStreamsWithCachedTiles", () => {
     const key = "00112233445566778899aabbccddeeff";
     const conversation = connected([key]);
-    conversation.want({ info: dataset(), request: request() });
+    conversation.request({ info: dataset(), request: request() });
     conversation.received(begin);
     expect(conversation.closed()).toMatchObject([{ phase: "lost", retryInMilliseconds: 500 }]);
     conversation.opened();
@@ -116,11 +116,11 @@ describe("Conversation", () => {
     expect(hexadecimal).toBe("7766554433221100" + "ffeeddccbbaa9988");
   });
 
-  test("NamesThePreviewsThatCameSoThatExactlyTheseComeAgain", () => {
+  test("RepeatsExactlyTheBegunPreviews", () => {
     const golden = (begin as { value: StepBegin }).value;
     const repeated = (isFinal: boolean) => {
       const conversation = connected();
-      conversation.want({ info: dataset(), request: request() });
+      conversation.request({ info: dataset(), request: request() });
       conversation.received({ case: "stepBegin", value: { ...golden, isFinal } });
       conversation.closed();
       conversation.opened();
@@ -136,17 +136,17 @@ describe("Conversation", () => {
     const conversation = new Conversation({
       agent: "test",
       token: () => "",
-      held: () => [],
+      cachedTiles: () => [],
       priority: Priority.BACKGROUND,
     });
     conversation.opened();
     conversation.received(welcome);
     conversation.received(list);
-    const open = opened(conversation.want({ info: dataset(), request: request() }))!;
+    const open = opened(conversation.request({ info: dataset(), request: request() }))!;
     expect(open.priority).toBe(Priority.BACKGROUND);
   });
 
-  test("AsksForNothingAgainWhenNothingWasUnderWay", () => {
+  test("RepeatsNoFinishedStream", () => {
     const conversation = connected();
     conversation.closed();
     conversation.opened();
@@ -154,8 +154,8 @@ describe("Conversation", () => {
     expect(opened(conversation.received(list))).toBeUndefined();
   });
 
-  test("WaitsLongerFromAttemptToAttemptButNotForever", () => {
-    const conversation = new Conversation({ agent: "test", token: () => "", held: () => [] });
+  test("DoublesTheRetryDelayUpToALimit", () => {
+    const conversation = new Conversation({ agent: "test", token: () => "", cachedTiles: () => [] });
     const waits = Array.from({ length: 8 }, () => {
       const [effect] = conversation.closed();
       return effect.kind === "phase" ? effect.retryInMilliseconds! : NaN;
@@ -163,7 +163,7 @@ describe("Conversation", () => {
     expect(waits).toEqual([500, 1000, 2000, 4000, 8000, 15000, 15000, 15000]);
   });
 
-  test("AsksForOneSizeAtATimeAndThenForTheLastOneWanted", () => {
+  test("QueriesOneSizeAtATimeThenTheLatest", () => {
     const conversation = connected();
     const order = (isovalue: number) => ({ info: dataset(), request: { ...request(), isovalue } });
     const query = (effects: Effect[]) =>
@@ -172,19 +172,19 @@ describe("Conversation", () => {
       case: "estimateReply",
       value: { requestId, triangles: 12n, bytes: 34n, thresholdWorld: 0.5 },
     });
-    const first = query(conversation.askSize(order(0.1)));
-    expect(conversation.askSize(order(0.2))).toEqual([]);
-    expect(conversation.askSize(order(0.3))).toEqual([]);
+    const first = query(conversation.requestSize(order(0.1)));
+    expect(conversation.requestSize(order(0.2))).toEqual([]);
+    expect(conversation.requestSize(order(0.3))).toEqual([]);
     const effects = conversation.received(reply(first.requestId) as ServerKind);
     expect(effects[0]).toMatchObject({ kind: "size", triangles: 12, bytes: 34, errorWorld: 0.5 });
     expect(query(effects).request!.isovalue).toBe(0.3);
     expect(conversation.received(reply(first.requestId) as ServerKind)).toEqual([]);
   });
 
-  test("GoesOnWithItsStreamWhenASizeIsRefused", () => {
+  test("RefusedSizesDoNotEndTheStream", () => {
     const conversation = connected();
-    const stream = opened(conversation.want({ info: dataset(), request: request() }))!;
-    const [query] = conversation.askSize({ info: dataset(), request: request() });
+    const stream = opened(conversation.request({ info: dataset(), request: request() }))!;
+    const [query] = conversation.requestSize({ info: dataset(), request: request() });
     const { requestId } = (query as { message: { value: { requestId: bigint } } }).message.value;
     expect(requestId > stream.requestId).toBe(true);
     const refusal = { case: "error", value: { requestId, code: 8, text: "Too many." } };
@@ -193,29 +193,29 @@ describe("Conversation", () => {
     expect(conversation.cancel()).toMatchObject([{ message: { value: { requestId: stream.requestId } } }]);
   });
 
-  test("PassesARefusalOn", () => {
+  test("ReportsRefusals", () => {
     const conversation = connected();
-    conversation.want({ info: dataset(), request: request() });
+    conversation.request({ info: dataset(), request: request() });
     const reply = { case: "error", value: { requestId: 1n, code: 6, text: "No dataset." } };
     expect(conversation.received(reply as ServerKind)).toMatchObject([
       { kind: "stream", effect: { kind: "refused", text: "No dataset." } },
     ]);
   });
 
-  test("AsksAgainForWhatTheServerWantsAskedLater", () => {
+  test("RepeatsPostponedRequests", () => {
     const conversation = connected();
-    conversation.want({ info: dataset(), request: request() });
+    conversation.request({ info: dataset(), request: request() });
     const reply = { case: "error", value: { requestId: 1n, code: 8, text: "Too many streams.", retryAfter: 2.5 } };
     expect(conversation.received(reply as ServerKind)).toEqual([
       { kind: "postponed", text: "Too many streams.", inMilliseconds: 2500 },
     ]);
-    expect(opened(conversation.again())).toMatchObject({ requestId: 2n, dataset: dataset().name });
-    expect(conversation.again()).toEqual([]); // It is running.
+    expect(opened(conversation.retryPostponed())).toMatchObject({ requestId: 2n, dataset: dataset().name });
+    expect(conversation.retryPostponed()).toEqual([]); // It is running.
     conversation.cancel();
-    expect(conversation.again()).toEqual([]); // It was cancelled.
+    expect(conversation.retryPostponed()).toEqual([]); // It was cancelled.
   });
 
-  test("ComesBackNoSoonerThanTheServerWants", () => {
+  test("ReconnectsAfterTheDelayOfTheServer", () => {
     const conversation = connected();
     const error = (retryAfter: number) => ({ case: "error", value: { requestId: 0n, code: 12, text: "Draining.", retryAfter } });
     conversation.received(error(20) as ServerKind);
@@ -225,7 +225,7 @@ describe("Conversation", () => {
     expect(conversation.closed()).toEqual([{ kind: "phase", phase: "lost", retryInMilliseconds: 2000 }]);
   });
 
-  test("DoesNotInsistWhereTheServerWillNeverAgree", () => {
+  test("DoesNotRetryFatalErrors", () => {
     const conversation = connected();
     const reply = { case: "error", value: { requestId: 0n, code: 4, text: "No version." } };
     expect(conversation.received(reply as ServerKind)).toMatchObject([{ kind: "failure", isFatal: true }]);

@@ -1,5 +1,5 @@
-import { turnedLikeABall } from "../../../client/web/src/scene/cut_handles";
-import { begunCut, clipPlane, movedCut, turnedCut } from "../../../client/web/src/scene/cut_plane";
+import { trackballRotation } from "../../../client/web/src/scene/cut_handles";
+import { initialCut, clipPlane, movedCut, rotatedCut } from "../../../client/web/src/scene/cut_plane";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import type { Vec3 } from "../../../client/web/src/stream/dataset";
 import { plain } from "./made_datasets";
@@ -10,47 +10,47 @@ const cut = (settings: Partial<Settings>) => clipPlane({ ...defaults, ...setting
 const distance = ({ normal, constant }: ReturnType<typeof cut>, [x, y, z]: Vec3) => normal.x * x + normal.y * y + normal.z * z + constant;
 
 describe("CutPlane", () => {
-  test("LiesAcrossAnAxisAsFarAsTheDataReach", () => {
+  test("AxisPlanesSpanTheData", () => {
     expect(clipPlane(defaults, info)).toBeNull();
     expect(distance(cut({ clip: "y", clipAt: 0.25 }), [0, 5, 0])).toBeCloseTo(0, 9);
     expect(distance(cut({ clip: "y", clipAt: 0.25 }), [0, 6, 0])).toBeCloseTo(1, 9);
     expect(distance(cut({ clip: "y", clipAt: 0.25, clipFlipped: true }), [0, 6, 0])).toBeCloseTo(-1, 9);
   });
 
-  test("LiesAcrossAnyNormalFromTheFirstCornerToTheLast", () => {
+  test("ObliquePlanesSpanTheCornersOfTheData", () => {
     const clipNormal: Vec3 = [0.6, -0.8, 0];
     expect(distance(cut({ clip: "oblique", clipNormal, clipAt: 0 }), [0, 20, 7])).toBeCloseTo(0, 9);
     expect(distance(cut({ clip: "oblique", clipNormal, clipAt: 1 }), [10, 0, 3])).toBeCloseTo(0, 9);
     expect(distance(cut({ clip: "oblique", clipNormal, clipAt: 0.5 }), [5, 10, 15])).toBeCloseTo(0, 9);
   });
 
-  test("FacesTheCameraWhereItHasNoNormalAndKeepsWhatIsBehind", () => {
-    const begun = begunCut({ clip: "oblique" }, defaults, front);
+  test("FacesTheCameraByDefault", () => {
+    const begun = initialCut({ clip: "oblique" }, defaults, front);
     expect(begun).toEqual({ clipNormal: [0, 1, 0], clipFlipped: false });
     expect(distance(cut({ clip: "oblique", ...begun }), [5, 12, 15])).toBeGreaterThan(0);
     const turned: Settings = { ...defaults, clip: "oblique", clipNormal: [0, 0, 1] };
-    expect(begunCut({ clip: "oblique", clipNormal: null }, turned, front)).toEqual(begun); // By the button.
-    expect(begunCut({ clipAt: 0.3 }, turned, front)).toEqual({});
-    expect(begunCut({ clip: "oblique" }, { ...turned, clip: "off" }, front)).toEqual({ clipFlipped: false }); // Reuses the previous plane.
+    expect(initialCut({ clip: "oblique", clipNormal: null }, turned, front)).toEqual(begun); // By the button.
+    expect(initialCut({ clipAt: 0.3 }, turned, front)).toEqual({});
+    expect(initialCut({ clip: "oblique" }, { ...turned, clip: "off" }, front)).toEqual({ clipFlipped: false }); // Reuses the previous plane.
     const behind = { eye: [5, 100, 15], target: [5, 10, 15] };
-    expect(begunCut({ clip: "y" }, defaults, behind)).toEqual({ clipFlipped: true });
-    expect(begunCut({ clip: "y", clipFlipped: false }, defaults, behind)).toEqual({});
+    expect(initialCut({ clip: "y" }, defaults, behind)).toEqual({ clipFlipped: true });
+    expect(initialCut({ clip: "y", clipFlipped: false }, defaults, behind)).toEqual({});
   });
 
-  test("MovesToAPlaceAndNotBeyondTheData", () => {
+  test("MovesWithinTheData", () => {
     expect(movedCut([0, 0, 1], [3, 3, 7.5], info)).toEqual({ clipAt: 0.25 });
     expect(movedCut([0, 0, 1], [3, 3, 99], info)).toEqual({ clipAt: 1 });
   });
 
-  test("TurnsAroundAPlaceThatStaysOnIt", () => {
+  test("RotatesAroundAPlace", () => {
     const place: Vec3 = [4, 13, 20];
-    const turned = turnedCut([0, 0.6, 0.8], place, true, info);
+    const turned = rotatedCut([0, 0.6, 0.8], place, true, info);
     expect(turned).toMatchObject({ clip: "oblique", clipNormal: [0, 0.6, 0.8], clipFlipped: true });
     expect(distance(cut(turned), place)).toBeCloseTo(0, 9);
   });
 
-  test("FollowsThePointerAsABallDoes", () => {
-    const turned = (x: number, y: number) => turnedLikeABall([0, 0, 1], [1, 0, 0], [0, 1, 0], x, y); // Facing the camera at first.
+  test("RotatesLikeATrackball", () => {
+    const turned = (x: number, y: number) => trackballRotation([0, 0, 1], [1, 0, 0], [0, 1, 0], x, y); // Facing the camera at first.
     expect(turned(30, 0)[0]).toBeGreaterThan(0.2);
     expect(turned(30, 0)[1]).toBeCloseTo(0, 9);
     expect(turned(0, 30)[1]).toBeLessThan(-0.2);

@@ -2,7 +2,7 @@ import { Embedding } from "../../../client/web/src/embedding";
 import { defaults } from "../../../client/web/src/state/settings";
 import type { Viewer } from "../../../client/web/src/viewer";
 
-test("TheEmbeddingPageSaysWhetherMoreSettingsFollow", () => {
+test("ForwardsDraggingOfSettings", () => {
   const set: unknown[] = [];
   const viewer = { on: () => {}, get: () => defaults, set: (...words: unknown[]) => set.push(words), info: null, surfaces: {
     progressOf: () => ({ shown: null, components: null }),

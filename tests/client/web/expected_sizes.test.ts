@@ -9,7 +9,7 @@ const order = (isovalue: number, normals = 8) => ({ info, request: { ...request(
 const size = (triangles: number) => ({ triangles, budget: 0, bytes: 2 * triangles, errorVoxels: 1 });
 
 describe("ExpectedSizes", () => {
-  test("RequestedOncePerRequest", () => {
+  test("AreRequestedOncePerRequest", () => {
     const sizes = new ExpectedSizes();
     expect(sizes.isWanted(order(0.1), false)).toBe(true);
     expect(sizes.isWanted(order(0.1), false)).toBe(false);
@@ -18,54 +18,54 @@ describe("ExpectedSizes", () => {
     expect(sizes.isWanted(order(0.1, 0), false)).toBe(true);
   });
 
-  test("UnknownWhileTheIsovalueIsDragged", () => {
+  test("AreUnknownWhileDraggingTheIsovalue", () => {
     const sizes = new ExpectedSizes();
     sizes.isWanted(order(0.1), false);
-    sizes.learn({ kind: "size", order: order(0.1), triangles: 10, bytes: 20, errorWorld: 1 });
+    sizes.record({ kind: "size", order: order(0.1), triangles: 10, bytes: 20, errorWorld: 1 });
     expect(sizes.get().expected?.triangles).toBe(10);
     expect(sizes.isWanted(order(0.2), true)).toBe(false);
     expect(sizes.get().expected).toBeNull();
     expect(sizes.isWanted(order(0.2), false)).toBe(true);
   });
 
-  test("MillionsNeedConfirmation", () => {
+  test("RequireConfirmationOfMillions", () => {
     const sizes = new ExpectedSizes();
     expect(sizes.isAllowed(size(1_000_000))).toBe(true);
     expect(sizes.isAllowed(size(9_000_000))).toBe(false);
-    sizes.allow(size(9_000_000));
+    sizes.confirm(size(9_000_000));
     expect(sizes.isAllowed(size(10_000_000))).toBe(true);
     expect(sizes.isAllowed(size(20_000_000))).toBe(false);
   });
 
-  test("LimitedByABudget", () => {
-    const within = new ExpectedSizes().affordable(order(0.1));
+  test("AreLimitedByABudget", () => {
+    const within = new ExpectedSizes().withBudget(order(0.1));
     expect(within.request.maxTriangles).toBe(2_000_000n);
     expect(within.request.isovalue).toBe(0.1);
   });
 
-  test("KnowSmallLabelsByTheirSamples", () => {
+  test("AllowSmallLabelsByTheirSamples", () => {
     const sizes = new ExpectedSizes();
     const label = (samples: bigint) => ({ ...info, member: { label: { samples } } }) as unknown as typeof info;
-    sizes.among = 1000; // Each may have 10 000 triangles.
+    sizes.surfaceCount = 1000; // Each may have 10 000 triangles.
     expect(sizes.isSmall(label(3_600n))).toBe(true);
     expect(sizes.isSmall(label(36_000n))).toBe(false);
-    sizes.among = 2;
+    sizes.surfaceCount = 2;
     expect(sizes.isSmall(label(36_000n))).toBe(true);
     expect(sizes.isSmall(label(0n)), "not counted").toBe(false);
     expect(sizes.isSmall(info), "no label").toBe(false);
   });
 
-  test("ShareWhatAViewCanHave", () => {
+  test("DivideTheLimitOfAView", () => {
     const sizes = new ExpectedSizes();
-    sizes.among = 20;
+    sizes.surfaceCount = 20;
     expect(sizes.isAllowed(size(500_000))).toBe(true);
     expect(sizes.isAllowed(size(500_001))).toBe(false);
-    expect(sizes.affordable(order(0.1)).request.maxTriangles).toBe(200_000n);
+    expect(sizes.withBudget(order(0.1)).request.maxTriangles).toBe(200_000n);
   });
 });
 
 describe("TriangleRange", () => {
-  test("IsRoundedOutwardAndEndsAtTheBudget", () => {
+  test("IsRoundedOutwardWithinTheBudget", () => {
     const plain = (text: string) => text.replaceAll("\u202f", " ");
     expect(plain(inTriangleRange(15_200))).toBe("11 000 to 23 000 triangles");
     expect(plain(inTriangleRange(15_200, 12_000))).toBe("11 000 to 12 000 triangles");
@@ -74,7 +74,7 @@ describe("TriangleRange", () => {
     expect(inTriangleRange(0)).toBe("0 triangles");
   });
 
-  test("HasTheFactorsOfTheCommandLine", () => {
+  test("MatchesTheCommandLine", () => {
     const header = readFileSync(new URL("../../../common/request/estimate_range.hpp", import.meta.url), "utf8");
     expect(header).toContain(`kMinEstimateFactor = ${minEstimateFactor};`);
     expect(header).toContain(`kMaxEstimateFactor = ${maxEstimateFactor};`);

@@ -1,7 +1,7 @@
 import { captionOf } from "../../../client/web/src/picture";
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { defaults } from "../../../client/web/src/state/settings";
-import { savedWords } from "../../../client/web/src/panel/downloads_section";
+import { savedFileText } from "../../../client/web/src/panel/downloads_section";
 import { columns } from "../../../client/web/src/panel/histogram";
 import { labelTable } from "../../../client/web/src/panel/label_table";
 import { timeLeft } from "../../../client/web/src/panel/status_bar";
@@ -12,7 +12,7 @@ import { worldDifference } from "../../../client/web/src/stream/dataset";
 import { plain } from "./made_datasets";
 
 describe("NearestName", () => {
-  test("GuessesWhatWasMeant", () => {
+  test("FindsMisspelledNames", () => {
     const names = ["head", "gyroid", "visible-female-head"];
     expect(nearestName("haed", names)).toBe("head");
     expect(nearestName("Gyriod", names)).toBe("gyroid");
@@ -25,7 +25,7 @@ describe("NearestName", () => {
 describe("WorldDifference", () => {
   const at = (name: string, x: number, overrides = {}) => ({ ...plain(name), indexToWorld: [1, 0, 0, 0, 1, 0, 0, 0, 1, x, 0, 0], ...overrides });
 
-  test("ShowsTheReason", () => {
+  test("ExplainsDifferentWorlds", () => {
     expect(worldDifference(at("a", 0), at("b", 4))).toBeNull();
     expect(worldDifference(at("a", 0), at("b", 8))).toBeNull(); // They touch.
     expect(worldDifference(at("a", 0), at("b", 9))).toMatch(/at another position than "a"/);
@@ -48,7 +48,7 @@ describe("TimeLeft", () => {
 describe("Histogram", () => {
   const info = { histogram: create(HistogramSchema, { low: 0, high: 4, counts: [1n, 2n, 3n, 4n] }) };
 
-  test("LeavesRoomForTheValuesOfOtherTimes", () => {
+  test("CoversTheRangeOfAllTimes", () => {
     const own = columns(info, { min: 0, max: 4 }, 4, true);
     expect(own.every((height) => height > 0)).toBe(true);
     expect(columns(info, { min: -2, max: 6 }, 8, true)).toEqual([0, 0, ...own, 0, 0]);
@@ -56,7 +56,7 @@ describe("Histogram", () => {
 });
 
 describe("LabelTable", () => {
-  test("HasARowForEachLabelWithTheBoundOfItsVolume", () => {
+  test("ListsVolumesWithBounds", () => {
     const label = (value: number, name: string) => create(LabelSchema, { value, name });
     const found = { triangles: 12, area: 600.123, volume: 1000.4, isCapped: false };
     const rows = labelTable([
@@ -72,14 +72,14 @@ describe("LabelTable", () => {
 });
 
 describe("ExportedPictures", () => {
-  test("SayWhatIsShown", () => {
+  test("HaveACaption", () => {
     const info = { name: "jet.p.t1", valueUnit: "K", suggestedIsovalues: [4], member: { series: "jet", field: "temperature", time: 0.25, timeUnit: "s" } } as unknown as DatasetInfo;
     expect(captionOf({ ...defaults, isovalue: 300.5 }, info)).toBe("jet, temperature, isovalue 300.5 K, 0.25 s");
     expect(captionOf({ ...defaults, visible: false }, info)).toBe("jet, temperature, 0.25 s");
     expect(captionOf({ ...defaults, isovalue: 7 }, { ...info, name: "head", valueUnit: "", member: undefined })).toBe("head, isovalue 7");
   });
 
-  test("NameTheAxesWithWhatIsInFrontLast", () => {
+  test("DrawFrontAxesLast", () => {
     const written: [string, number, number][] = [];
     const context = new Proxy({ canvas: { width: 800, height: 600 } } as Record<string, unknown>, {
       get: (target, name) => {
@@ -98,17 +98,17 @@ describe("ExportedPictures", () => {
   });
 });
 
-describe("SavedWords", () => {
+describe("SavedFileText", () => {
   const expected = { triangles: 59_000, budget: 0, bytes: 0, errorVoxels: 0.5 };
-  const words = (change: Partial<Parameters<typeof savedWords>[0]>) =>
-    savedWords({ triangles: 548_123, isOfSamples: false, isOneOfSeveral: false, expected, ...change }).replaceAll("\u202f", " ");
+  const words = (change: Partial<Parameters<typeof savedFileText>[0]>) =>
+    savedFileText({ triangles: 548_123, isOfSamples: false, isOneOfSeveral: false, expected, ...change }).replaceAll("\u202f", " ");
 
-  test("CountWhatAFileHas", () => {
+  test("CountsTriangles", () => {
     expect(words({})).toBe("Saved 548 123 triangles.");
     expect(words({ isOneOfSeveral: true })).toBe("Saved 548 123 triangles, those of the first surface.");
   });
 
-  test("SayWhereASimplifiedSurfaceWouldBeSmaller", () => {
+  test("SuggestsTheSimplifiedSurface", () => {
     expect(words({ isOfSamples: true })).toMatch(/from samples and not simplified; "multitetra-client fetch" writes 44 000 to 89 000 triangles/);
     expect(words({ isOfSamples: true, expected: null })).toMatch(/from samples and not simplified\.$/);
     expect(words({ isOfSamples: true, triangles: 900 })).toMatch(/not simplified\.$/);

@@ -7,7 +7,7 @@ import { createRequire } from "node:module";
 
 import { triangleHasher } from "../../../client/web/src/mesh/content_digest";
 import { decodeTile } from "../../../client/web/src/mesh/tile_decoder";
-import type { LatticeMesh, TilePromise } from "../../../client/web/src/mesh/tile_mesh";
+import type { LatticeMesh, ManifestTile } from "../../../client/web/src/mesh/tile_mesh";
 import {
   create,
   decoded,
@@ -60,7 +60,7 @@ const draco: Promise<DecoderModule> = installed("draco3d/draco_decoder_nodejs.js
 const hasher = triangleHasher(5);
 
 // Throws TileDamage.
-export async function tileFrom(payload: Uint8Array, promised: TilePromise): Promise<LatticeMesh> {
+export async function tileFrom(payload: Uint8Array, promised: ManifestTile): Promise<LatticeMesh> {
   const decoding = { draco: await draco, hasher: await hasher, resolution: 5, hasNormals: true };
   return decodeTile(payload, promised, decoding);
 }

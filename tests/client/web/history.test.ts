@@ -22,7 +22,7 @@ class Turned {
 }
 
 describe("History", () => {
-  test("TakesBackAndDoesAgain", () => {
+  test("UndoesAndRedoes", () => {
     const turned = new Turned();
     turned.turn({ error: 1 });
     turned.turn({ wireframe: true });
@@ -37,7 +37,7 @@ describe("History", () => {
     expect(turned.settings).toMatchObject({ error: 1, wireframe: true });
   });
 
-  test("TakesBackADragAsOneAndForgetsWhatWasTakenBackBefore", () => {
+  test("UndoesADragAsOneChange", () => {
     const turned = new Turned();
     for (const isovalue of [1, 2, 3, 4]) turned.turn({ isovalue }, 20);
     expect(turned.undo()).toBe(true);
@@ -46,7 +46,7 @@ describe("History", () => {
     expect(turned.redo()).toBe(false);
   });
 
-  test("LeavesTheEyeWhereItIs", () => {
+  test("IgnoresTheCamera", () => {
     const turned = new Turned();
     turned.turn({ error: 1 });
     turned.turn({ eye: [1, 2, 3], target: [0, 0, 0] });
@@ -61,7 +61,7 @@ describe("Bookmarks", () => {
     return { get: (name: string) => kept.get(name) ?? null, set: (name: string, value: string) => void kept.set(name, value) };
   };
 
-  test("StayUnderTheirNames", () => {
+  test("AreReplacedByName", () => {
     const place = memory() as never;
     const bookmarks = new Bookmarks(place);
     bookmarks.add({ name: "skull", address: "isovalue=400" });
@@ -72,7 +72,7 @@ describe("Bookmarks", () => {
     expect(bookmarks.list()).toHaveLength(1);
   });
 
-  test("PassOverWhatIsNotTheirs", () => {
+  test("IgnoreInvalidStorage", () => {
     for (const overrides of ["", "{", "7", '{"a":1}', '[1,null,{"name":"x"}]']) {
       const place = memory();
       place.set("bookmarks", overrides);

@@ -1,5 +1,5 @@
 import { isLabelRanges, labelRanges, labelsOfRanges } from "../../../client/web/src/state/label_ranges";
-import { nameOfLabel, settingsOfEntry, entriesOf, shortened, startOf, withLabelName } from "../../../client/web/src/state/series";
+import { nameOfLabel, settingsOfEntry, entriesOf, withShortLabels, initialSelection, withLabelName } from "../../../client/web/src/state/series";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import { withAllSurfaces, withSurface } from "../../../client/web/src/state/surfaces";
 import { fromAddress, toAddress } from "../../../client/web/src/state/url_state";
@@ -12,7 +12,7 @@ const all: Settings = { ...defaults, ...settingsOfEntry(entriesOf(list)[0]) };
 // The settings of a page that opens the address.
 function opened(address: string): Settings {
   const settings = { ...defaults, ...fromAddress(address) };
-  return { ...settings, ...startOf(list, settings)!.changes };
+  return { ...settings, ...initialSelection(list, settings)!.changes };
 }
 
 describe("LabelRanges", () => {
@@ -25,7 +25,7 @@ describe("LabelRanges", () => {
     expect(labelRanges([-7, 3], new Set([3]))).toBeNull();
   });
 
-  test("NameTheSameLabelsWhenTheyAreRead", () => {
+  test("ParseToTheSameLabels", () => {
     const gaps = values.filter((value) => value % 3 > 0 || value > 200);
     for (const every of [2, 3, 5, 40]) {
       const shown = new Set(gaps.filter((value) => value % every > 0));
@@ -38,28 +38,28 @@ describe("LabelRanges", () => {
 });
 
 describe("AddressesOfLabels", () => {
-  test("AreShortAndMakeTheSameSettings", () => {
+  test("RestoreTheSettings", () => {
     const shown = { ...all, ...withAllSurfaces(all, (_, at) => ({ visible: at !== 16 })) };
-    expect(toAddress(shortened(list, shown))).toBe("dataset=cells.label1&labels=1-322,-17");
+    expect(toAddress(withShortLabels(list, shown))).toBe("dataset=cells.label1&labels=1-322,-17");
     const changed = { ...shown, ...withSurface(shown, 4, { color: "#ff0000", opacity: 0.5 }) };
     const first = { ...changed, ...withSurface(changed, 0, { minComponent: 3 }) };
     for (const settings of [all, shown, changed, first, { ...all, ...withAllSurfaces(all, () => ({ visible: false })) }]) {
-      const address = toAddress(shortened(list, settings));
+      const address = toAddress(withShortLabels(list, settings));
       expect(address.length).toBeLessThan(160);
       expect(opened(address)).toEqual(settings);
     }
   });
 
-  test("StayAsTheyAreWhereSurfacesAreNotAllLabels", () => {
+  test("KeepSurfacesThatAreNotLabels", () => {
     const some = { ...all, surfaces: all.surfaces.slice(0, 5) };
-    expect(shortened(list, some)).toBe(some);
-    expect(shortened([], all)).toBe(all);
+    expect(withShortLabels(list, some)).toBe(some);
+    expect(withShortLabels([], all)).toBe(all);
     expect(opened("dataset=cells.label3&labels=2-4")).toMatchObject({ dataset: "cells.label1", visible: false, labels: "" });
     const plainDataset = member("head", "", {});
-    expect(startOf([plainDataset], { ...defaults, labels: "1-3" })!.changes).toEqual({ labels: "" });
+    expect(initialSelection([plainDataset], { ...defaults, labels: "1-3" })!.changes).toEqual({ labels: "" });
   });
 
-  test("HaveTheNamesThatLabelsWereGiven", () => {
+  test("ContainLabelNames", () => {
     const names = withLabelName(withLabelName([], 7, "a; b 50 %"), 3, "liver");
     expect(toAddress({ ...defaults, labelNames: names })).toMatch(/^label_names=3:liver/);
     expect(fromAddress(toAddress({ ...defaults, labelNames: names })).labelNames).toEqual(names);

@@ -1,7 +1,7 @@
 import { cutLine } from "../../../client/web/src/mesh/cut";
 import { massProperties } from "../../../client/web/src/mesh/mass_properties";
 import { axisNames } from "../../../client/web/src/scene/axis_names";
-import { remedy } from "../../../client/web/src/scene/measuring";
+import { volumeHint } from "../../../client/web/src/scene/measuring";
 import { angleAt, areaText, distanceOf, lengthWithBound, volumeText } from "../../../client/web/src/scene/measures";
 import { roundedWithin, withBound } from "../../../client/web/src/shared/quantities";
 import { ticks } from "../../../client/web/src/scene/ticks";
@@ -37,7 +37,7 @@ describe("MassProperties", () => {
     expect(found.area).toBeCloseTo(2 * (1 * 6 + 6 * 4 + 1 * 4), 12);
   });
 
-  test("SurfacesThatAreOpenOnOppositeSidesHaveNoVolume", () => {
+  test("OpenSurfacesHaveNoVolume", () => {
     expect(massProperties(tiles.slice(0, 1), identity, { id: "a/left", triangle: 0 })).toMatchObject({ volume: null, isCapped: false });
   });
 
@@ -48,7 +48,7 @@ describe("MassProperties", () => {
     return massProperties([{ id: "a", positions: left.positions, triangles: Uint16Array.from(triangles) }], identity, { id: "a", triangle: 0 })!;
   };
 
-  test("SurfacesEndAtTheBorderOfTheData", () => {
+  test("CapSurfacesAtTheBorderOfTheData", () => {
     expect(without(5)).toMatchObject({ volume: 24, area: 52 - 12, isCapped: true }); // Without one side,
     expect(without(1, 5)).toMatchObject({ volume: 24, isCapped: true }); // without two adjacent sides,
     expect(without(4, 5)).toMatchObject({ volume: 24, isCapped: true }); // without two opposite sides,
@@ -62,7 +62,7 @@ describe("MassProperties", () => {
 describe("CutLine", () => {
   const tiles = box([0, 0, 0], [2, 3, 4], "a");
 
-  test("AClosedSurfaceHasAClosedLine", () => {
+  test("IsClosedForClosedSurfaces", () => {
     for (const constant of [-1, -0.5, -3.75]) {
       const line = cutLine(tiles, { normal: [0.3, 0.4, 1], constant });
       const ends = new Map<string, number>();
@@ -75,7 +75,7 @@ describe("CutLine", () => {
     }
   });
 
-  test("LiesInThePlaneAndIsAsLongAsTheBoxIsAround", () => {
+  test("HasTheLengthOfTheSection", () => {
     const line = cutLine(tiles, { normal: [0, 0, 1], constant: -1 });
     let length = 0;
     for (let i = 0; i < line.length; i += 6) {
@@ -85,7 +85,7 @@ describe("CutLine", () => {
     expect(length).toBeCloseTo(10, 6);
   });
 
-  test("EmptyWhereThePlaneMisses", () => {
+  test("IsEmptyOutsideOfTheSurface", () => {
     expect(cutLine(tiles, { normal: [0, 0, 1], constant: -5 })).toHaveLength(0);
     expect(cutLine(tiles, { normal: [0, 0, 1], constant: 1 })).toHaveLength(0);
   });
@@ -99,14 +99,14 @@ describe("Measures", () => {
     expect(angleAt([1, 1, 1], [1, 1, 1], [2, 1, 1])).toBeNull();
   });
 
-  test("FullResolutionShowsAllDigits", () => {
+  test("ShowAllDigitsAtFullResolution", () => {
     expect(areaText(12.3456789, { lengthUnit: "mm" }, true)).toBe("12.346 mm²");
     expect(volumeText(123456, { lengthUnit: "mm" }, 0)).toBe("123460 mm³ = 123.46 ml");
     expect(volumeText(2, { lengthUnit: "" }, 0)).toBe("2 unit³");
     expect(lengthWithBound(1.5, { lengthUnit: "mm" }, 0)).toBe("1.5 mm");
   });
 
-  test("CarryTheirBoundAndNoDigitThatMeansNothing", () => {
+  test("RoundToTheirBound", () => {
     expect(lengthWithBound(12.3456, { lengthUnit: "mm" }, 0.046)).toBe("12.35 ± 0.06 mm");
     expect(lengthWithBound(12.3456, { lengthUnit: "mm" }, 0.0149)).toBe("12.346 ± 0.016 mm");
     expect(volumeText(123456, { lengthUnit: "mm" }, 250)).toBe("123460 ± 260 mm³ = 123.46 ± 0.26 ml");
@@ -118,14 +118,14 @@ describe("Measures", () => {
     }
   });
 
-  test("ValuesWithoutABoundAreRounded", () => {
+  test("RoundWithoutABound", () => {
     expect(lengthWithBound(12.3456, { lengthUnit: "mm" }, null)).toBe("about 12 mm");
     expect(volumeText(123.456, { lengthUnit: "" }, null)).toBe("about 120 unit³");
   });
 });
 
 describe("Axes", () => {
-  test("HaveRoundNumbers", () => {
+  test("TicksAreRoundNumbers", () => {
     expect(ticks(0, 128, 4)).toEqual([0, 50, 100]);
     expect(ticks(-0.1, 0.3, 4)).toEqual([-0.1, 0, 0.1, 0.2, 0.3]);
     expect(ticks(1500, 1733, 5)).toEqual([1500, 1550, 1600, 1650, 1700]);
@@ -133,7 +133,7 @@ describe("Axes", () => {
     expect(ticks(0, Infinity, 5)).toEqual([]);
   });
 
-  test("NamedByThePatientsSides", () => {
+  test("HaveAnatomicalNames", () => {
     const letters = (space: WorldSpace) => axisNames({ space }).map(({ letter }) => letter).join(" ");
     expect(letters(WorldSpace.LPS)).toBe("L R P A S I");
     expect(letters(WorldSpace.RAS)).toBe("R L A P S I");
@@ -143,16 +143,16 @@ describe("Axes", () => {
 });
 
 describe("MeasuredParts", () => {
-  test("SayWhatNarrowsTheirBoundAndWhatClosesThem", () => {
-    expect(remedy(170, 40, false)).toMatch(/Exact/);
-    expect([remedy(170, 1, false), remedy(170, 40, true)]).toEqual(["", ""]);
-    expect(remedy(170, null, false)).toMatch(/Exact/);
-    expect(remedy(null, 40, false)).toMatch(/--outside VALUE --margin 1/);
+  test("SuggestHowToNarrowTheBound", () => {
+    expect(volumeHint(170, 40, false)).toMatch(/Exact/);
+    expect([volumeHint(170, 1, false), volumeHint(170, 40, true)]).toEqual(["", ""]);
+    expect(volumeHint(170, null, false)).toMatch(/Exact/);
+    expect(volumeHint(null, 40, false)).toMatch(/--outside VALUE --margin 1/);
   });
 });
 
 describe("RoundedWithin", () => {
-  test("TellsTheEndsOfANarrowRangeApart", () => {
+  test("DistinguishesEndsOfNarrowRanges", () => {
     expect([101111.6, 101300.4, 101547.4].map((value) => roundedWithin(value, 435.8))).toEqual([101112, 101300, 101547]);
     expect(roundedWithin(-20.123456, 0.05)).toBe(-20.1235);
   });

@@ -1,9 +1,9 @@
-import { type DataBorder, isSound, joined } from "../../../client/web/src/mesh/boundary_matcher";
+import { type DataBorder, isSound, matchBoundaries } from "../../../client/web/src/mesh/boundary_matcher";
 import { meshFile, weldedInWorld } from "../../../client/web/src/mesh/mesh_files";
 import { nearestHit } from "../../../client/web/src/mesh/ray";
 import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
-import { payloadClaims } from "../../../client/web/src/mesh/tile_payload";
-import { fieldNormals, normalSums, packedNormals, spreadSums } from "../../../client/web/src/mesh/normals";
+import { payloadCounts } from "../../../client/web/src/mesh/tile_payload";
+import { fieldNormals, normalSums, packedNormals, smoothedSums } from "../../../client/web/src/mesh/normals";
 
 const corners = [[9, 5, 5], [5, 9, 5], [5, 5, 9], [1, 5, 5], [5, 1, 5], [5, 5, 1]];
 const octahedron = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
@@ -29,11 +29,11 @@ function tile(faces: number[][], shift = 0) {
 }
 
 function topology(...tiles: number[][][]) {
-  return joined(tiles.map((faces) => boundaryOf(mesh(faces))), border).topology;
+  return matchBoundaries(tiles.map((faces) => boundaryOf(mesh(faces))), border).topology;
 }
 
 describe("BoundaryMatcher", () => {
-  test("CountAWholeSurfaceTheSameHoweverItIsCut", () => {
+  test("CountsDoNotDependOnTheTiling", () => {
     const whole = topology(octahedron);
     expect(whole).toMatchObject({ vertices: 6, edges: 12, eulerCharacteristic: 2, components: 1 });
     for (let cut = 1; cut < 8; ++cut) {
@@ -42,44 +42,44 @@ describe("BoundaryMatcher", () => {
     expect(topology(...octahedron.map((face) => [face]))).toEqual(whole);
   });
 
-  test("FindACrackWhereATriangleIsMissing", () => {
+  test("FindsCracks", () => {
     const torn = topology(octahedron.slice(0, 4), octahedron.slice(4, 7));
     expect(torn.openEdges).toBe(3);
     expect(isSound(torn)).toBe(false);
   });
 
-  test("FindATriangleThatIsTurnedOver", () => {
+  test("FindsFlippedTriangles", () => {
     const turned = octahedron.map((face, i) => (i === 3 ? [face[1], face[0], face[2]] : face));
     expect(topology(turned.slice(0, 3), turned.slice(3)).nonmanifoldEdges).toBe(3);
   });
 
-  test("LetASurfaceEndAtTheDataOnly", () => {
+  test("AllowsBordersOnlyAtTheEndOfTheData", () => {
     const half = octahedron.slice(0, 4);
-    const at = (low: number) => joined([boundaryOf(mesh(half))], { ...border, low: [0, 0, low] }).topology;
+    const at = (low: number) => matchBoundaries([boundaryOf(mesh(half))], { ...border, low: [0, 0, low] }).topology;
     expect(at(0)).toMatchObject({ openEdges: 4, borderEdges: 0 });
     expect(at(5)).toMatchObject({ openEdges: 0, borderEdges: 4 });
   });
 
   test("CountsSeparateSurfaces", () => {
-    const far = joined([boundaryOf(mesh(octahedron)), boundaryOf(mesh(octahedron, 100))], border).topology;
+    const far = matchBoundaries([boundaryOf(mesh(octahedron)), boundaryOf(mesh(octahedron, 100))], border).topology;
     expect(far).toMatchObject({ components: 2, eulerCharacteristic: 4 });
   });
 });
 
 describe("Files", () => {
-  test("HaveOneVertexALatticePoint", () => {
+  test("HaveOneVertexPerLatticePoint", () => {
     const tiles = [tile(octahedron.slice(0, 4)), tile(octahedron.slice(4))];
     const welded = weldedInWorld(tiles, identity);
     expect([welded.positions.length / 3, welded.triangles.length / 3]).toEqual([6, 8]);
   });
 
-  test("KeepTheOutsideOutsideWhenTheMapMirrors", () => {
+  test("KeepTheOrientationInMirroredWorlds", () => {
     const mirrored = weldedInWorld([tile(octahedron)], [-1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]);
     expect(volume(mirrored)).toBeGreaterThan(0);
     expect(volume(weldedInWorld([tile(octahedron)], identity))).toBeGreaterThan(0);
   });
 
-  test("HaveTheLengthOfTheirHeaders", () => {
+  test("MatchTheLengthInTheirHeaders", () => {
     const tiles = [tile(octahedron)];
     expect(meshFile(tiles, "stl", identity).length).toBe(84 + 8 * 50);
     const glb = meshFile(tiles, "glb", identity);
@@ -88,7 +88,7 @@ describe("Files", () => {
     expect(ply.split("end_header\n")[1].length).toBe(6 * 12 + 8 * 13);
   });
 
-  test("HaveTheNormalsAndTheMaterialOfTheCommandLines", () => {
+  test("MatchNormalsAndMaterialOfTheCommandLine", () => {
     const glb = meshFile([tile(octahedron)], "glb", identity);
     const length = new DataView(glb.buffer).getUint32(12, true);
     const json = JSON.parse(new TextDecoder().decode(glb.subarray(20, 20 + length)));
@@ -101,7 +101,7 @@ describe("Files", () => {
     expect(ply.split("end_header\n")[1].length).toBe(6 * 24 + 8 * 13);
   });
 
-  test("HaveNormalsThatPointOutwardsWhateverTheMap", () => {
+  test("HaveOutwardNormalsInAnyWorld", () => {
     const centre = [5, 5, 5];
     for (const map of [identity, [2, 0, 0, 0, 3, 0, 0, 0, 0.5, 7, 8, 9], [-1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0],
       [1, 1, 0, -1, 1, 0, 0, 0, 4, 0, 0, 0], [0, 0, 2, 2, 0, 0, 0, 1, 0, 1, 2, 3]]) {
@@ -116,7 +116,7 @@ describe("Files", () => {
     }
   });
 
-  test("KeepTheFieldsNormalsThroughTheLattice", () => {
+  test("KeepFieldNormals", () => {
     const map = [2, 0, 0, 0, 3, 0, 0, 0, 0.5, 7, 8, 9];
     const own = tile(octahedron);
     const world = Float32Array.from({ length: own.positions.length }, (_, i) => [0.6, 0, -0.8][i % 3]);
@@ -136,13 +136,13 @@ function volume({ positions: p, triangles }: { positions: Float32Array; triangle
 }
 
 describe("Rays", () => {
-  test("MeetTheNearestPlaceFirst", () => {
+  test("ReturnTheNearestHit", () => {
     const hit = nearestHit([tile(octahedron)], [5.1, 5.2, 20], [0, 0, -1])!;
     expect(hit.point[2]).toBeCloseTo(8.7, 5);
     expect(nearestHit([tile(octahedron)], [30, 5, 20], [0, 0, -1])).toBeNull();
   });
 
-  test("PassThroughWhatWasCutAway", () => {
+  test("IgnoreClippedTriangles", () => {
     const below = { normal: [0, 0, -1], constant: 5 };
     const hit = nearestHit([tile(octahedron)], [5.1, 5.2, 20], [0, 0, -1], below)!;
     expect(hit.point[2]).toBeCloseTo(1.3, 5);
@@ -170,7 +170,7 @@ describe("SpreadNormals", () => {
   const cells = Array.from({ length: (side - 1) ** 2 }, (_, i) => (i % (side - 1)) + side * Math.floor(i / (side - 1)));
   const triangles = Uint32Array.from(cells.flatMap((v) => [v, v + 1, v + side, v + 1, v + side + 1, v + side]));
   const slope = (rounds: number) => {
-    const sums = spreadSums(normalSums({ positions, triangles, normals: null }), triangles, rounds);
+    const sums = smoothedSums(normalSums({ positions, triangles, normals: null }), triangles, rounds);
     let steepest = 0;
     for (let v = 0; v < sums.length; v += 3) {
       if (Math.min(positions[v], positions[v + 1]) < 128 || Math.max(positions[v], positions[v + 1]) > 256) continue;
@@ -179,15 +179,15 @@ describe("SpreadNormals", () => {
     return steepest;
   };
 
-  test("WeighsTrianglesByTheirReach", () => {
+  test("WeightTrianglesBySize", () => {
     expect(slope(1)).toBeLessThan(0.7 * slope(0));
     expect(slope(3)).toBeLessThan(0.4 * slope(0));
   });
 });
 
-describe("Claims", () => {
-  test("RejectsBytesThatAreNoTile", () => {
-    expect(payloadClaims(new Uint8Array(0))).toContain("expected");
-    expect(payloadClaims(new TextEncoder().encode("DRACO, or so it says"))).toContain("expected");
+describe("PayloadCounts", () => {
+  test("RejectInvalidBytes", () => {
+    expect(payloadCounts(new Uint8Array(0))).toContain("expected");
+    expect(payloadCounts(new TextEncoder().encode("DRACO, or so it says"))).toContain("expected");
   });
 });

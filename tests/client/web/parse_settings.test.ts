@@ -4,7 +4,7 @@ import { parseSettings } from "../../../client/web/src/state/parse_settings";
 import { defaults } from "../../../client/web/src/state/settings";
 
 describe("parseSettings", () => {
-  test("MatchTheSettingsOfAnAddress", () => {
+  test("MatchesAddresses", () => {
     const overrides = {
       isovalue: 500.5, error: 0.25, region: { kind: "ball", centre: [1, 2, 3], radius: 4, error: 0.5 }, eye: [1, 2, 3],
       surfaces: [{ isovalue: 3, error: null, color: "#d9775f", opacity: 0.5, visible: true }], clip: "x", wireframe: true,
@@ -12,11 +12,11 @@ describe("parseSettings", () => {
     expect(parseSettings(overrides)).toEqual({ settings: overrides, ignored: [] });
   });
 
-  test("MayBeWhatIsUsual", () => {
+  test("AcceptsDefaults", () => {
     expect(parseSettings({ ...defaults })).toEqual({ settings: defaults, ignored: [] });
   });
 
-  test("AreAllListedInTheGuide", () => {
+  test("GuideListsAllSettings", () => {
     const guide = readFileSync(new URL("../../../client/web/EMBEDDING.md", import.meta.url), "utf8");
     const fields = guide.slice(guide.indexOf("Fields of `state`"), guide.indexOf("## As a module"));
     expect(Object.keys(defaults).filter((name) => !new RegExp(`\\b${name}\\b`).test(fields))).toEqual([]);

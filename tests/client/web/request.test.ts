@@ -17,12 +17,12 @@ const far = 1000 * voxelLength(info);
 const near = 10 * voxelLength(info);
 
 describe("ScreenSpaceError", () => {
-  test("APixelHasItsLengthAtTheNearestData", () => {
+  test("PixelLengthIsThatAtTheNearestData", () => {
     expect(nearestPixel(info, viewFrom(far))).toBeCloseTo((2 * 1000 * Math.tan((17.5 * Math.PI) / 180)) / 600, 9);
     expect(nearestPixel(info, { ...viewFrom(0), eye: middle })).toBe(0);
   });
 
-  test("ChangesNothingWherePixelsAreLargerThanTheAllowedError", () => {
+  test("IsOmittedForDistantViews", () => {
     const plain = asked({}, null);
     expect(plain.threshold!.view).toBeUndefined();
     expect(isSameRequest(asked({}, far), plain)).toBe(true);
@@ -31,7 +31,7 @@ describe("ScreenSpaceError", () => {
     expect(isSameRequest(asked({ followView: false }, near), asked({ followView: false }, null))).toBe(true);
   });
 
-  test("NeverCoarserThanTheAllowedError", () => {
+  test("IsNeverCoarserThanTheAllowedError", () => {
     const { threshold } = asked({ error: 0.5, pixels: 2 }, near);
     expect(threshold).toMatchObject({ combine: Combination.MINIMUM, error: 0.5, view: { tolerancePixels: 2, frustum: { outside: 0.5 } } });
     // The view replaces `error`, so a box around all data restates it.
@@ -42,7 +42,7 @@ describe("ScreenSpaceError", () => {
     expect(to.every((at, axis) => at > high[axis] + voxelLength(info))).toBe(true);
   });
 
-  test("LeavesAFinerRegionAndACoarserOneAsTheyAre", () => {
+  test("KeepsRegions", () => {
     const region = { kind: "ball" as const, centre: [1, 2, 3] as [number, number, number], radius: 4, error: 0 };
     const { threshold } = asked({ error: 0.5, region }, near);
     expect(threshold!.regions.map(({ threshold: one }) => one)).toEqual([0.5, 0]);

@@ -16,24 +16,24 @@ const scan = dataset([900, 60, 8, ...Array<number>(40).fill(100), ...Array<numbe
 const ct = dataset([1], { min: -1024, max: 3071, valueUnit: "HU" });
 
 describe("DefaultWindow", () => {
-  test("LeavesOutTheBackgroundAndTheRareLargeValues", () => {
+  test("OmitsBackgroundAndOutliers", () => {
     const { level, width } = defaultWindow(scan);
     expect(level - width / 2).toBeGreaterThan(2.9);
     expect(level + width / 2).toBeLessThan(43.1);
     expect(width).toBeGreaterThan(38);
   });
 
-  test("SoftTissueForCt", () => {
+  test("IsSoftTissueForCt", () => {
     expect(defaultWindow(ct)).toMatchObject({ level: 40, width: 400 });
     expect(sampleWindows(ct).map(({ name }) => name)).toEqual(["Soft tissue", "Bone", "Lung", "Brain", "All values"]);
   });
 
-  test("AllValuesWithoutAHistogram", () => {
+  test("IsAllValuesWithoutAHistogram", () => {
     expect(defaultWindow({ min: -1, max: 3, valueUnit: "", histogram: undefined })).toEqual({ level: 1, width: 4 });
     expect(defaultWindow(dataset([], { min: 5, max: 5 }))).toEqual({ level: 5, width: 0 });
   });
 
-  test("KeepsAllOfAFieldWithoutBackground", () => {
+  test("IsAllValuesWithoutBackground", () => {
     const { level, width } = defaultWindow(dataset(Array<number>(100).fill(10)));
     expect([level, width].map(Math.round)).toEqual([50, 99]);
     expect(airBelow(dataset(Array<number>(100).fill(10)), 0)).toBe(-Infinity);
@@ -41,14 +41,14 @@ describe("DefaultWindow", () => {
 });
 
 describe("Air", () => {
-  test("BackgroundOrBelowFatForCt", () => {
+  test("IsBackgroundOrBelowFatForCt", () => {
     expect(airBelow(scan, 0)).toBe(3);
     expect(airBelow(ct, -160)).toBe(-500);
   });
 });
 
-describe("AirOfALungWindow", () => {
-  test("BeginsWhereTheWindowDoes", () => {
+describe("AirInALungWindow", () => {
+  test("BeginsAtTheWindow", () => {
     const { level, width } = sampleWindows(ct).find(({ name }) => name === "Lung")!;
     expect(airBelow(ct, level - width / 2)).toBe(-1350);
     expect(airBelow(scan, -1350)).toBe(3);
@@ -62,7 +62,7 @@ describe("ComputedTomography", () => {
     expect(isCt({ min: 0, max: 4095, valueUnit: "", histogram: undefined })).toBe(false);
   });
 
-  test("NamesWhatASurfaceShows", () => {
+  test("NamesTheTissueAtAnIsovalue", () => {
     expect([-300.5, 0.5, 400.5, 2500].map((value) => tissueAtValue(value, ct))).toEqual(["skin", "soft tissue", "bone", "enamel, metal"]);
     expect([-784, -500.5].map((value) => tissueAtValue(value, ct))).toEqual(["", ""]);
     expect(tissueAtValue(400.5, scan)).toBe("");
@@ -70,7 +70,7 @@ describe("ComputedTomography", () => {
 });
 
 describe("AnotherSurface", () => {
-  test("FarthestSuggestionFromTheShown", () => {
+  test("HasTheFarthestSuggestedIsovalue", () => {
     const info = { ...dataset([]), suggestedIsovalues: [100, 120, 400, 90], max: 500 };
     expect(nextIsovalue([100], info)).toBe(400);
     expect(nextIsovalue([100, 400], info)).toBe(120);
@@ -85,7 +85,7 @@ describe("AnotherSurface", () => {
     expect(nextIsovalue([300.5, -250.5, 2500.5, 20.5], info)).toBe(-784.5);
   });
 
-  test("LeavesTheOuterOneTranslucent", () => {
+  test("MakesTheOuterOneTranslucent", () => {
     expect(withAddedSurface(defaults, 400, 100)).toMatchObject({ opacity: 0.35, surfaces: [{ isovalue: 400, opacity: 1 }] });
     expect(withAddedSurface({ ...defaults, isovalue: 100 }, 50, 7)).toEqual({ surfaces: [expect.objectContaining({ isovalue: 50, opacity: 0.35 })] });
     expect(withAddedSurface({ ...defaults, opacity: 0.8 }, 400, 100)).not.toHaveProperty("opacity");

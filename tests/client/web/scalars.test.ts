@@ -7,12 +7,12 @@ describe("ScalarAttribute", () => {
   // Sorted by z, then y, then x: vertices 3, 1, 0, 2.
   const positions = Float32Array.from([5, 5, 1, 2, 5, 1, 0, 0, 9, 7, 3, 1]);
 
-  test("GivesCodesToTheVerticesThatTheyAreOf", () => {
+  test("AssignsCodesToVertices", () => {
     const attribute = scalarAttribute(positions, Uint8Array.from([0, 127, 254, 255]), 8);
     expect([...attribute]).toEqual([2, 1.5, -1, 1]);
   });
 
-  test("ReadsTwoBytesFromTheLesserOn", () => {
+  test("ReadsLittleEndianCodes", () => {
     const codes = Uint8Array.from([0xff, 0xff, 0xfe, 0xff, 0, 0, 0xff, 0x7f]);
     const [second, first, third, none] = [...scalarAttribute(positions, codes, 16)];
     expect([none, first, second]).toEqual([-1, 2, 1]);
@@ -25,11 +25,11 @@ describe("AssemblerScalars", () => {
   const step = begin.value as StepBegin;
 
   function colored() {
-    const conversation = new Conversation({ agent: "test", token: () => "", held: () => [] });
+    const conversation = new Conversation({ agent: "test", token: () => "", cachedTiles: () => [] });
     conversation.opened();
     conversation.received(welcome);
     conversation.received(list);
-    const effects = conversation.want({ info: dataset(), request: request(), scalars: { dataset: "dose", low: -1, high: 3 } });
+    const effects = conversation.request({ info: dataset(), request: request(), scalars: { dataset: "dose", low: -1, high: 3 } });
     const opened = effects.find((e) => e.kind === "send" && e.message.case === "openStream");
     expect(opened).toMatchObject({ message: { value: { scalars: { dataset: "dose", low: -1, high: 3 } } } });
     const range = { low: -1, high: 3, bits: 16 };
@@ -47,7 +47,7 @@ describe("AssemblerScalars", () => {
     expect((effect as { values: { key: string } }).values.key).toMatch(/^[0-9a-f]{32}$/);
   });
 
-  test("RejectedWhenTheyContradictTheManifest", () => {
+  test("AreRejectedIfTheyContradictTheManifest", () => {
     for (const change of [{ index: 99 }, { step: 1 }, { codes: new Uint8Array(3) }]) {
       expect(colored()(change)).toMatchObject([{ kind: "stream", effect: { kind: "failed" } }]);
     }

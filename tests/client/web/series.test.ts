@@ -1,7 +1,7 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { sceneOf } from "../../../client/web/src/scene_at";
 import {
-  atTime, entriesOf, seriesOf, labelIsovalue, named, ofField, rangeOf, settingsOfEntry, timesOf, timeText,
+  atTime, entriesOf, seriesOf, labelIsovalue, findByName, memberOfField, rangeOf, settingsOfEntry, timesOf, timeText,
 } from "../../../client/web/src/state/series";
 import { labelColor } from "../../../client/web/src/state/label_colors";
 import { defaults } from "../../../client/web/src/state/settings";
@@ -14,7 +14,7 @@ const list = [plain("head"), ...flow, plain("fuel"), ...labels];
 const names = (all: readonly DatasetInfo[]) => all.map(({ name }) => name);
 
 describe("Series", () => {
-  test("OneEntryEach", () => {
+  test("HaveOneEntry", () => {
     expect(entriesOf(list).map(({ name, info }) => [name, info.name])).toEqual([
       ["head", "head"], ["flow", "flow.speed.t0"], ["fuel", "fuel"], ["seg", "seg.label1"],
     ]);
@@ -22,12 +22,12 @@ describe("Series", () => {
     expect(names(seriesOf(list, labels[0])!.labels)).toEqual(["seg.label1", "seg.label4", "seg.label9"]);
   });
 
-  test("ASeriesOfOneIsADataset", () => {
+  test("SingleMembersAreDatasets", () => {
     const alone = member("a.t0", "a", { time: 0 });
     expect(entriesOf([alone])).toEqual([{ name: "a.t0", info: alone, series: null }]);
   });
 
-  test("HaveTheNearestTimeOfTheSameField", () => {
+  test("SelectTheNearestTimeOfTheSameField", () => {
     expect(atTime(list, flow[0], 0.3).name).toBe("flow.speed.t0.25");
     expect(atTime(list, flow[1], -7).name).toBe("flow.heat.t0");
     expect(atTime(list, flow[0], null)).toBe(flow[0]);
@@ -36,23 +36,23 @@ describe("Series", () => {
     expect(timesOf(list, labels[0])).toEqual([]);
   });
 
-  test("PassOverTimesThatAreNone", () => {
+  test("IgnoreInvalidTimes", () => {
     const broken = [NaN, 1, 2].map((time) => member(`b.t${time}`, "b", { time }));
     expect(seriesOf(broken, broken[0])!.times).toEqual([1, 2]);
     expect(timesOf(broken, broken[1])).toEqual([1, 2]);
     expect(atTime(broken, broken[0], 1)).toBe(broken[0]);
   });
 
-  test("HaveAnotherFieldAtTheSameTime", () => {
+  test("SelectAnotherFieldAtTheSameTime", () => {
     const series = seriesOf(list, flow[0])!;
-    expect(ofField(series, flow[4], "heat")!.name).toBe("flow.heat.t0.25");
-    expect(ofField(series, flow[4], "salt")).toBeNull();
+    expect(memberOfField(series, flow[4], "heat")!.name).toBe("flow.heat.t0.25");
+    expect(memberOfField(series, flow[4], "salt")).toBeNull();
   });
 
-  test("NamedUniquely", () => {
-    expect(named(list, "flow")!.name).toBe("flow.speed.t0");
-    expect(named([...list, plain("flow")], "flow")!.member).toBeUndefined();
-    expect(named(list, "head.t0")).toBeNull();
+  test("HaveUniqueNames", () => {
+    expect(findByName(list, "flow")!.name).toBe("flow.speed.t0");
+    expect(findByName([...list, plain("flow")], "flow")!.member).toBeUndefined();
+    expect(findByName(list, "head.t0")).toBeNull();
   });
 
   test("HaveOneRangeOverAllTimes", () => {
@@ -74,20 +74,20 @@ describe("Labels", () => {
     expect(overrides.surfaces!.map(({ dataset, isovalue }) => [dataset, isovalue])).toEqual([["seg.label4", 0.5], ["seg.label9", 0.5]]);
   });
 
-  test("OfferedWhereOneIsNamed", () => {
+  test("SelectANamedLabel", () => {
     const overrides = settingsOfEntry(entriesOf(labels)[0], "seg.label4");
     expect(overrides).toMatchObject({ dataset: "seg.label1", visible: false });
     expect(overrides.surfaces!.map(({ dataset, visible }) => [dataset, visible])).toEqual([["seg.label4", true], ["seg.label9", false]]);
   });
 
-  test("LimitsHowManyAreShown", () => {
+  test("LimitTheInitiallyVisible", () => {
     const many = Array.from({ length: 100 }, (_, i) => member(`m.label${i + 1}`, "m", { label: { value: i + 1, name: "" } }));
     const overrides = settingsOfEntry(entriesOf(many)[0]);
     expect(overrides.surfaces).toHaveLength(99);
     expect(overrides.surfaces!.filter(({ visible }) => visible)).toHaveLength(23);
   });
 
-  test("HaveTheColorOfTheFileOrOneThatIsAlwaysTheSame", () => {
+  test("HaveTheColorOfTheFileOrAConstantOne", () => {
     expect(labelColor(3, 0x0a8265)).toBe("#0a8265");
     expect(labelColor(3)).toBe(labelColor(3));
     expect(labelColor(3, 0x1000000)).toBe(labelColor(3));
@@ -96,7 +96,7 @@ describe("Labels", () => {
     for (const color of colors) expect(color).toMatch(/^#[0-9a-f]{6}$/);
   });
 
-  test("NeighboringLabelsHaveDistinctColors", () => {
+  test("HaveDistinctColors", () => {
     const parts = (color: string) => [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16));
     for (let value = 1; value < 64; ++value) {
       const [a, b] = [parts(labelColor(value)), parts(labelColor(value + 1))];
@@ -106,7 +106,7 @@ describe("Labels", () => {
 });
 
 describe("SceneAt", () => {
-  test("HasAllSurfacesAndColorsAtOneTime", () => {
+  test("SelectsSurfacesAndColorsAtOneTime", () => {
     const further = { isovalue: 1, error: null, color: "#ffffff", opacity: 1, visible: true };
     const settings = {
       ...defaults, dataset: "flow", colorBy: "flow.heat.t0",

@@ -20,17 +20,18 @@ prepareTimes();
 const series = await serveFolder(folder);
 
 await test("ShowsTheLabelsOfASegmentation", showsLabels);
-await test("LoadsNoLabelThatIsHidden", loadsWhatIsShown);
-await test("NamesTheLabelThatIsClickedAndIsolatesOne", namesAndIsolates);
-await test("RenamesALabelAndKeepsANoteWhenAnotherIsClicked", renames);
-await test("FindsSortsAndZoomsToLabels", findsLabels);
-await test("SavesATableOfTheLabelsThatAreShown", savesTable);
-await test("ShowsHundredsOfLabelsFromAFewRequests", showsHundreds);
-await test("PlaysTheTimesOfASeriesAndColorsThemByAnotherField", playsTimes);
-await test("NeverShowsTwoTimesBesideOneAnother", showsOneTime);
-await test("SavesATimeAsAPictureEach", savesTimes);
-await test("EndsAFilmWhereATimeDoesNotCome", failsAFilm);
-await test("LeavesTheSurfaceFreeOfTheTimesOnATelephone", leavesRoom, { viewport: { width: 390, height: 800 }, hasTouch: true, isMobile: true });
+await test("LoadsNoHiddenLabels", loadsWhatIsShown);
+await test("NamesAClickedLabelAndIsolatesOne", namesAndIsolates);
+await test("RenamesLabelsAndKeepsNotes", renames);
+await test("SearchesSortsAndZoomsToLabels", findsLabels);
+await test("SelectsSeveralLabels", selectsSeveral);
+await test("SavesATableOfVisibleLabels", savesTable);
+await test("ShowsHundredsOfLabelsWithFewRequests", showsHundreds);
+await test("PlaysTimesColoredByAnotherField", playsTimes);
+await test("ShowsOneTimeAtOnce", showsOneTime);
+await test("SavesAPictureOfEachTime", savesTimes);
+await test("StopsRecordingAtAMissingTime", failsAFilm);
+await test("TimeControlsDoNotCoverTheSurfaceOnPhones", leavesRoom, { viewport: { width: 390, height: 800 }, hasTouch: true, isMobile: true });
 await finish();
 
 // ----
@@ -83,7 +84,7 @@ async function namesAndIsolates(page) {
   await page.mouse.click(canvas.x + canvas.width / 2, canvas.y + canvas.height / 2); // The ball in the middle.
   await page.waitForSelector(".picked:not([hidden])", { timeout: patience });
   assert.equal(await page.textContent(".picked-label"), "label 5");
-  assert.deepEqual(await page.locator(".label-row.is-picked .label-name").allTextContents(), ["label 5"]);
+  assert.deepEqual(await page.locator(".label-row.is-selected .label-name").allTextContents(), ["label 5"]);
   await page.click('[aria-label="Show only label 9"]');
   await page.waitForFunction(() => document.querySelector(".labels-count").textContent === "1 of 3 shown");
   assert.deepEqual(await page.locator('.eye[aria-pressed="true"]').evaluateAll((all) => all.map((one) => one.ariaLabel)), ["Show label 9"]);
@@ -93,7 +94,7 @@ async function renames(page) {
   await open(page, "#dataset=seg&axes=false&eye=16,-60,16&target=16,16,16", series);
   await complete(page);
   await settled(page);
-  await page.dblclick('[aria-label="Zoom to label 5"]');
+  await page.dblclick('.label-name:text-is("label 5")');
   await page.fill('[aria-label="Name of label 5"]', "core; left");
   await page.press('[aria-label="Name of label 5"]', "Enter");
   assert.deepEqual(await page.locator(".label-name").allTextContents(), ["label 2", "core; left", "label 9"]);
@@ -111,16 +112,62 @@ async function renames(page) {
   await page.press('[aria-label="Note on A"]', "Enter");
   assert.equal(await page.textContent(".picked-label"), "core");
   assert.doesNotMatch(await page.textContent(".picked"), /gradient/, "the field of a label says nothing");
-  await page.click('[aria-label="Zoom to label 9"]');
+  await page.click('.label-name:text-is("label 9")');
   await page.mouse.move(x, y);
   await hovers("label 9");
   await page.mouse.click(x, y);
   await page.waitForSelector('.picked-label b:text-is("label 9")', { timeout: patience });
   await page.waitForFunction(() => decodeURIComponent(location.hash).replaceAll("+", " ").includes("the middle;"), null, { timeout: patience });
+  await page.focus('.label-name[aria-pressed="true"]');
+  await page.keyboard.press("Escape"); // Selects nothing, so that the table has all.
+  assert((await tableOf(page)).some(([label, name]) => label === "5" && name === "core"));
+}
+
+// Clicks the button of the table; returns its rows, without the header.
+async function tableOf(page) {
   const [download] = await Promise.all([
-    page.waitForEvent("download", { timeout: patience }), page.click('button:has-text("Table (CSV)")'),
+    page.waitForEvent("download", { timeout: patience }), page.click('button:has-text("(CSV)")'),
   ]);
-  assert.match(readFileSync(await download.path(), "utf8"), /\r\n5,core,/);
+  const [header, ...rows] = readFileSync(await download.path(), "utf8").trim().split("\r\n").map((line) => line.split(","));
+  assert.deepEqual(header.slice(0, 2), ["label", "name"]);
+  return rows;
+}
+
+async function selectsSeveral(page) {
+  await open(page, "#dataset=cells&labels=1-30&axes=false", series);
+  await complete(page);
+  await settled(page);
+  const name = (label) => page.locator(`.label-name:text-is("label ${label}")`);
+  const selected = async () => (await page.locator('.label-name[aria-pressed="true"]').allTextContents()).map((text) => Number(text.slice(6)));
+  const shown = (count) => page.waitForFunction((n) => document.querySelector(".labels-count").textContent === `${n} of 30 shown`, count);
+  await name(3).click();
+  await name(6).click({ modifiers: ["Shift"] });
+  assert.deepEqual(await selected(), [3, 4, 5, 6]);
+  await name(5).click({ modifiers: ["ControlOrMeta"] });
+  assert.deepEqual(await selected(), [3, 4, 6]);
+  // A control of a selected label changes all selected ones, that of another label only that one.
+  await page.click('[aria-label="Show only label 4"]');
+  await shown(3);
+  await page.click('.eye[aria-label="Show label 3"]');
+  await shown(0);
+  await page.click('.eye[aria-label="Show label 6"]');
+  await shown(3);
+  await page.click('.eye[aria-label="Show label 5"]');
+  await shown(4);
+  await page.locator('[aria-label="Color of label 6"]').fill("#ff0000");
+  const colors = await Promise.all([3, 4, 5, 6].map((label) => page.inputValue(`[aria-label="Color of label ${label}"]`)));
+  assert.deepEqual(colors.map((color) => color === "#ff0000"), [true, true, false, true]);
+  await settled(page);
+  assert.deepEqual((await tableOf(page)).map(([label]) => label), ["3", "4", "6"]);
+  await name(6).focus();
+  for (const key of ["ArrowDown", "Shift+ArrowDown", "Shift+ArrowDown"]) await page.keyboard.press(key);
+  assert.deepEqual(await selected(), [7, 8, 9]);
+  await page.keyboard.press("Space");
+  assert.deepEqual(await selected(), [7, 8]);
+  await page.keyboard.press("ControlOrMeta+a");
+  assert.equal((await selected()).length, 30);
+  await page.keyboard.press("Escape");
+  assert.deepEqual(await selected(), []);
 }
 
 async function findsLabels(page) {
@@ -130,12 +177,12 @@ async function findsLabels(page) {
   const names = () => page.locator(".label-row:not([hidden]) .label-name").allTextContents();
   assert.equal((await names()).length, 30);
   assert.match(await page.textContent(".labels-count"), /^24 of 30 shown$/);
-  assert.match(await page.getAttribute('[aria-label="Zoom to label 17"]', "title"), /^label 17: \d+ samples$/);
+  assert.match(await page.getAttribute('.label-name:text-is("label 17")', "title"), /^label 17: \d+ samples$/);
   await page.selectOption('[aria-label="Order of the labels"]', "size");
   assert.equal((await names())[0], "label 17", "the largest one is the first");
   await page.fill('[aria-label="Search labels"]', "17");
   assert.deepEqual(await names(), ["label 17"]);
-  await page.click('[aria-label="Zoom to label 17"]');
+  await page.click('.label-name:text-is("label 17")');
   await page.waitForFunction(([x, y, z]) => {
     const [a, b, c] = (new URLSearchParams(location.hash.slice(1)).get("target") ?? "").split(",").map(Number);
     return Math.hypot(a - x, b - y, c - z) < 0.1;
@@ -155,11 +202,7 @@ async function savesTable(page) {
   await open(page, "#dataset=seg", series);
   await complete(page);
   await settled(page);
-  const [download] = await Promise.all([
-    page.waitForEvent("download", { timeout: patience }), page.click('button:has-text("Table (CSV)")'),
-  ]);
-  const [header, ...rows] = readFileSync(await download.path(), "utf8").trim().split("\r\n").map((line) => line.split(","));
-  assert.deepEqual(header.slice(0, 2), ["label", "name"]);
+  const rows = await tableOf(page);
   assert.deepEqual(rows.map(([label]) => label), ["2", "5", "9"]);
   for (const [, , volume, bound] of rows) {
     const ball = (4 / 3) * Math.PI * 5.2 ** 3;

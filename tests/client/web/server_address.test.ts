@@ -48,16 +48,16 @@ describe("ServerAddress", () => {
     expect(page("https://volumes.example/").token.get()).toBe("mt_secret");
   });
 
-  test("TakesATokenFromAnEditedAddressOnce", () => {
+  test("ReadsATokenFromAnEditedAddressOnce", () => {
     const { token } = page("https://volumes.example/");
-    expect(token.takeFrom("#isovalue=3")).toBe(false);
-    expect(token.takeFrom("#token=mt_new&isovalue=3")).toBe(true);
-    expect(token.takeFrom("#token=mt_new")).toBe(false);
-    expect(token.takeFrom("#token=")).toBe(false);
+    expect(token.readFrom("#isovalue=3")).toBe(false);
+    expect(token.readFrom("#token=mt_new&isovalue=3")).toBe(true);
+    expect(token.readFrom("#token=mt_new")).toBe(false);
+    expect(token.readFrom("#token=")).toBe(false);
     expect(page("https://volumes.example/").token.get()).toBe("mt_new");
   });
 
-  test("RemembersATokenForThePageWhereNothingMayBeStored", () => {
+  test("KeepsATokenInMemoryWithoutStorage", () => {
     vi.stubGlobal("sessionStorage", undefined);
     const { token } = page("https://volumes.example/#token=mt_secret");
     expect(token.get()).toBe("mt_secret");

@@ -18,7 +18,7 @@ vi.mock("../../../client/web/src/stream/link", () => ({
     connect() {
       ++link.attempts;
     }
-    leave() {}
+    close() {}
     send(message: ClientKind) {
       link.sent.push(message);
     }
@@ -41,7 +41,7 @@ function surfaceOf(previews: SharedPreviews, value: number, side: number) {
     requestAlone: () => void received.push("alone"),
   };
   const info = labelOf(value, side);
-  previews.want(client, { info, request: isosurfaceRequest(info, { ...defaults, isovalue: 0.5, shading: "facets" }, null), steps: "coarse" }, BigInt(100 + value));
+  previews.request(client, { info, request: isosurfaceRequest(info, { ...defaults, isovalue: 0.5, shading: "facets" }, null), steps: "coarse" }, BigInt(100 + value));
   return { client, received };
 }
 
@@ -68,7 +68,7 @@ async function three() {
 }
 
 describe("SharedPreviews", () => {
-  test("RequestTheLargestLabelsFirstThenAllOfOneSpacingTogether", async () => {
+  test("AreGroupedBySpacingLargestFirst", async () => {
     const { all } = await three();
     expect(openStreams()).toMatchObject([{ requestId: 1n, dataset: "cells.label2", furtherDatasets: [], steps: StepPolicy.PREVIEWS_ONLY }]);
     send(...stepOf(1n, 0), endOf(1n));
@@ -81,7 +81,7 @@ describe("SharedPreviews", () => {
     }
   });
 
-  test("LeaveWhatWasRefusedToTheSurfaces", async () => {
+  test("RefusedPreviewsAreRequestedAlone", async () => {
     const { all } = await three();
     send(...stepOf(1n, 0), endOf(1n), ...stepOf(2n, 0));
     send({ case: "error", value: create(ErrorReplySchema, { requestId: 2n, text: "It is damaged." }) });
@@ -89,7 +89,7 @@ describe("SharedPreviews", () => {
     expect(all[2].received).toEqual(["alone"]);
   });
 
-  test("LeaveAllToTheSurfacesWhereTheConnectionIsLostOrHasNoShells", async () => {
+  test("AllAreRequestedAloneWithoutConnectionOrShells", async () => {
     const { all } = await three();
     link.events!.closed();
     expect(all.map(({ received }) => received)).toEqual([["alone"], ["alone"], ["alone"]]);
@@ -101,13 +101,13 @@ describe("SharedPreviews", () => {
     expect(received).toEqual(["alone"]);
   });
 
-  test("SendNothingToSurfacesThatLeftAndCancelStreamsForNone", async () => {
+  test("CancelStreamsThatNoClientNeeds", async () => {
     const { previews, all } = await three();
     send(...stepOf(1n, 0), endOf(1n));
-    previews.leave(all[0].client);
+    previews.cancel(all[0].client);
     send(...stepOf(2n, 0));
     expect(all[0].received).toEqual([]);
-    previews.leave(all[2].client);
+    previews.cancel(all[2].client);
     expect(link.sent.at(-1)).toMatchObject({ case: "cancel", value: { requestId: 2n } });
     const attempts = link.attempts;
     surfaceOf(previews, 4, 16);

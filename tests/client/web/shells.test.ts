@@ -4,7 +4,7 @@ import { readFileSync } from "node:fs";
 import { payloadHasher } from "../../../client/web/src/mesh/content_digest";
 import { type LatticeBox } from "../../../client/web/src/mesh/tile_mesh";
 import { type MarchedTile, type ShellMode, shellDecoder } from "../../../client/web/src/mesh/shell_decoder";
-import { type TilePromise } from "../../../client/web/src/mesh/tile_mesh";
+import { type ManifestTile } from "../../../client/web/src/mesh/tile_mesh";
 import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
 
 const golden = new URL("../../golden/", import.meta.url);
@@ -24,7 +24,7 @@ async function digestOf(bytes: Uint8Array): Promise<string> {
   return (await payloadHasher())(bytes);
 }
 
-async function shell(name: string): Promise<{ bytes: Uint8Array; promised: TilePromise; checksum: string }> {
+async function shell(name: string): Promise<{ bytes: Uint8Array; promised: ManifestTile; checksum: string }> {
   const [, vertices, triangles, checksum] = listed.find(([first]) => first === name)!;
   const bytes = new Uint8Array(readFileSync(new URL(`shell_${name}.bin`, golden)));
   const promised = { key: await digestOf(bytes), cube, triangles: Number(triangles), vertices: Number(vertices), bytes: bytes.length };
@@ -50,17 +50,17 @@ function checksumOf({ mesh: { positions, triangles } }: MarchedTile): string {
 }
 
 describe("ShellDecoder", () => {
-  test.each(listed.map(([name]) => name))("MarchesTheSameTrianglesAsInCpp: %s", async (name) => {
+  test.each(listed.map(([name]) => name))("MatchesTheNativeDecoder: %s", async (name) => {
     const tile = await marched(name);
     expect(checksumOf(tile)).toBe((await shell(name)).checksum);
     expect(checksumOf(await marched(name))).toBe(checksumOf(tile)); // In reused memory.
   });
 
-  test("RefusesWhatTheManifestDoesNotPromise", async () => {
+  test("RejectsContradictionsToTheManifest", async () => {
     const { bytes, promised } = await shell("quantized");
     const [mode, resolution] = modes.quantized;
     const decode = await decoder;
-    const refused = (change: Partial<TilePromise>, otherMode = mode, otherResolution = resolution) =>
+    const refused = (change: Partial<ManifestTile>, otherMode = mode, otherResolution = resolution) =>
       expect(() => decode(bytes, { ...promised, ...change }, otherMode, otherResolution));
     refused({ key: "0".repeat(32) }).toThrow("digest");
     refused({ triangles: promised.triangles + 1 }).toThrow("declares");
@@ -71,7 +71,7 @@ describe("ShellDecoder", () => {
     refused({}, mode, resolution + 1).toThrow("spacing");
   });
 
-  test("RefusesDamagedBytesWhoseDigestIsRight", async () => {
+  test("RejectsDamagedBytesWithValidDigest", async () => {
     const { bytes, promised } = await shell("exact");
     const decode = await decoder;
     for (const damaged of [bytes.slice(0, 8), bytes.slice(0, -5), Uint8Array.of(2, ...bytes.subarray(1)), new Uint8Array(0)]) {
@@ -82,7 +82,7 @@ describe("ShellDecoder", () => {
 });
 
 describe("TileBoundaryOfAShell", () => {
-  test.each(["example", "exact", "quantized"])("IsWhatComparingAllEdgesFinds: %s", async (name) => {
+  test.each(["example", "exact", "quantized"])("MatchesComparingAllEdges: %s", async (name) => {
     const { mesh, box, hasVoid } = await marched(name);
     expect(hasVoid).toBe(false);
     const sorted = (edges: Uint32Array, vertices: Uint32Array) => {
@@ -97,7 +97,7 @@ describe("TileBoundaryOfAShell", () => {
     expect(found).toMatchObject({ innerVertices, innerEdges, nonmanifoldEdges, degenerateTriangles, components });
   });
 
-  test("ComparesEdgesWhereSamplesAreVoid", async () => {
+  test("ComparesAllEdgesWithVoidSamples", async () => {
     const { mesh, box, hasVoid } = await marched("lattice_exact");
     expect(hasVoid).toBe(true);
     const whole: LatticeBox = box;

@@ -17,7 +17,7 @@ const shown = (followView: boolean, errorWorld: number): ShownSurface => ({
 });
 
 describe("ShownSurface", () => {
-  test("StaysUntilSomethingFinerOfTheSameIsovalueComes", () => {
+  test("IsNotReplacedByACoarserStep", () => {
     expect(isRegression(null, order(false), facts(8))).toBe(false);
     expect(isRegression(shown(false, 1), order(false), facts(8))).toBe(true);
     expect(isRegression(shown(false, 4), order(false), facts(2))).toBe(false);

@@ -1,9 +1,9 @@
 import { colorAt, colorMaps, colorRow } from "../../../client/web/src/shared/color_maps";
 import { axisNormal } from "../../../client/web/src/scene/cut_plane";
-import { cutCorners, extentAlong, mostPixels, planeGrid, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
-import { planeSides } from "../../../client/web/src/scene/slice_view";
+import { cutCorners, extentAlong, maxPixels, planeGrid, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
+import { planeAxes } from "../../../client/web/src/scene/slice_view";
 import { crossOf } from "../../../client/web/src/slice_views";
-import { scaleOf, slicePlace, windowOf } from "../../../client/web/src/slices";
+import { scaleOf, slicePosition, windowOf } from "../../../client/web/src/slices";
 import { WorldSpace } from "../../../client/web/src/protocol/messages";
 import { defaults } from "../../../client/web/src/state/settings";
 import type { Vec3 } from "../../../client/web/src/stream/dataset";
@@ -13,7 +13,7 @@ const low: Vec3 = [0, 10, -4];
 const high: Vec3 = [100, 60, 4];
 
 describe("SliceGrid", () => {
-  test("CoversTheBoxOnAnyAxisWithPixelsNoFinerThanTheSamples", () => {
+  test("CoversTheBoxOnAnyAxis", () => {
     for (const axis of [0, 1, 2]) {
       const { origin, right, down, width, height } = sliceGrid(low, high, axisNormal("xyz"[axis] as "x"), 0.25, 2);
       const corner = (x: number, y: number) => origin.map((part, i) => part + (x - 0.5) * right[i] + (y - 0.5) * down[i]);
@@ -27,7 +27,7 @@ describe("SliceGrid", () => {
     }
   });
 
-  test("CoversWhatAnObliquePlaneCutsOfTheBoxAndNoMore", () => {
+  test("CoversObliqueSections", () => {
     for (const normal of [[0.6, 0.8, 0], [1 / Math.sqrt(3), -1 / Math.sqrt(3), 1 / Math.sqrt(3)], [-1, 0, 0]] as Vec3[]) {
       for (const at of [0, 0.1, 0.5, 1]) {
         const { origin, right, down, width, height } = sliceGrid(low, high, normal, at, 2);
@@ -56,13 +56,13 @@ describe("SliceGrid", () => {
     }
   });
 
-  test("CostsAScreenfulOfAnyVolume", () => {
+  test("LimitsThePixelsOfAnyVolume", () => {
     const { width, height } = sliceGrid([0, 0, 0], [16384, 16384, 9000], [0, 0, 1], 0.5, 1);
-    expect([width, height]).toEqual([mostPixels, mostPixels]);
+    expect([width, height]).toEqual([maxPixels, maxPixels]);
     expect(sliceGrid([0, 0, 0], [1, 0, 5], [0, 0, 1], 0.5, 1)).toMatchObject({ width: 1, height: 1 });
   });
 
-  test("FindsTheValueAtAPlaceAndNoneBeyond", () => {
+  test("ReturnsTheValueAtAPlace", () => {
     const grid = sliceGrid([0, 0, 0], [4, 2, 9], [0, 0, 1], 0, 1);
     const slice = { grid, values: Float32Array.from([0, 1, 2, 3, 4, 5, 6, 7]), sampleSpacing: 1 };
     expect(valueAt(slice, [0.2, 0.3, 0])).toBe(0);
@@ -76,18 +76,18 @@ describe("SliceGrid", () => {
 describe("LinkedSlices", () => {
   const info = { ...plain("a"), indexToWorld: [1, 0, 0, 0, 1, 0, 0, 0, 1, 10, 0, 0] };
 
-  test("LieAsReadersOfMedicalPicturesExpectIt", () => {
+  test("FollowTheMedicalConvention", () => {
     const lps = { space: WorldSpace.LPS };
-    expect(planeSides(lps, 2)).toEqual({ axis: 2, right: { axis: 0, sign: 1 }, down: { axis: 1, sign: 1 } });
-    expect(planeSides({ space: WorldSpace.RAS }, 2)).toEqual({ axis: 2, right: { axis: 0, sign: -1 }, down: { axis: 1, sign: -1 } });
-    expect(planeSides(lps, 1)).toEqual({ axis: 1, right: { axis: 0, sign: 1 }, down: { axis: 2, sign: -1 } });
-    expect(planeSides({ space: WorldSpace.RAS }, 0)).toEqual({ axis: 0, right: { axis: 1, sign: -1 }, down: { axis: 2, sign: -1 } });
+    expect(planeAxes(lps, 2)).toEqual({ axis: 2, right: { axis: 0, sign: 1 }, down: { axis: 1, sign: 1 } });
+    expect(planeAxes({ space: WorldSpace.RAS }, 2)).toEqual({ axis: 2, right: { axis: 0, sign: -1 }, down: { axis: 1, sign: -1 } });
+    expect(planeAxes(lps, 1)).toEqual({ axis: 1, right: { axis: 0, sign: 1 }, down: { axis: 2, sign: -1 } });
+    expect(planeAxes({ space: WorldSpace.RAS }, 0)).toEqual({ axis: 0, right: { axis: 1, sign: -1 }, down: { axis: 2, sign: -1 } });
   });
 
-  test("HaveTheirFirstPixelAtTheCornerAboveOnTheLeft", () => {
+  test("BeginAtTheUpperLeftCorner", () => {
     for (const space of [WorldSpace.LPS, WorldSpace.RAS]) {
       for (const axis of [0, 1, 2]) {
-        const sides = planeSides({ space }, axis);
+        const sides = planeAxes({ space }, axis);
         const { origin, right, down, width, height } = planeGrid(low, high, sides, low[axis] + 1, 2);
         expect(origin[axis]).toBe(low[axis] + 1);
         for (const [along, step, count] of [[sides.right, right, width], [sides.down, down, height]] as const) {
@@ -99,22 +99,22 @@ describe("LinkedSlices", () => {
     }
   });
 
-  test("MeetInTheMiddleUntilAPlaceIsSaidAndNeverBeyondTheData", () => {
+  test("MeetInTheCenterByDefault", () => {
     expect(crossOf(null, info)).toEqual([14, 4, 4]);
     expect(crossOf([12, -3, 99], info)).toEqual([12, 0, 8]);
   });
 });
 
 describe("Slices", () => {
-  test("FillTheCutUnlessOneIsAskedFor", () => {
-    expect(slicePlace(defaults)).toBeNull();
-    expect(slicePlace({ ...defaults, clip: "y", clipAt: 0.3 })).toEqual({ normal: [0, 1, 0], at: 0.3, isFilling: true });
-    expect(slicePlace({ ...defaults, clip: "oblique", clipNormal: [0, 0.6, 0.8] })).toEqual({ normal: [0, 0.6, 0.8], at: 0.5, isFilling: true });
-    expect(slicePlace({ ...defaults, clip: "y", filled: false })).toBeNull();
-    expect(slicePlace({ ...defaults, clip: "y", slice: "z", sliceAt: 0.1 })).toEqual({ normal: [0, 0, 1], at: 0.1, isFilling: false });
+  test("FillTheCutByDefault", () => {
+    expect(slicePosition(defaults)).toBeNull();
+    expect(slicePosition({ ...defaults, clip: "y", clipAt: 0.3 })).toEqual({ normal: [0, 1, 0], at: 0.3, isFilling: true });
+    expect(slicePosition({ ...defaults, clip: "oblique", clipNormal: [0, 0.6, 0.8] })).toEqual({ normal: [0, 0.6, 0.8], at: 0.5, isFilling: true });
+    expect(slicePosition({ ...defaults, clip: "y", filled: false })).toBeNull();
+    expect(slicePosition({ ...defaults, clip: "y", slice: "z", sliceAt: 0.1 })).toEqual({ normal: [0, 0, 1], at: 0.1, isFilling: false });
   });
 
-  test("HaveTheWindowThatIsSaidElseTheUsualOneElseAllValues", () => {
+  test("HaveTheSelectedOrDefaultWindow", () => {
     const info = { min: -1000, max: 3000 };
     expect(windowOf(null, null, info)).toEqual({ low: -1000, high: 3000 });
     expect(windowOf(40, 400, info)).toEqual({ low: -160, high: 240 });
@@ -125,7 +125,7 @@ describe("Slices", () => {
 });
 
 describe("ColorMaps", () => {
-  test("GoFromTheirFirstColorToTheirLastAndStayThere", () => {
+  test("ClampOutsideOfTheirRange", () => {
     expect(colorAt("viridis", -3)).toEqual([0x44, 0x01, 0x54]);
     expect(colorAt("viridis", 7)).toEqual([0xfd, 0xe7, 0x25]);
     expect(colorAt("gray", 0.5)).toEqual([128, 128, 128]);
@@ -133,7 +133,7 @@ describe("ColorMaps", () => {
   });
 
   // Except in diverging maps, larger values are lighter: for print and color-blind readers.
-  test("LightnessOrdersTheValues", () => {
+  test("HaveMonotonicLightness", () => {
     for (const map of colorMaps.filter((one) => one !== "coolwarm")) {
       const lightness = (share: number) => {
         const [r, g, b] = colorAt(map, share);

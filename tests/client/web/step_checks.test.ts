@@ -13,14 +13,14 @@ function step(overrides: { codec?: PayloadCodec; values?: ShellValues; levels?: 
 }
 
 describe("ShellStepChecks", () => {
-  test("AcceptedInEveryMode", () => {
+  test("AcceptEveryMode", () => {
     for (const levels of [1, 2, 4, 8]) expect(manifestFault(step({ levels }), info)).toBeNull();
     expect(manifestFault(step({ values: ShellValues.EXACT, levels: 0, error: 0 }), info)).toBeNull();
     expect(manifestFault(step({ values: ShellValues.LATTICE_EXACT, levels: 0, error: 0 }), info)).toBeNull();
     expect(shellModeOf(step({ values: ShellValues.LATTICE_EXACT, levels: 0, spacing: 4 }))).toEqual({ values: 1, levelsPerOctave: 0, spacing: 4 });
   });
 
-  test("RejectsContradictions", () => {
+  test("RejectContradictions", () => {
     expect(manifestFault(step({ codec: PayloadCodec.DRACO_LATTICE }), info)).toMatch(/does not match/);
     expect(manifestFault(step({ isShell: false }), info)).toMatch(/does not match/);
     expect(manifestFault(step({ codec: 3 as PayloadCodec }), info)).toMatch(/not negotiated/);
@@ -29,7 +29,7 @@ describe("ShellStepChecks", () => {
     expect(manifestFault(step({ values: ShellValues.UNSPECIFIED, levels: 0 }), info)).toMatch(/unknown values/);
   });
 
-  test("PromisesNoSmallerErrorThanItsLevelsAllow", () => {
+  test("RejectErrorsBelowThoseOfTheLevels", () => {
     const bound = displacementBound({ values: 2, levelsPerOctave: 2, spacing: 1 }, info);
     expect(bound / longestCellDiagonal(info)).toBeCloseTo(0.0858, 4);
     expect(manifestFault(step({ error: bound }), info)).toBeNull();
@@ -37,7 +37,7 @@ describe("ShellStepChecks", () => {
     expect(manifestFault(step({ error: 0, spacing: 2 }), info)).toBeNull(); // A preview has no error bound.
   });
 
-  test("HasTheTopologyOfFullResolutionWhateverWasTolerated", () => {
+  test("PreserveTopologyWithAnyTolerance", () => {
     expect(preservesTopology(step({}))).toBe(true);
     expect(preservesTopology(step({ spacing: 2 }))).toBe(false);
     expect(preservesTopology(step({ isShell: false, codec: PayloadCodec.DRACO_LATTICE }))).toBe(false);

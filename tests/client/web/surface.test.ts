@@ -42,7 +42,7 @@ function drawn() {
 }
 
 describe("Surface", () => {
-  test("HasTheValuesOfATileAlsoWhereTheyAreHereFirst", () => {
+  test("AcceptsScalarsBeforeTheirTile", () => {
     const { surface, scalarOf } = drawn();
     const [early, late] = [Float32Array.of(1, 1.5, 2), Float32Array.of(2, 2, 2)];
     surface.use(["a", "b"], surface);
@@ -54,7 +54,7 @@ describe("Surface", () => {
     expect([scalarOf(0), scalarOf(1)]).toEqual([early, late]);
   });
 
-  test("UploadsTilesInALayerOfTheirOwnAndHidesThemUntilTheyAreShown", async () => {
+  test("UploadsTilesBeforeTheyAreVisible", async () => {
     const { surface, meshOf } = drawn();
     surface.add(tile("a"), toWorld, 0);
     expect(surface.uploadSome()).toBe(true);
@@ -66,7 +66,7 @@ describe("Surface", () => {
     expect(meshOf(0).visible).toBe(true);
   });
 
-  test("EvictsLeastRecentlyUsedTilesThatAreNotInUse", () => {
+  test("EvictsLeastRecentlyUsedTiles", () => {
     const { surface, dropped } = drawn();
     surface.budget = 25;
     for (const id of ["a", "b", "c", "d"]) surface.add(tile(id, 10), toWorld, 0);
@@ -77,7 +77,7 @@ describe("Surface", () => {
     expect(surface.hasAll(["a", "d"])).toBe(true);
   });
 
-  test("DrawsTheSelectedComponentsAloneAndLooksAtTheLargest", () => {
+  test("DrawsOnlySelectedComponents", () => {
     const { surface, partOf } = drawn();
     for (const id of ["a", "b"]) {
       const triangles = Uint16Array.of(0, 1, 2, 3, 4, 5);
@@ -97,7 +97,7 @@ describe("Surface", () => {
     expect([partOf(0).drawn, surface.worldBox().max.x]).toEqual([Infinity, 31]);
   });
 
-  test("TakesNothingAnyMoreWhenItIsGone", () => {
+  test("RejectsTilesAfterDisposal", () => {
     const { surface, dropped } = drawn();
     surface.dispose();
     surface.add(tile("a"), toWorld, 0);

@@ -1,6 +1,6 @@
 import { Prefetcher } from "../../../client/web/src/prefetcher";
 import { applied, inverse, latticeToWorld } from "../../../client/web/src/stream/dataset";
-import { allChosen, type Frame, Frames } from "../../../client/web/src/frames";
+import { allComponents, type CachedStep, StepCache } from "../../../client/web/src/step_cache";
 import { StepSpeed } from "../../../client/web/src/stream/step_speed";
 import { SurfaceClient } from "../../../client/web/src/surface_client";
 import { nothingHidden } from "../../../client/web/src/state/hidden_parts";
@@ -11,10 +11,10 @@ import { defaults, type Settings } from "../../../client/web/src/state/settings"
 import type { Surface } from "../../../client/web/src/scene/surface";
 import { ConnectionPool } from "../../../client/web/src/stream/connection_pool";
 import type { LinkEvents } from "../../../client/web/src/stream/link";
-import type { StreamRequest } from "../../../client/web/src/stream/conversation";
+import type { StreamRequest } from "../../../client/web/src/stream/stream_request";
 import type { SharedPreviews } from "../../../client/web/src/stream/shared_previews";
 import type { TilePool } from "../../../client/web/src/workers/tile_pool";
-import type { Drawn, Selection } from "../../../client/web/src/workers/worker_messages";
+import type { DrawnTiles, Selection } from "../../../client/web/src/workers/worker_messages";
 import { dataset, messages } from "./golden_stream";
 
 const [welcome, list, begin] = messages();
@@ -30,7 +30,7 @@ vi.mock("../../../client/web/src/stream/link", () => ({
       ++link.attempts;
     }
     connectIn() {}
-    leave() {}
+    close() {}
     send(message: ClientKind) {
       link.sent.push(message);
     }
@@ -44,17 +44,17 @@ function partsOf(token = "") {
   const surface = {
     budget: 100, ids: () => [], dropUnused: nothing, use: nothing, release: nothing, show: nothing, trianglesOf: () => 30,
   } as unknown as Surface;
-  const pool = { forget: nothing, select: (drawn: Drawn) => selections.of(drawn) } as unknown as TilePool;
-  const frames = new Frames(() => true);
-  const sharedPreviews = { want: nothing, leave: nothing } as unknown as SharedPreviews;
+  const pool = { cancelJobs: nothing, select: (drawn: DrawnTiles) => selections.of(drawn) } as unknown as TilePool;
+  const stepCache = new StepCache(() => true);
+  const sharedPreviews = { request: nothing, cancel: nothing } as unknown as SharedPreviews;
   const address = "ws://server/v1/stream";
-  return { number: 1, address, token: () => token, pool, surface, frames, connectionPool: new ConnectionPool(2), sharedPreviews, speed: new StepSpeed() };
+  return { number: 1, address, token: () => token, pool, surface, stepCache, connectionPool: new ConnectionPool(2), sharedPreviews, speed: new StepSpeed() };
 }
 
 function clientOf(token = "", parts = partsOf(token)) {
   const nothing = () => {};
   const client = new SurfaceClient(parts, { offer: (_, show) => show(), withdraw: nothing, shown: nothing, settled: nothing });
-  client.lead();
+  client.makeFirst();
   return client;
 }
 
@@ -79,15 +79,15 @@ function streaming() {
   const client = clientOf();
   client.connect();
   accept();
-  client.want(dataset(), settings, null, { moment });
+  client.request(dataset(), settings, null, { moment });
   link.events!.received(begin);
   return client;
 }
 
-// Simulates the mesh keeper's selections of components; the test decides when it answers.
+// Simulates the mesh worker's selections of components; the test decides when it answers.
 const selections = {
-  asked: [] as { drawn: Drawn; answer: (found: Selection) => void }[],
-  of: (drawn: Drawn) => new Promise<Selection>((answer) => selections.asked.push({ drawn, answer })),
+  asked: [] as { drawn: DrawnTiles; answer: (found: Selection) => void }[],
+  of: (drawn: DrawnTiles) => new Promise<Selection>((answer) => selections.asked.push({ drawn, answer })),
 };
 
 function selectionOf(shown: number): Selection {
@@ -95,7 +95,7 @@ function selectionOf(shown: number): Selection {
 }
 
 describe("SurfaceClient", () => {
-  test("SaysThatNothingComesAnyMoreWhenTheServerIsLost", () => {
+  test("IsNotStreamingWithoutConnection", () => {
     const client = streaming();
     expect(client.progress.get()).toMatchObject({ phase: "ready", isStreaming: true });
     link.events!.closed();
@@ -103,19 +103,19 @@ describe("SurfaceClient", () => {
     expect(client.progress.get().retryAt).toBeGreaterThan(performance.now());
   });
 
-  test("RepeatsALostStreamAndAsksAgainHowLargeItWillBe", () => {
+  test("RepeatsLostStreamsAndSizeRequests", () => {
     const client = streaming();
     link.events!.closed();
     expect(accept()).toEqual(["hello", "listDatasets", "openStream", "estimate"]);
     expect(client.progress.get()).toMatchObject({ phase: "ready", isStreaming: true });
   });
 
-  test("AsksForNoSizeOfASmallLabelBesideTheLead", () => {
+  test("RequestsNoSizesOfSmallLabels", () => {
     const sentFor = (samples: bigint) => {
       const nothing = () => {};
       const client = new SurfaceClient(partsOf(), { offer: nothing, withdraw: nothing, shown: nothing, settled: nothing });
       const info = { ...dataset(), member: { label: { value: 1, samples } } } as unknown as DatasetInfo;
-      client.want(info, settings, null, { moment });
+      client.request(info, settings, null, { moment });
       link.sent.length = 0;
       link.events!.opened();
       link.events!.received(welcome);
@@ -125,14 +125,14 @@ describe("SurfaceClient", () => {
     expect(sentFor(1_000_000_000n)).toEqual(["hello", "openStream", "estimate"]);
   });
 
-  test("LeavesCoarsePreviewsToSharedStreamsUnlessTheyDoNotCome", () => {
+  test("RequestsMissingSharedPreviewsAlone", () => {
     const nothing = () => {};
     const wanted: StreamRequest[] = [];
-    const sharedPreviews = { leave: nothing, want: (_: unknown, order: StreamRequest) => wanted.push(order) } as unknown as SharedPreviews;
+    const sharedPreviews = { cancel: nothing, request: (_: unknown, order: StreamRequest) => wanted.push(order) } as unknown as SharedPreviews;
     const client = new SurfaceClient({ ...partsOf(), sharedPreviews }, { offer: nothing, withdraw: nothing, shown: nothing, settled: nothing });
     const info = { ...dataset(), member: { label: { value: 1, samples: 100n, box: [0, 0, 0, 9, 9, 9] } } } as unknown as DatasetInfo;
     const attempts = link.attempts;
-    client.want(info, { ...settings, shading: "field" }, null, { moment, steps: "coarse" });
+    client.request(info, { ...settings, shading: "field" }, null, { moment, steps: "coarse" });
     expect(wanted).toMatchObject([{ info, request: { normals: 0 } }]);
     expect([client.isPreviewing, link.attempts]).toEqual([true, attempts]);
     client.requestAlone();
@@ -141,14 +141,14 @@ describe("SurfaceClient", () => {
     expect(openStream()).toMatchObject({ request: { normals: 8 }, steps: StepPolicy.PREVIEWS_ONLY });
   });
 
-  test("RepeatsItsStreamAlsoWhenTheUserConnectsAnew", () => {
+  test("RepeatsItsStreamAfterManualReconnection", () => {
     const client = streaming();
     client.connect();
     expect(client.progress.get()).toMatchObject({ phase: "connecting", isStreaming: false });
     expect(accept()).toContain("openStream");
   });
 
-  test("ConnectsAnewAfterARefusalOnlyWhenTheUserSaysSo", () => {
+  test("ReconnectsAfterFatalErrorsOnlyManually", () => {
     const client = clientOf("mt_wrong");
     client.connect();
     link.events!.opened();
@@ -168,7 +168,7 @@ describe("SurfaceClient", () => {
     const client = clientOf();
     client.connect();
     accept();
-    client.want(dataset(), settings, null, { moment, steps: "previews" });
+    client.request(dataset(), settings, null, { moment, steps: "previews" });
     expect(openStream()?.steps).toBe(StepPolicy.PREVIEWS_ONLY);
     expect(client.isPreviewing).toBe(true);
     const { requestId, request } = openStream()!;
@@ -182,29 +182,29 @@ describe("SurfaceClient", () => {
     expect([client.isPreviewed, client.isBusy]).toEqual([false, true]);
   });
 
-  test("GoesOnToTheEndWhileItIsDragged", () => {
+  test("CompletesWhileDragging", () => {
     const client = clientOf();
     client.connect();
     accept();
-    client.want(dataset(), settings, null, { moment, steps: "all", isDragging: true });
+    client.request(dataset(), settings, null, { moment, steps: "all", isDragging: true });
     expect(openStream()?.steps).toBe(StepPolicy.PROGRESSIVE);
     client.close();
   });
 
-  test("ShowsAtOnceWhatIsKept", () => {
+  test("ShowsCachedStepsImmediately", () => {
     const parts = partsOf();
     const client = clientOf("", parts);
     client.connect();
     accept();
-    parts.frames.keep(orderOf(dataset()), frameOf(dataset()));
-    client.want(dataset(), settings, null, { moment });
+    parts.stepCache.keep(orderOf(dataset()), frameOf(dataset()));
+    client.request(dataset(), settings, null, { moment });
     expect(openStream()).toBeUndefined();
     expect(client.shown?.info.name).toBe(dataset().name);
-    client.want(dataset(), { ...settings, isovalue: 0.2 }, null, { moment });
+    client.request(dataset(), { ...settings, isovalue: 0.2 }, null, { moment });
     expect(openStream()).toBeDefined();
   });
 
-  test("HidesSmallComponentsOfWhatIsThereAndAsksTheServerNothing", async () => {
+  test("HidesSmallComponentsWithoutRequests", async () => {
     const { client, shows, settles } = keptAndWanted(settings);
     expect(shows).toEqual([null]);
     client.hide({ minComponent: 4, places: [] });
@@ -223,7 +223,7 @@ describe("SurfaceClient", () => {
     expect([client.drawn.leastDiagonal, client.isSettled, settles(), openStream()]).toEqual([0, true, 1, undefined]);
   });
 
-  test("HidesPartsAtTheirPlacesInTheLattice", async () => {
+  test("HidesPartsInLatticeCoordinates", async () => {
     const { client } = keptAndWanted(settings);
     client.hide({ minComponent: 0, places: [[1, 2, 3]] });
     const [asked] = selections.asked;
@@ -233,7 +233,7 @@ describe("SurfaceClient", () => {
     expect(client.drawn.hidden).toEqual(asked.drawn.hidden);
   });
 
-  test("ShowsAKeptSurfaceNotBeforeItsSmallComponentsAreKnown", async () => {
+  test("ShowsCachedStepsWithoutHiddenComponents", async () => {
     const { client, shows, settles } = keptAndWanted({ ...settings, minComponent: 3 });
     expect([shows, client.shown, client.isBusy, settles()]).toEqual([[], null, true, 0]);
     selections.asked[0].answer(selectionOf(1));
@@ -248,10 +248,10 @@ function keptAndWanted(wanted: Settings) {
   const shows: (Selection | null)[] = [];
   const parts = partsOf();
   parts.surface.show = (_, selection) => shows.push(selection ?? null);
-  parts.frames.keep(orderOf(dataset()), frameOf(dataset()));
+  parts.stepCache.keep(orderOf(dataset()), frameOf(dataset()));
   let settled = 0;
   const client = new SurfaceClient(parts, { offer: (_, show) => show(), withdraw: () => {}, shown: () => {}, settled: () => ++settled });
-  client.want(dataset(), wanted, null, { moment });
+  client.request(dataset(), wanted, null, { moment });
   return { client, shows, settles: () => settled };
 }
 
@@ -259,7 +259,7 @@ describe("Prefetcher", () => {
   const times = [1, 2, 3, 4].map((time) => ({ ...dataset(), name: `gyroid.t${time}` }));
   const soon = times.map((info) => ({ info, moment }));
 
-  test("AsksForOneTimeAfterTheOtherWithTheLeastPriority", () => {
+  test("RequestsOneTimeAtATimeInBackground", () => {
     const prefetcher = new Prefetcher(partsOf());
     prefetcher.prepare(soon, settings, null);
     accept();
@@ -271,10 +271,10 @@ describe("Prefetcher", () => {
     prefetcher.close();
   });
 
-  test("PassesOverWhatIsKeptAndStopsWhereMemoryEnds", () => {
+  test("SkipsCachedTimesWithinItsBudget", () => {
     const parts = partsOf();
     const prefetcher = new Prefetcher(parts);
-    for (const info of times.slice(0, 3)) parts.frames.keep(orderOf(info), frameOf(info));
+    for (const info of times.slice(0, 3)) parts.stepCache.keep(orderOf(info), frameOf(info));
     link.sent.length = 0;
     const { attempts } = link;
     prefetcher.prepare(soon, settings, null); // 30 of 100 triangles each.
@@ -285,7 +285,7 @@ describe("Prefetcher", () => {
     prefetcher.close();
   });
 
-  test("BeginsAnewWhereSomethingElseIsWantedOfTheSameTimes", () => {
+  test("RestartsForOtherSettings", () => {
     const prefetcher = new Prefetcher(partsOf());
     prefetcher.prepare(soon, settings, null);
     accept();
@@ -310,7 +310,7 @@ function orderOf(info: DatasetInfo) {
   return { info, request: isosurfaceRequest(info, settings, null) };
 }
 
-function frameOf(info: DatasetInfo): Frame {
+function frameOf(info: DatasetInfo): CachedStep {
   const facts = { isFinal: true } as StepFacts;
-  return { ids: [`1:${info.name}/8/tile`], shown: { info, resolution: 5, request: orderOf(info).request, facts }, chosen: allChosen };
+  return { ids: [`1:${info.name}/8/tile`], shown: { info, resolution: 5, request: orderOf(info).request, facts }, visible: allComponents };
 }

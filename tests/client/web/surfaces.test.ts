@@ -1,21 +1,21 @@
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import {
-  mostSurfaces, settingsOf, surfacesOf, withAddedSurface, withoutSurface, withSurface,
+  maxSurfaces, settingsOf, surfacesOf, withAddedSurface, withoutSurface, withSurface,
 } from "../../../client/web/src/state/surfaces";
-import { arrangement, stepsOf } from "../../../client/web/src/surface_set";
+import { reusedMembers, stepsToRequest } from "../../../client/web/src/surface_set";
 
 const further = { isovalue: 7, error: null, color: "#112233", opacity: 0.5, visible: true };
 const two: Settings = { ...defaults, isovalue: 3, error: 2, surfaces: [further] };
 const isovalues = (settings: Settings) => surfacesOf(settings).map(({ isovalue }) => isovalue);
 
 describe("Surfaces", () => {
-  test("OneListThatBeginsWithTheSettingsOwn", () => {
+  test("BeginWithTheSettingsOwn", () => {
     expect(isovalues(two)).toEqual([3, 7]);
     expect(withSurface(two, 0, { isovalue: 4, opacity: 0.1 })).toEqual({ isovalue: 4, opacity: 0.1 });
     expect(withSurface(two, 1, { isovalue: 8 })).toEqual({ surfaces: [{ ...further, isovalue: 8 }] });
   });
 
-  test("RequestedIndependently", () => {
+  test("AreRequestedIndependently", () => {
     expect(settingsOf(two, 1)).toMatchObject({ isovalue: 7, error: 2, opacity: 0.5, surfaces: [] });
     expect(settingsOf({ ...two, surfaces: [{ ...further, error: 0.5 }] }, 1)).toMatchObject({ error: 0.5 });
     expect(settingsOf(two, 2)).toBeNull();
@@ -23,7 +23,7 @@ describe("Surfaces", () => {
     expect(settingsOf({ ...two, surfaces: [{ ...further, minComponent: 4 }] }, 1)).toMatchObject({ minComponent: 4 });
   });
 
-  test("LeaveTheirPlaceToTheNextAndTheLastOneStays", () => {
+  test("RemovalPromotesTheNext", () => {
     const one = { ...two, ...withoutSurface(two, 0) };
     expect(isovalues(one)).toEqual([7]);
     expect(one.error).toBe(2);
@@ -33,32 +33,32 @@ describe("Surfaces", () => {
     expect(isovalues({ ...two, ...withoutSurface(two, 1) })).toEqual([3]);
   });
 
-  test("StayOfTheDatasetThatTheyWereOf", () => {
+  test("KeepTheirDataset", () => {
     const three: Settings = { ...two, dataset: "head", surfaces: [{ ...further, dataset: "dose" }, further] };
     const left = { ...three, ...withoutSurface(three, 0) };
     expect(left.dataset).toBe("dose");
     expect(left.surfaces).toEqual([{ ...further, dataset: "head" }]);
   });
 
-  test("HaveColorsOfTheirOwnAndABound", () => {
+  test("HaveDistinctColorsUpToALimit", () => {
     let all: Settings = defaults;
     for (let i = 0; i < 20; ++i) all = { ...all, ...withAddedSurface(all, i, 0) };
     const list = surfacesOf(all);
-    expect(list).toHaveLength(mostSurfaces);
-    expect(new Set(list.map(({ color }) => color)).size).toBe(mostSurfaces);
+    expect(list).toHaveLength(maxSurfaces);
+    expect(new Set(list.map(({ color }) => color)).size).toBe(maxSurfaces);
   });
 
-  test("AskForPreviewsOfAFewAndForACoarseOneOfMany", () => {
-    expect([stepsOf(1, false), stepsOf(24, false), stepsOf(24, true)]).toEqual(["all", "previews", "all"]);
-    expect([stepsOf(25, false), stepsOf(1000, true)]).toEqual(["coarse", "coarse"]);
+  test("RequestCoarsePreviewsIfMany", () => {
+    expect([stepsToRequest(1, false), stepsToRequest(24, false), stepsToRequest(24, true)]).toEqual(["all", "previews", "all"]);
+    expect([stepsToRequest(25, false), stepsToRequest(1000, true)]).toEqual(["coarse", "coarse"]);
   });
 
-  test("KeepWhatTheyHaveWhenOthersGoOrCome", () => {
-    expect(arrangement([], ["a"])).toEqual([null]);
-    expect(arrangement(["a", "b", "c"], ["a", "c"])).toEqual([0, 2]);
-    expect(arrangement(["a", "b", "c"], ["b", "c"])).toEqual([1, 2]);
-    expect(arrangement(["a", "b"], ["a", "x", "b"])).toEqual([0, null, 1]);
-    expect(arrangement(["a", "b"], ["x", "b"])).toEqual([0, 1]); // Changed by dragging.
-    expect(arrangement(["a", "a"], ["a", "a", "a"])).toEqual([0, 1, null]);
+  test("KeepTheirMembersWhenOthersChange", () => {
+    expect(reusedMembers([], ["a"])).toEqual([null]);
+    expect(reusedMembers(["a", "b", "c"], ["a", "c"])).toEqual([0, 2]);
+    expect(reusedMembers(["a", "b", "c"], ["b", "c"])).toEqual([1, 2]);
+    expect(reusedMembers(["a", "b"], ["a", "x", "b"])).toEqual([0, null, 1]);
+    expect(reusedMembers(["a", "b"], ["x", "b"])).toEqual([0, 1]); // Changed by dragging.
+    expect(reusedMembers(["a", "a"], ["a", "a", "a"])).toEqual([0, 1, null]);
   });
 });

@@ -1,11 +1,11 @@
 import { cutLine } from "../../../client/web/src/mesh/cut";
 import { meshFile } from "../../../client/web/src/mesh/mesh_files";
-import { joined } from "../../../client/web/src/mesh/boundary_matcher";
+import { matchBoundaries } from "../../../client/web/src/mesh/boundary_matcher";
 import { nearestTriangle } from "../../../client/web/src/mesh/nearest_component";
 import { drawnComponents, withDrawnComponents } from "../../../client/web/src/mesh/tile_components";
 import type { LatticeMesh } from "../../../client/web/src/mesh/tile_mesh";
 import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
-import { promiseOf } from "../../../client/web/src/stream/step_checks";
+import { manifestTile } from "../../../client/web/src/stream/step_checks";
 import { found, messages, tileFrom } from "./golden_stream";
 
 type Corner = [number, number, number];
@@ -51,7 +51,7 @@ describe("TileComponents", () => {
     }
   });
 
-  test("HideTheComponentNearestToAPlace", () => {
+  test("HideTheNearestComponent", () => {
     for (const tiles of [[tileOf(meshOf(faces))], cutAt(10), cutAt(100)]) {
       // The middle of a face of the large component. Vertices of the small ones are nearer than its own.
       const onPlanet = [100 - 20 / 3, 100 - 20 / 3, 100 - 20 / 3];
@@ -63,7 +63,7 @@ describe("TileComponents", () => {
     }
   });
 
-  test("MeasureToTheInsideOfTriangles", () => {
+  test("MeasureDistancesToTriangles", () => {
     // A small triangle that is nearer to the place than all vertices of the large triangle below it.
     const large = tileOf(meshOf([[[0, 0, 0], [90, 0, 0], [0, 90, 0]]]));
     const speck = tileOf(meshOf([[[30, 30, 6], [31, 30, 6], [30, 31, 6]]]));
@@ -71,7 +71,7 @@ describe("TileComponents", () => {
     expect(drawnComponents([large, speck], { leastDiagonal: 0, hidden: [[30, 30, 5]] }).tiles.map((part) => part?.shown ?? null)).toEqual([null, 0]);
   });
 
-  test("LeaveTheLargestAloneWhateverItsSize", () => {
+  test("KeepOnlyTheLargest", () => {
     for (const tiles of [[tileOf(meshOf(faces))], cutAt(10), cutAt(100)]) {
       const alone = drawnComponents(tiles, { leastDiagonal: 0, largestOnly: true });
       expect(alone).toMatchObject({ components: 3, shown: 1, triangles: 8, largest: [80, 80, 80, 120, 120, 120] });
@@ -81,7 +81,7 @@ describe("TileComponents", () => {
     }
   });
 
-  test("LeaveOneOfTwoOfTheSameSize", () => {
+  test("KeepOneOfEqualSize", () => {
     const twins = [octahedron([10, 10, 10], 5), octahedron([50, 10, 10], 5)];
     const alike = { leastDiagonal: 0, largestOnly: true };
     expect(drawnComponents(twins.map((one) => tileOf(meshOf(one))), alike)).toMatchObject({ components: 2, shown: 1, triangles: 8 });
@@ -90,7 +90,7 @@ describe("TileComponents", () => {
     expect(drawnComponents([one, other], alike)).toMatchObject({ shown: 1, triangles: 8, largest: [45, 5, 5, 55, 15, 15] });
   });
 
-  test("HaveANearestTriangle", () => {
+  test("FindTheNearestTriangle", () => {
     const large = { id: "large", ...tileOf(meshOf([[[0, 0, 0], [90, 0, 0], [0, 90, 0]]])) };
     const specks = { id: "specks", ...tileOf(meshOf([[[80, 80, 6], [81, 80, 6], [80, 81, 6]], [[30, 30, 6], [31, 30, 6], [30, 31, 6]]])) };
     expect(nearestTriangle([large, specks], [30, 30, 2])).toEqual({ id: "large", triangle: 0 });
@@ -98,13 +98,13 @@ describe("TileComponents", () => {
     expect(nearestTriangle([], [0, 0, 0])).toBeNull();
   });
 
-  test("KeepsComponentsOfExactlyTheMinimumDiagonal", () => {
+  test("KeepComponentsOfTheMinimumDiagonal", () => {
     const box = tileOf(meshOf([[[0, 0, 0], [2, 3, 0], [2, 0, 6]]])); // The diagonal of 2, 3 and 6 is 7.
     expect(drawnComponents([box], { leastDiagonal: 7 }).shown).toBe(1);
     expect(drawnComponents([box], { leastDiagonal: 7 * (1 + Number.EPSILON) }).shown).toBe(0);
   });
 
-  test("LeaveEachTileItsTrianglesInAnotherOrder", () => {
+  test("PermuteTheTrianglesOfTiles", () => {
     const tiles = cutAt(100);
     const corners = (triangles: Iterable<number>) => {
       const all = [...triangles];
@@ -116,7 +116,7 @@ describe("TileComponents", () => {
     expect(parted[1]).toBeNull();
   });
 
-  test("SmallComponentsAreInNoFileAndNoCut", () => {
+  test("AreOmittedFromFilesAndCuts", () => {
     const tiles = withDrawnComponents(cutAt(100), { leastDiagonal: 10 });
     const across = { normal: [0, 0, 1], constant: -10 }; // Through the small components, below the large one.
     expect(cutLine(cutAt(100), across).length).toBeGreaterThan(0);
@@ -126,14 +126,14 @@ describe("TileComponents", () => {
     expect(ply).toContain("element face 8\n");
   });
 
-  test("MatchTheTopologyOfAStream", async () => {
+  test("MatchTheRecordedTopology", async () => {
     const all = messages();
-    const begin = all.find(({ case: kind }) => kind === "stepBegin")!.value as { tiles: Parameters<typeof promiseOf>[0][] };
+    const begin = all.find(({ case: kind }) => kind === "stepBegin")!.value as { tiles: Parameters<typeof manifestTile>[0][] };
     const payloads = all.filter(({ case: kind }) => kind === "tile").map(({ value }) => (value as { payload: Uint8Array }).payload);
-    const meshes = await Promise.all(begin.tiles.map((entry, i) => tileFrom(payloads[i], promiseOf(entry))));
+    const meshes = await Promise.all(begin.tiles.map((entry, i) => tileFrom(payloads[i], manifestTile(entry))));
     const tiles = meshes.map((mesh) => ({ ...tileOf(mesh), triangles: mesh.triangles }));
     const border = { low: [0, 0, 0] as Corner, high: [1, 1, 1] as Corner, inset: 0, anywhere: true };
-    expect(joined(tiles.map(({ boundary }) => boundary), border).topology.components).toBe(found.components);
+    expect(matchBoundaries(tiles.map(({ boundary }) => boundary), border).topology.components).toBe(found.components);
     expect(drawnComponents(tiles, { leastDiagonal: 0 })).toMatchObject({ components: found.components, triangles: found.triangles });
     const { largest } = drawnComponents(tiles, { leastDiagonal: 32 });
     expect(largest).not.toBeNull();

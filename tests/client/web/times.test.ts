@@ -1,13 +1,13 @@
 import { SwapGroup } from "../../../client/web/src/swap_group";
 import { ConnectionPool, type IdleConnection } from "../../../client/web/src/stream/connection_pool";
-import { type Pace, type Played, timeBeside, TimePlayer, timesAhead } from "../../../client/web/src/time_player";
+import { type PlaybackRate, type PlaybackState, neighboringTime, TimePlayer, timesAhead } from "../../../client/web/src/time_player";
 
 // A player with a simulated clock and frames.
 class Playing {
-  state: Played = { times: [0, 1, 2, 3], now: 0, playing: true, speed: 10, loop: true };
+  state: PlaybackState = { times: [0, 1, 2, 3], now: 0, playing: true, speed: 10, loop: true };
   ready = new Set([0, 1, 2, 3]);
   now = 0;
-  pace: Pace = { rate: null, isWaiting: false };
+  pace: PlaybackRate = { rate: null, isWaiting: false };
   prepared: readonly number[] = [];
   readonly shown: number[] = [];
   private next: (() => void) | null = null;
@@ -27,7 +27,7 @@ class Playing {
     () => this.now,
   );
 
-  turn(change: Partial<Played>): void {
+  turn(change: Partial<PlaybackState>): void {
     this.state = { ...this.state, ...change };
     this.player.update();
   }
@@ -44,7 +44,7 @@ class Playing {
 }
 
 describe("TimePlayer", () => {
-  test("ShowsATimeWhenItIsDueAndBeginsAgain", () => {
+  test("LoopsAtItsSpeed", () => {
     const playing = new Playing();
     playing.player.update();
     playing.run(510);
@@ -61,7 +61,7 @@ describe("TimePlayer", () => {
     expect(playing.prepared).toEqual([]);
   });
 
-  test("WaitsForWhatIsNotHereAndMakesUpForNothing", () => {
+  test("WaitsForMissingTimesWithoutCatchingUp", () => {
     const playing = new Playing();
     playing.ready.delete(1);
     playing.player.update();
@@ -74,7 +74,7 @@ describe("TimePlayer", () => {
     expect(playing.pace.isWaiting).toBe(false);
   });
 
-  test("AsksForWhatComesNextFirstAndForNothingWhenItStops", () => {
+  test("PrefetchesUpcomingTimesInOrder", () => {
     const playing = new Playing();
     playing.turn({ now: 2 });
     playing.run(20);
@@ -85,14 +85,14 @@ describe("TimePlayer", () => {
     expect(playing.shown).toEqual([]);
   });
 
-  test("KnowsTheTimesAheadAndBeside", () => {
+  test("ListsUpcomingAndNeighboringTimes", () => {
     const times = [0, 0.5, 2];
     expect(timesAhead({ times, now: 0.5, loop: false })).toEqual([2]);
     expect(timesAhead({ times, now: 2, loop: false })).toEqual([]);
     expect(timesAhead({ times, now: 2, loop: true })).toEqual([0, 0.5]);
-    expect(timeBeside({ times, now: 0, loop: true }, -1)).toBe(2);
-    expect(timeBeside({ times, now: 0, loop: false }, -1)).toBe(0);
-    expect(timeBeside({ times, now: 2, loop: false }, 1)).toBe(2);
+    expect(neighboringTime({ times, now: 0, loop: true }, -1)).toBe(2);
+    expect(neighboringTime({ times, now: 0, loop: false }, -1)).toBe(0);
+    expect(neighboringTime({ times, now: 2, loop: false }, 1)).toBe(2);
   });
 });
 
@@ -102,18 +102,18 @@ describe("SwapGroup", () => {
     const drawn: string[] = [];
     const swapGroup = new SwapGroup<string>(() => seen, () => drawn.push("|"));
     const offer = (who: string, time: number, scene = "flow") => swapGroup.offer(who, { scene, time }, () => drawn.push(`${who}${time}`));
-    const open = () => ["a", "b"].filter((who) => swapGroup.mayDraw(who)).join("");
+    const open = () => ["a", "b"].filter((who) => swapGroup.isDrawable(who)).join("");
     return { seen, drawn, swapGroup, offer, open };
   }
 
-  test("ShowsTheFirstSceneAsItComes", () => {
+  test("ShowsTheFirstSceneImmediately", () => {
     const { drawn, offer } = stage();
     offer("a", 0);
     offer("b", 0);
     expect(drawn).toEqual(["a0", "|", "b0"]);
   });
 
-  test("RisesWhenAllHaveTheNextTime", () => {
+  test("SwapsWhenAllHaveTheNextTime", () => {
     const { drawn, offer, open } = stage();
     offer("a", 0);
     offer("b", 0);
@@ -126,7 +126,7 @@ describe("SwapGroup", () => {
     expect(open()).toBe("ab");
   });
 
-  test("TakesWhatIsOfferedLastAndNothingThatIsWithdrawn", () => {
+  test("ShowsOnlyTheLatestOffer", () => {
     const { drawn, offer, swapGroup } = stage();
     offer("a", 0);
     offer("b", 0);
@@ -142,7 +142,7 @@ describe("SwapGroup", () => {
     expect(drawn).toEqual(["b2", "a2", "|"]);
   });
 
-  test("DoesNotWaitForWhatIsHidden", () => {
+  test("DoesNotWaitForHiddenMembers", () => {
     const { seen, drawn, offer, swapGroup, open } = stage();
     offer("a", 0);
     offer("b", 0);
@@ -160,7 +160,7 @@ describe("SwapGroup", () => {
     expect(open()).toBe("ab");
   });
 
-  test("ShowsAlsoWhatWasHiddenWhileItWaited", () => {
+  test("ShowsMembersHiddenWhileWaiting", () => {
     const { seen, offer, swapGroup, open } = stage();
     offer("a", 0);
     offer("b", 0);
@@ -172,7 +172,7 @@ describe("SwapGroup", () => {
     expect(open()).toBe("ab");
   });
 
-  test("GoesAlongWhereNothingIsSeen", () => {
+  test("SwapsImmediatelyIfNoneIsVisible", () => {
     const { seen, offer, swapGroup, open } = stage();
     offer("a", 0);
     offer("b", 0);
@@ -183,7 +183,7 @@ describe("SwapGroup", () => {
     expect(open()).toBe("a");
   });
 
-  test("AcceptsAnotherSceneAtOnce", () => {
+  test("ShowsAnotherSceneImmediately", () => {
     const { drawn, offer, open } = stage();
     offer("a", 0);
     offer("b", 0);
@@ -197,33 +197,33 @@ describe("SwapGroup", () => {
 describe("ConnectionPool", () => {
   function holder(name: string, calls: string[]) {
     const connection = { name } as unknown as IdleConnection;
-    const granted = (given: IdleConnection | null) => calls.push(`+${name}${given ? ` by ${(given as unknown as { name: string }).name}` : ""}`);
-    const revoked = () => (calls.push(`-${name}`), connection);
-    return { isBusy: true, granted, revoked };
+    const grantConnection = (given: IdleConnection | null) => calls.push(`+${name}${given ? ` by ${(given as unknown as { name: string }).name}` : ""}`);
+    const revokeConnection = () => (calls.push(`-${name}`), connection);
+    return { isBusy: true, grantConnection, revokeConnection };
   }
 
-  test("MoveFromIdleToActiveClients", () => {
+  test("MovesConnectionsFromIdleToActiveClients", () => {
     const calls: string[] = [];
     const connectionPool = new ConnectionPool(2);
     const [a, b, c] = ["a", "b", "c"].map((name) => holder(name, calls));
-    for (const one of [a, b, c, c]) connectionPool.want(one);
+    for (const one of [a, b, c, c]) connectionPool.request(one);
     expect(calls).toEqual(["+a", "+b"]);
     b.isBusy = false;
-    connectionPool.deal();
+    connectionPool.distribute();
     expect(calls).toEqual(["+a", "+b", "-b", "+c by b"]);
-    connectionPool.want(b);
-    connectionPool.leave(a);
+    connectionPool.request(b);
+    connectionPool.release(a);
     expect(calls.slice(4)).toEqual(["+b"]);
   });
 
-  test("StayWithIdleClientsWithoutDemand", () => {
+  test("KeepsIdleConnectionsWithoutDemand", () => {
     const calls: string[] = [];
     const connectionPool = new ConnectionPool(1);
     const a = holder("a", calls);
-    connectionPool.want(a);
+    connectionPool.request(a);
     a.isBusy = false;
-    connectionPool.deal();
-    connectionPool.want(a);
+    connectionPool.distribute();
+    connectionPool.request(a);
     expect(calls).toEqual(["+a"]);
   });
 });

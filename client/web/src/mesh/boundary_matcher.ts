@@ -39,7 +39,7 @@ export interface BoundaryMatcher {
   rimVertices: number;
 }
 
-export function joined(boundaries: readonly TileBoundary[], border: DataBorder): BoundaryMatcher {
+export function matchBoundaries(boundaries: readonly TileBoundary[], border: DataBorder): BoundaryMatcher {
   const points = new PointNumbers(boundaries.reduce((n, boundary) => n + boundary.vertices.length / 2, 16));
   const numbers = boundaries.map((boundary) => {
     const own = new Uint32Array(boundary.vertices.length);

@@ -51,7 +51,7 @@ export function normalSums(mesh: LatticeMesh): Float32Array {
 
 // Smooths the sums `rounds` times: each vertex gets the sum over the corners of its triangles, which averages normals
 // over a larger neighborhood. Single triangles of quantized samples do not represent the surface's orientation.
-export function spreadSums(sums: Float32Array, triangles: Uint32Array, rounds: number): Float32Array {
+export function smoothedSums(sums: Float32Array, triangles: Uint32Array, rounds: number): Float32Array {
   let from = sums;
   for (let round = 0; round < rounds; ++round) {
     const to = new Float32Array(from.length);

@@ -2,11 +2,11 @@
 // tetrahedra. Uses the decoder of common/codec, compiled to WebAssembly; its README.md describes the format.
 //
 // Nothing that the server sends is trusted. The payload is checked against its digest, and the header against the
-// manifest, before memory is allocated; the decoder then rejects the bytes or returns exactly the promised vertices and
+// manifest, before memory is allocated; the decoder then rejects the bytes or returns exactly the listed vertices and
 // triangles, inside the header's box.
 import { payloadHasher } from "./content_digest";
-import { TileDamage } from "./tile_damage";
-import { type LatticeBox, type LatticeMesh, nameOf, type OctreeCube, type TilePromise } from "./tile_mesh";
+import { TileError } from "./tile_error";
+import { type LatticeBox, type LatticeMesh, cubeName, type OctreeCube, type ManifestTile } from "./tile_mesh";
 
 const quantized = 2;
 
@@ -18,7 +18,7 @@ export interface ShellMode {
 }
 
 // For spreadSums(): fewer levels give more uneven triangles.
-export function normalRounds({ values, levelsPerOctave }: ShellMode): number {
+export function smoothingRounds({ values, levelsPerOctave }: ShellMode): number {
   return values !== quantized ? 1 : { 1: 4, 2: 3, 4: 2 }[levelsPerOctave] ?? 1;
 }
 
@@ -28,8 +28,8 @@ export interface MarchedTile {
   hasVoid: boolean; // The surface may end inside the box.
 }
 
-// Throws TileDamage.
-export type ShellDecoder = (payload: Uint8Array, promised: TilePromise, mode: ShellMode, resolution: number) => MarchedTile;
+// Throws TileError.
+export type ShellDecoder = (payload: Uint8Array, expected: ManifestTile, mode: ShellMode, resolution: number) => MarchedTile;
 
 // The exports of common/codec/wasm/shell_wasm.cpp; pointers are offsets into `memory`.
 interface Exports {
@@ -56,27 +56,27 @@ export async function shellDecoder(wasm: BufferSource): Promise<ShellDecoder> {
   const { instance } = await WebAssembly.instantiate(wasm);
   const shell = instance.exports as unknown as Exports;
   const hashOf = await payloadHasher();
-  return (payload, promised, mode, resolution) => {
-    const damaged = (what: string) => new TileDamage(`Tile at ${nameOf(promised.cube)}: ${what}.`);
+  return (payload, expected, mode, resolution) => {
+    const damaged = (what: string) => new TileError(`Tile at ${cubeName(expected.cube)}: ${what}.`);
     const digest = hashOf(payload);
-    if (digest !== promised.key) {
-      throw damaged(`its bytes have the digest ${digest}; the manifest lists ${promised.key}`);
+    if (digest !== expected.key) {
+      throw damaged(`its bytes have the digest ${digest}; the manifest lists ${expected.key}`);
     }
     const at = shell.shell_payload(payload.length);
     if (at === 0) throw damaged(`there is no memory for its ${payload.length} bytes`);
     new Uint8Array(shell.memory.buffer, at, payload.length).set(payload);
     const opened = shell.shell_open();
     if (opened !== 0) throw damaged(`its sample shell has ${statuses[opened] ?? "a fault"}`);
-    const fault = headerFault(shell, promised, mode, resolution);
+    const fault = headerFault(shell, expected, mode, resolution);
     if (fault) throw damaged(fault);
     const decoded = shell.shell_decode();
-    if (decoded < 0) throw damaged(`there is no memory for its ${promised.triangles} triangles`);
+    if (decoded < 0) throw damaged(`there is no memory for its ${expected.triangles} triangles`);
     if (decoded !== 0) throw damaged(`its sample shell has ${statuses[decoded] ?? "a fault"}`);
     return {
       // Copies, because the decoder reuses its memory.
       mesh: {
-        positions: new Int32Array(shell.memory.buffer, shell.shell_vertices(), 3 * promised.vertices).slice(),
-        triangles: new Uint32Array(shell.memory.buffer, shell.shell_triangles(), 3 * promised.triangles).slice(),
+        positions: new Int32Array(shell.memory.buffer, shell.shell_vertices(), 3 * expected.vertices).slice(),
+        triangles: new Uint32Array(shell.memory.buffer, shell.shell_triangles(), 3 * expected.triangles).slice(),
         normals: null,
       },
       box: [0, 1, 2].flatMap(shell.shell_low).concat([0, 1, 2].map(shell.shell_high)) as LatticeBox,
@@ -85,10 +85,10 @@ export async function shellDecoder(wasm: BufferSource): Promise<ShellDecoder> {
   };
 }
 
-function headerFault(shell: Exports, promised: TilePromise, mode: ShellMode, resolution: number): string | null {
+function headerFault(shell: Exports, expected: ManifestTile, mode: ShellMode, resolution: number): string | null {
   const [vertices, triangles] = [shell.shell_vertex_count(), shell.shell_triangle_count()];
-  if (vertices !== promised.vertices || triangles !== promised.triangles) {
-    return `it declares ${triangles} triangles and ${vertices} vertices; the manifest lists ${promised.triangles} and ${promised.vertices}`;
+  if (vertices !== expected.vertices || triangles !== expected.triangles) {
+    return `it declares ${triangles} triangles and ${vertices} vertices; the manifest lists ${expected.triangles} and ${expected.vertices}`;
   }
   const levels = shell.shell_values() === quantized ? shell.shell_levels_per_octave() : 0;
   if (shell.shell_values() !== mode.values || levels !== mode.levelsPerOctave) {
@@ -97,7 +97,7 @@ function headerFault(shell: Exports, promised: TilePromise, mode: ShellMode, res
   if (shell.shell_lattice_resolution() !== resolution || 2 ** shell.shell_spacing_exponent() !== mode.spacing) {
     return "its samples or its lattice have another spacing than the step's";
   }
-  return isBoxInside(shell, promised.cube, resolution) ? null : "its samples lie outside the tile's cube";
+  return isBoxInside(shell, expected.cube, resolution) ? null : "its samples lie outside the tile's cube";
 }
 
 function isBoxInside(shell: Exports, cube: OctreeCube, resolution: number): boolean {

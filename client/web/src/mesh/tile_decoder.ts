@@ -1,4 +1,4 @@
-// Decodes a tile's Draco bytes into a mesh on the lattice, or throws TileDamage.
+// Decodes a tile's Draco bytes into a mesh on the lattice, or throws TileError.
 //
 // The bytes are not trusted: counts are compared with the manifest before Draco allocates memory, then vertices with
 // the tile's cube, and the triangles with their digest.
@@ -6,9 +6,9 @@ import type { Decoder, DecoderModule } from "draco3d";
 
 import { hex, type TriangleHasher } from "./content_digest";
 import { PointNumbers } from "./point_numbers";
-import { TileDamage } from "./tile_damage";
-import { type LatticeMesh, nameOf, type OctreeCube, type TilePromise } from "./tile_mesh";
-import { payloadClaims } from "./tile_payload";
+import { TileError } from "./tile_error";
+import { type LatticeMesh, cubeName, type OctreeCube, type ManifestTile } from "./tile_mesh";
+import { payloadCounts } from "./tile_payload";
 
 export interface TileDecoding {
   draco: DecoderModule;
@@ -17,35 +17,35 @@ export interface TileDecoding {
   hasNormals: boolean;
 }
 
-// Throws TileDamage.
+// Throws TileError.
 export function decodeTile(
   payload: Uint8Array,
-  promised: TilePromise,
+  expected: ManifestTile,
   { draco, hasher, resolution, hasNormals }: TileDecoding,
 ): LatticeMesh {
-  const damaged = (what: string) => new TileDamage(`Tile at ${nameOf(promised.cube)}: ${what}.`);
-  const claims = payloadClaims(payload);
-  if (typeof claims === "string") throw damaged(claims);
-  if (claims.triangles !== promised.triangles || claims.vertices < promised.vertices) {
+  const damaged = (what: string) => new TileError(`Tile at ${cubeName(expected.cube)}: ${what}.`);
+  const counts = payloadCounts(payload);
+  if (typeof counts === "string") throw damaged(counts);
+  if (counts.triangles !== expected.triangles || counts.vertices < expected.vertices) {
     throw damaged(
-      `it declares ${claims.triangles} triangles and ${claims.vertices} vertices; the manifest ` +
-        `lists ${promised.triangles} and ${promised.vertices}`,
+      `it declares ${counts.triangles} triangles and ${counts.vertices} vertices; the manifest ` +
+        `lists ${expected.triangles} and ${expected.vertices}`,
     );
   }
   const split = dracoDecoded(draco, payload, hasNormals, damaged);
-  if (split.triangles.length !== 3 * promised.triangles) {
-    throw damaged(`${split.triangles.length / 3} triangles were decoded instead of ${promised.triangles}`);
+  if (split.triangles.length !== 3 * expected.triangles) {
+    throw damaged(`${split.triangles.length / 3} triangles were decoded instead of ${expected.triangles}`);
   }
-  if (!isInside(split.positions, promised.cube, resolution)) {
+  if (!isInside(split.positions, expected.cube, resolution)) {
     throw damaged("a vertex lies outside the tile's cube");
   }
   const mesh = welded(split);
-  if (mesh.positions.length !== 3 * promised.vertices) {
-    throw damaged(`${mesh.positions.length / 3} vertices were decoded instead of ${promised.vertices}`);
+  if (mesh.positions.length !== 3 * expected.vertices) {
+    throw damaged(`${mesh.positions.length / 3} vertices were decoded instead of ${expected.vertices}`);
   }
   const found = hex(hasher(mesh.positions, mesh.triangles));
-  if (found !== promised.key) {
-    throw damaged(`the triangles have the digest ${found}; the manifest lists ${promised.key}`);
+  if (found !== expected.key) {
+    throw damaged(`the triangles have the digest ${found}; the manifest lists ${expected.key}`);
   }
   return mesh;
 }
@@ -54,7 +54,7 @@ function dracoDecoded(
   draco: DecoderModule,
   payload: Uint8Array,
   hasNormals: boolean,
-  damaged: (what: string) => TileDamage,
+  damaged: (what: string) => TileError,
 ): LatticeMesh {
   const decoder = new draco.Decoder();
   const mesh = new draco.Mesh();
@@ -95,7 +95,7 @@ function dracoDecoded(
 function fromHeap(
   draco: DecoderModule,
   bytes: number,
-  damaged: (what: string) => TileDamage,
+  damaged: (what: string) => TileError,
   fill: (pointer: number) => boolean,
 ): ArrayBuffer {
   const pointer = draco._malloc(bytes);

@@ -8,7 +8,7 @@ export interface OctreeCube {
   z: number;
 }
 
-export interface TilePromise {
+export interface ManifestTile {
   key: string; // hex() of its content digest.
   cube: OctreeCube;
   triangles: number;
@@ -26,6 +26,6 @@ export interface LatticeMesh {
   normals: Float32Array | null; // The field's normals in world coordinates, three per vertex.
 }
 
-export function nameOf(cube: OctreeCube): string {
+export function cubeName(cube: OctreeCube): string {
   return `cube ${cube.exponent}:${cube.x}/${cube.y}/${cube.z}`;
 }

@@ -1,7 +1,7 @@
-// Reads the counts that a tile's Draco bytes claim, without decoding: the start of the only kind of
+// Reads the counts that a tile's Draco bytes state, without decoding: the start of the only kind of
 // bitstream that a server may send (edgebreaker 2.2, one connectivity).
 
-export interface PayloadClaims {
+export interface PayloadCounts {
   triangles: number;
   vertices: number; // Draco's vertices; split ones count several times.
 }
@@ -10,8 +10,8 @@ const header = [0x44, 0x52, 0x41, 0x43, 0x4f, 2, 2, 1, 1, 0, 0]; // "DRACO", 2.2
 const standardTraversal = 0;
 const valenceTraversal = 2;
 
-// Returns the claims, or what was expected instead.
-export function payloadClaims(payload: Uint8Array): PayloadClaims | string {
+// Returns the counts, or what was expected instead.
+export function payloadCounts(payload: Uint8Array): PayloadCounts | string {
   const expected = (what: string) => `the payload is not a tile's Draco mesh: expected ${what}`;
   if (header.some((byte, i) => payload[i] !== byte)) return expected("an edgebreaker mesh 2.2");
   let at = header.length;

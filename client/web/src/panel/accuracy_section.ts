@@ -4,7 +4,7 @@ import { lengthText, voxelLength } from "../stream/dataset";
 import { qualities } from "../state/url_state";
 import { h } from "../shared/elements";
 import { counted, grouped } from "../shared/quantities";
-import { folded } from "./inputs";
+import { foldedSection } from "./inputs";
 import { type Change, errorScale, type PanelSection } from "./panel_section";
 import { SettingControls } from "./setting_controls";
 
@@ -36,7 +36,7 @@ export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPar
   const bound = controls.choice("bound", {
     label: "Kind of error",
     tip: "How the error of removing a point is measured.",
-    words: [
+    choices: [
       ["certified", "Guaranteed", "A bound: the actual distance never exceeds the allowed error."],
       ["paper", "Estimated", "The estimate of the 1997 method; the actual distance may exceed it."],
     ],
@@ -44,7 +44,7 @@ export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPar
   const rule = controls.choice("topologyRule", {
     label: "Preserving the topology",
     tip: "Which points are kept to preserve parts, tunnels and cavities.",
-    words: [
+    choices: [
       ["exact", "Exact", "Only points where the topology changes: fewer triangles."],
       ["paper", "Cautious", "All points where a sign changes, as in the 1997 method."],
     ],
@@ -83,7 +83,7 @@ export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPar
   return {
     elements: [
       error, chips, expected, budget, simplify, follow, pixels,
-      folded("More about accuracy", false, bound, rule, tolerance),
+      foldedSection("More about accuracy", false, bound, rule, tolerance),
     ],
     show: (settings, shown) => {
       info = shown;

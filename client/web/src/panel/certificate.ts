@@ -3,7 +3,7 @@ import type { DrawnSurface, ShownComponents, StepFacts } from "../state/progress
 import { lengthText } from "../stream/dataset";
 import { h } from "../shared/elements";
 import { counted, grouped, inDigits } from "../shared/quantities";
-import { componentWords, hidesAny } from "./component_filter";
+import { componentsText, hidesAny } from "./component_filter";
 
 // Returns whether the final surface has no triangles.
 export function isEmpty(shown: StepFacts): boolean {
@@ -15,18 +15,18 @@ export function isClosed(shown: StepFacts): boolean {
 }
 
 // Returns one line that holds for all shown surfaces. Requires at least one.
-export function sealWords(drawn: readonly DrawnSurface[]): string {
+export function certificateSummary(drawn: readonly DrawnSurface[]): string {
   const components = allComponents(drawn);
   if (hidesAny(components) && components.shown === 0) return "Nothing shown: all components hidden";
   const sound = drawn.every(({ shown }) => isClosed(shown)) ? "✓ Watertight" : "✓ No cracks";
-  const within = withinWords(drawn);
+  const within = errorSummary(drawn);
   const words = [within ? `${sound}, ${within}` : sound];
   if (hidesAny(components)) words.push(`${grouped(components.shown)} of ${grouped(components.components)} components shown`);
   return words.join(", ");
 }
 
 // "within 0.25 mm" if all are certified; otherwise "preview" or empty.
-export function withinWords(drawn: readonly DrawnSurface[]): string {
+export function errorSummary(drawn: readonly DrawnSurface[]): string {
   if (drawn.length === 0) return "";
   if (drawn.some(({ shown }) => shown.spacing > 1)) return "preview";
   if (!drawn.every(({ shown }) => shown.isCertified)) return "";
@@ -78,7 +78,7 @@ export function accuracyInUnits(shown: StepFacts): { value: string; label: strin
   return { value: bound + lengthText(shown.errorWorld, shown, 2), label: `${label}, ${inDigits(shown.errorVoxels, 2)} ${unit}` };
 }
 
-export function errorWords(shown: StepFacts): string {
+export function errorExplanation(shown: StepFacts): string {
   if (shown.spacing > 1) {
     return `A preview from one sample in ${shown.spacing} along each axis: parts may be missing, and the surface may ` +
       "deviate by several times that spacing from the full-resolution surface. It has no error bound.";
@@ -101,15 +101,15 @@ function errorAnywhere(shown: StepFacts): string {
   return `The error estimate of the original method (${world}); the actual distance may exceed it.`;
 }
 
-const mostDetailed = 24; // Surfaces described in full.
+const maxDetailed = 24; // Surfaces described in full.
 
 export function certificateOf(drawn: readonly DrawnSurface[]): HTMLElement[] {
   const named = ({ number, shown }: DrawnSurface) => h("h3", {}, `Surface ${number}: isovalue ${inDigits(shown.isovalue, 6)}`);
-  const others = drawn.length - mostDetailed;
+  const others = drawn.length - maxDetailed;
   const rest = others > 0 ? [h("p", {}, `${counted(others, "more surface", 12)} ${others === 1 ? "was" : "were"} checked in the same way.`)] : [];
-  return drawn.slice(0, mostDetailed).flatMap((surface) => [
+  return drawn.slice(0, maxDetailed).flatMap((surface) => [
     ...(drawn.length > 1 ? [named(surface)] : []),
-    h("p", { class: "certified-error" }, h("b", {}, errorHeadline(surface.shown)), ` ${errorWords(surface.shown)}`),
+    h("p", { class: "certified-error" }, h("b", {}, errorHeadline(surface.shown)), ` ${errorExplanation(surface.shown)}`),
     ...checksOf(surface),
     ...promisesOf(surface.shown),
   ]).concat(rest);
@@ -147,7 +147,7 @@ function checksOf({ shown, components }: DrawnSurface): HTMLElement[] {
     row("Digest", shown.digest, "The sum of one hash for each triangle or payload, computed in this browser; equal to the server's."),
   ];
   return [
-    ...(hidesAny(components) ? [h("p", {}, `${componentWords(components)}. The following applies to the whole surface.`)] : []),
+    ...(hidesAny(components) ? [h("p", {}, `${componentsText(components)}. The following applies to the whole surface.`)] : []),
     h("h2", {}, "Checked in this browser"), h("dl", {}, ...rows),
   ];
 }

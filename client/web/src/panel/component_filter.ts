@@ -7,14 +7,14 @@ import { counted, grouped } from "../shared/quantities";
 import type { Control } from "./inputs";
 import { numberInput } from "./number_input";
 
-export interface ComponentFilterActs {
+export interface ComponentFilterActions {
   hide: (minComponent: number) => void; // In samples; 0: hides none.
   showHidden: () => void; // Shows individually hidden parts again.
   keepLargest?: (isOn: boolean) => void; // Hides all but the largest, or shows all.
 }
 
 // `of`: names the surfaces.
-export function componentFilter(of: string, { hide, showHidden, keepLargest }: ComponentFilterActs): Control<HiddenParts> {
+export function componentFilter(of: string, { hide, showHidden, keepLargest }: ComponentFilterActions): Control<HiddenParts> {
   const input = numberInput(`Hide components of ${of} smaller than, in samples`,
     (samples) => hide(Math.min(maxMinComponent, Math.max(0, samples))), () => hide(0));
   input.element.setAttribute("min", "0");
@@ -50,7 +50,7 @@ export function hidesAny(components: ShownComponents | null): components is Show
 }
 
 // "3 components of 120 shown (smaller than 12 samples hidden)". Individually hidden components count as hidden.
-export function componentWords({ shown, components, minComponent }: ShownComponents): string {
+export function componentsText({ shown, components, minComponent }: ShownComponents): string {
   const noun = shown === 1 ? "component" : "components";
   const count = shown === 0 ? "No" : grouped(shown);
   const least = minComponent > 0 ? ` (smaller than ${counted(minComponent, "sample", 12)} hidden)` : "";

@@ -6,7 +6,7 @@ import type { SurfaceSize } from "../state/progress";
 import { choice, toggle } from "./inputs";
 import { numberInput } from "./number_input";
 
-const mostPixels = 16384; // Width.
+const maxPictureWidth = 16384; // Width.
 
 export interface DownloadsEvents {
   copyLink: () => void;
@@ -30,8 +30,8 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
   const picture: Parameters<DownloadsEvents["screenshot"]>[0] = { enlargement: 1, isTransparent: false };
   const size = choice({
     label: "Picture size", tip: "Size of saved pictures: as on the screen, or larger for print.",
-    words: [["1", "1 ×"], ["2", "2 ×"], ["4", "4 ×"]],
-    chosen: (value) => {
+    choices: [["1", "1 ×"], ["2", "2 ×"], ["4", "4 ×"]],
+    onChange: (value) => {
       picture.enlargement = Number(value);
       picture.width = undefined;
       width.show(null);
@@ -40,7 +40,7 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
   });
   size.show("1");
   const width = numberInput("Width of the picture, in pixels", (pixels) => {
-    picture.width = Math.min(mostPixels, Math.max(16, Math.round(pixels)));
+    picture.width = Math.min(maxPictureWidth, Math.max(16, Math.round(pixels)));
     width.show(picture.width);
   }, () => (picture.width = undefined));
   width.element.setAttribute("placeholder", "auto");
@@ -48,7 +48,7 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     h("span", {}, "Width in pixels"), width.element);
   const transparent = toggle({
     label: "Transparent background", tip: "Saves pictures without a background.",
-    turned: (isOn) => (picture.isTransparent = isOn),
+    onChange: (isOn) => (picture.isTransparent = isOn),
   });
   const actions = h("div", { class: "actions" },
     button("Copy link", "The address of this view, with all settings.", events.copyLink),
@@ -74,7 +74,7 @@ export interface SavedSurface {
 }
 
 // Describes the triangles of a mesh file.
-export function savedWords({ triangles, isOfSamples, isOneOfSeveral, expected }: SavedSurface): string {
+export function savedFileText({ triangles, isOfSamples, isOneOfSeveral, expected }: SavedSurface): string {
   const saved = `Saved ${grouped(triangles)} triangles${isOneOfSeveral ? ", those of the first surface" : ""}`;
   if (!isOfSamples) return `${saved}.`;
   const isLarger = expected !== null && expected.triangles < triangles;

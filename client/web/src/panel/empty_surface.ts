@@ -3,12 +3,12 @@ import type { ShownSurface } from "../shown_surface";
 import type { Progress } from "../state/progress";
 import { inDigits } from "../shared/quantities";
 import { isEmpty } from "./certificate";
-import { componentWords } from "./component_filter";
+import { componentsText } from "./component_filter";
 
 // Returns the reason; null: something is visible or will be.
-export function nothingWords({ info: of, facts }: ShownSurface, { shown, components, isStreaming }: Progress): string | null {
+export function emptySurfaceText({ info: of, facts }: ShownSurface, { shown, components, isStreaming }: Progress): string | null {
   if (!shown || isStreaming) return null;
-  if (!isEmpty(shown)) return components?.shown === 0 ? `${componentWords(components)}.` : null;
+  if (!isEmpty(shown)) return components?.shown === 0 ? `${componentsText(components)}.` : null;
   return `There is no surface at isovalue ${inDigits(facts.isovalue, 6)}: the values of "${of.name}" range from ` +
     `${inDigits(of.min, 6)} to ${inDigits(of.max, 6)}.`;
 }

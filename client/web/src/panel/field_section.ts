@@ -1,7 +1,7 @@
 // Selects a second field that colors the surfaces: from the same series, or any dataset in the same world.
 import type { DatasetInfo } from "../protocol/messages";
 import { colorMaps } from "../shared/color_maps";
-import { entriesOf, seriesOf, isOfOneSeries, named, ofField } from "../state/series";
+import { entriesOf, seriesOf, isSameSeries, findByName, memberOfField } from "../state/series";
 import type { Progress } from "../state/progress";
 import { worldDifference } from "../stream/dataset";
 import { h } from "../shared/elements";
@@ -25,7 +25,7 @@ export function fieldPart(change: Change): FieldPart {
   choice.addEventListener("change", () => change({ colorBy: choice.value, fieldLevel: null, fieldWindow: null }));
   const colors = controls.choice("colors", {
     label: "Colors", tip: "From small to large values; drag the legend in the picture to change the range.",
-    words: colorMaps.map((map) => [map, map] as const),
+    choices: colorMaps.map((map) => [map, map] as const),
   });
   const log = controls.toggle("fieldLog", {
     label: "Logarithmic", tip: "Equal factors of the values have equal steps of color.",
@@ -86,21 +86,21 @@ function offersFor(list: readonly DatasetInfo[], info: DatasetInfo): { fields: O
   return {
     fields: fields.map((field) => ({ name: firstOf(list, info, field), words: field || "(no name)" })),
     others: entriesOf(list)
-      .filter((one) => worldDifference(info, one.info) === null && !(fields.length > 0 && isOfOneSeries(one.info, info)))
+      .filter((one) => worldDifference(info, one.info) === null && !(fields.length > 0 && isSameSeries(one.info, info)))
       .map(({ name }) => ({ name, words: name })),
   };
 }
 
 function firstOf(list: readonly DatasetInfo[], info: DatasetInfo, field: string): string {
   const series = seriesOf(list, info)!;
-  const first = named(list, series.name)!;
-  return (ofField(series, first, field) ?? info).name;
+  const first = findByName(list, series.name)!;
+  return (memberOfField(series, first, field) ?? info).name;
 }
 
 // Returns the offer that matches the wanted dataset.
 function chosenOf(list: readonly DatasetInfo[], info: DatasetInfo | null, wanted: string): string {
-  const by = named(list, wanted);
+  const by = findByName(list, wanted);
   if (!wanted || !by || !info) return wanted;
-  if (isOfOneSeries(by, info) && by.member && (seriesOf(list, by)?.fields.length ?? 0) > 1) return firstOf(list, info, by.member.field);
+  if (isSameSeries(by, info) && by.member && (seriesOf(list, by)?.fields.length ?? 0) > 1) return firstOf(list, info, by.member.field);
   return seriesOf(list, by)?.name ?? by.name;
 }

@@ -28,6 +28,7 @@ const keys = [
   ["Space", "play or stop the times of a series"],
   [", .", "previous, next time"],
   ["Ctrl Z, Ctrl Y", "undo, redo"],
+  ["Shift ↑ ↓, Space, Ctrl A on a label", "select several labels"],
   ["Esc", "close the certificate, clear the measurement"],
   ["← → on the histogram", "move the isovalue"],
   ["?", "this page"],

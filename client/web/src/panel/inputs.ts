@@ -15,7 +15,7 @@ export interface SliderOptions {
   text: (value: number) => string;
   toPosition?: (value: number) => number;
   fromPosition?: (position: number) => number;
-  moved: (value: number, isDragging: boolean) => void;
+  onChange: (value: number, isDragging: boolean) => void;
 }
 
 // A slider with a readout; `moved` is called for every position, with `isDragging` until release.
@@ -39,7 +39,7 @@ export function slider(options: SliderOptions): Control<number> {
   const notify = (isDragging: boolean) => {
     const value = fromPosition(Number(input.value));
     say(value);
-    options.moved(value, isDragging);
+    options.onChange(value, isDragging);
   };
   input.addEventListener("input", () => notify(true));
   input.addEventListener("change", () => notify(false));
@@ -61,25 +61,25 @@ export function slider(options: SliderOptions): Control<number> {
 export interface ChoiceOptions<T extends string> {
   label: string;
   tip: string;
-  words: readonly (readonly [T, string, string?])[]; // Value, word and optional explanation.
-  chosen: (value: T) => void;
+  choices: readonly (readonly [T, string, string?])[]; // Value, word and optional explanation.
+  onChange: (value: T) => void;
 }
 
 // A choice between a few words.
 export function choice<T extends string>(options: ChoiceOptions<T>): Control<T> {
-  const buttons = options.words.map(([value, word, tip]) => {
+  const buttons = options.choices.map(([value, word, tip]) => {
     const button = h("button", { type: "button", role: "radio", "aria-checked": "false" }, word);
     if (tip) button.setAttribute("data-tip", tip);
-    button.addEventListener("click", () => options.chosen(value));
+    button.addEventListener("click", () => options.onChange(value));
     button.addEventListener("keydown", (event) => {
       const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
       if (!step) return;
       event.preventDefault();
       event.stopPropagation();
-      const at = options.words.findIndex(([other]) => other === value);
+      const at = options.choices.findIndex(([other]) => other === value);
       const next = (at + step + buttons.length) % buttons.length;
       buttons[next].focus();
-      options.chosen(options.words[next][0]);
+      options.onChange(options.choices[next][0]);
     });
     return button;
   });
@@ -89,7 +89,7 @@ export function choice<T extends string>(options: ChoiceOptions<T>): Control<T> 
   return {
     element,
     show: (value) =>
-      options.words.forEach(([word], i) => {
+      options.choices.forEach(([word], i) => {
         buttons[i].setAttribute("aria-checked", String(word === value));
         buttons[i].tabIndex = word === value ? 0 : -1;
       }),
@@ -99,12 +99,12 @@ export function choice<T extends string>(options: ChoiceOptions<T>): Control<T> 
 export interface ToggleOptions {
   label: string;
   tip: string;
-  turned: (isOn: boolean) => void;
+  onChange: (isOn: boolean) => void;
 }
 
 export function toggle(options: ToggleOptions): Control<boolean> {
   const input = h("input", { type: "checkbox", role: "switch" });
-  input.addEventListener("change", () => options.turned(input.checked));
+  input.addEventListener("change", () => options.onChange(input.checked));
   const element = h("label", { class: "control toggle", "data-tip": options.tip },
     h("span", {}, options.label), input);
   return { element, show: (isOn) => (input.checked = isOn) };
@@ -114,6 +114,6 @@ export function section(title: string, ...children: HTMLElement[]): HTMLElement 
   return h("section", {}, h("h2", {}, title), ...children);
 }
 
-export function folded(title: string, isOpen: boolean, ...children: HTMLElement[]): HTMLElement {
+export function foldedSection(title: string, isOpen: boolean, ...children: HTMLElement[]): HTMLElement {
   return h("details", isOpen ? { open: true } : {}, h("summary", {}, title), ...children);
 }

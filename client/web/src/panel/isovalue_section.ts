@@ -1,7 +1,7 @@
 // The isovalues: lines in the histogram, the first one's number, and suggested values.
 import type { DatasetInfo } from "../protocol/messages";
 import { hiddenPartsOf } from "../state/hidden_parts";
-import { forever } from "../state/browser_storage";
+import { persistentValues } from "../state/browser_storage";
 import { rangeOf } from "../state/series";
 import type { Settings } from "../state/settings";
 import { surfacesOf, withSurface } from "../state/surfaces";
@@ -21,7 +21,7 @@ export interface IsovaluePart extends PanelSection {
 }
 
 export function isovaluePart(change: Change): IsovaluePart {
-  const hasDragged = forever.get("hasDragged") !== null; // The hint is not repeated.
+  const hasDragged = persistentValues.get("hasDragged") !== null; // The hint is not repeated.
   const hint = h("p", { class: "hint", hidden: hasDragged },
     "Drag the line: the surface is where the data has this value.");
   let info: DatasetInfo | null = null;
@@ -31,14 +31,14 @@ export function isovaluePart(change: Change): IsovaluePart {
     moved: (surface, isovalue, isDragging) => {
       hint.classList.add("is-read");
       histogram.invite(false);
-      forever.set("hasDragged", "yes");
+      persistentValues.set("hasDragged", "yes");
       change(withSurface(settings, surface, { isovalue }), isDragging);
     },
   });
   const input = numberInput("Isovalue", (isovalue) => change({ isovalue }));
   const log = toggle({
     label: "log", tip: "Logarithmic heights, which show rare values.",
-    turned: (logScale) => change({ logScale }),
+    onChange: (logScale) => change({ logScale }),
   });
   const filter = componentFilter("the surface", {
     hide: (minComponent) => change({ minComponent, largestOnly: false }), showHidden: () => change({ hiddenParts: [] }),

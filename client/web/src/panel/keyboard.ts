@@ -15,35 +15,35 @@ export interface KeyActions {
   roll: (radians: number) => void;
 }
 
-export interface Turned {
+export interface SettingsAccess {
   get: () => Settings;
   set: (change: Partial<Settings>) => void;
 }
 
-export function installKeyboard(settings: Turned, acts: KeyActions): void {
+export function installKeyboard(settings: SettingsAccess, actions: KeyActions): void {
   const turn = 0.09;
   const keys: Record<string, () => void> = {
-    ArrowLeft: () => acts.turn(-turn, 0),
-    ArrowRight: () => acts.turn(turn, 0),
-    ArrowUp: () => acts.turn(0, turn),
-    ArrowDown: () => acts.turn(0, -turn),
-    "+": () => acts.turn(0, 0, 0.88),
-    "-": () => acts.turn(0, 0, 1 / 0.88),
-    "[": () => acts.roll(-turn),
-    "]": () => acts.roll(turn),
-    u: () => acts.roll(Math.PI),
-    f: acts.fit,
-    r: acts.reset,
-    Escape: acts.escape,
-    "?": acts.help,
-    z: acts.fullScreen,
-    v: acts.toggleSlices,
+    ArrowLeft: () => actions.turn(-turn, 0),
+    ArrowRight: () => actions.turn(turn, 0),
+    ArrowUp: () => actions.turn(0, turn),
+    ArrowDown: () => actions.turn(0, -turn),
+    "+": () => actions.turn(0, 0, 0.88),
+    "-": () => actions.turn(0, 0, 1 / 0.88),
+    "[": () => actions.roll(-turn),
+    "]": () => actions.roll(turn),
+    u: () => actions.roll(Math.PI),
+    f: actions.fit,
+    r: actions.reset,
+    Escape: actions.escape,
+    "?": actions.help,
+    z: actions.fullScreen,
+    v: actions.toggleSlices,
     p: () => settings.set({ projection: settings.get().projection === "perspective" ? "orthographic" : "perspective" }),
     o: () => settings.set({ occlusion: !settings.get().occlusion }),
     x: () => settings.set({ clip: nextOf(["off", "x", "y", "z", "oblique"], settings.get().clip) }),
     " ": () => settings.set({ playing: !settings.get().playing }),
-    ",": () => acts.stepTime(-1),
-    ".": () => acts.stepTime(1),
+    ",": () => actions.stepTime(-1),
+    ".": () => actions.stepTime(1),
     w: () => settings.set({ wireframe: !settings.get().wireframe }),
     a: () => settings.set({ axes: !settings.get().axes }),
     c: () => settings.set({ coloring: nextOf(["plain", "tiles", "steps"], settings.get().coloring) }),
@@ -52,7 +52,7 @@ export function installKeyboard(settings: Turned, acts: KeyActions): void {
     const target = event.target as Element;
     if (target.closest("dialog")) return;
     if (target.closest("input:not([type=range]):not([type=checkbox]), textarea")) return;
-    if ((event.ctrlKey || event.metaKey) && !event.altKey) return takeBack(event, acts);
+    if ((event.ctrlKey || event.metaKey) && !event.altKey) return undoOrRedo(event, actions);
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (target.closest("input, select, [role=slider], [role=radio]")) return;
     if (event.key === " " && target.closest("button, summary, a")) return; // Activates them.
@@ -63,12 +63,12 @@ export function installKeyboard(settings: Turned, acts: KeyActions): void {
   });
 }
 
-function takeBack(event: KeyboardEvent, acts: KeyActions): void {
+function undoOrRedo(event: KeyboardEvent, actions: KeyActions): void {
   const key = event.key.toLowerCase();
   if (key !== "z" && key !== "y") return;
   event.preventDefault();
-  if (key === "y" || event.shiftKey) acts.redo();
-  else acts.undo();
+  if (key === "y" || event.shiftKey) actions.redo();
+  else actions.undo();
 }
 
 function nextOf<T>(all: readonly T[], now: T): T {

@@ -1,24 +1,26 @@
-// The labels of a segmentation: color, name, size, opacity and visibility of each. Hidden labels are not loaded.
+// The table of the labels of a segmentation. Hidden labels are not loaded. Changes of a selected label apply to all
+// selected ones.
 import type { DatasetInfo, Label } from "../protocol/messages";
-import { labelName, labelOf, mostLabelsAtFirst, named, renamedLabel, withLabelName } from "../state/series";
+import { findByName, labelName, labelOf, maxInitialLabels, renamedLabel, withLabelName } from "../state/series";
 import type { Progress } from "../state/progress";
-import { mostNote, type Settings } from "../state/settings";
-import { type SurfaceSettings, surfacesOf, withAllSurfaces, withSurface } from "../state/surfaces";
+import type { Settings } from "../state/settings";
+import { type SurfaceSettings, surfacesOf, withAllSurfaces } from "../state/surfaces";
 import { h } from "../shared/elements";
-import { grouped } from "../shared/quantities";
 import { componentFilter } from "./component_filter";
+import { type LabelLook, type LabelRow, labelRow, opacitySlider, showOpacity } from "./label_row";
 import type { Change, PanelSection } from "./panel_section";
+import { RowSelection } from "./row_selection";
 
 const fewLabels = 8; // At most this many need no search.
 
 export interface LabelsPart extends PanelSection {
   showProgress: (surface: number, progress: Progress) => void;
   showDatasets: (list: readonly DatasetInfo[]) => void;
-  highlight: (surface: number) => void; // Scrolls to the row of a surface that was clicked.
+  select: (surface: number) => void; // Selects and scrolls to the row of a surface that was clicked.
 }
 
 export interface LabelsEvents {
-  saveLabels: () => void; // As a table of the visible labels.
+  saveLabels: (surfaces: readonly number[] | null) => void; // As a table of those that are visible; null: of all.
   zoomToLabel: (dataset: string) => void;
 }
 
@@ -26,6 +28,8 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
   let settings: Settings | null = null;
   let datasets: readonly DatasetInfo[] = [];
   const rows = new Map<number, LabelRow>();
+  let found: FoundLabel[] = []; // In the order of the table.
+  const selection = new RowSelection(() => showSelected());
   const list = h("ul", { class: "labels" });
   const count = h("span", { class: "labels-count" });
   const isLabel = (one: SurfaceSettings, at: number) => labelOf(datasets, dataset(one, at)) !== null;
@@ -36,20 +40,43 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
     return button;
   };
   const search = h("input", { type: "search", class: "label-search", placeholder: "Search labels", "aria-label": "Search labels" });
-  const table = h("button", { type: "button", "data-tip": "Volume and area of every displayed label, as CSV." }, "Table (CSV)");
-  table.addEventListener("click", saveLabels);
+  const table = h("button", { type: "button", "data-tip": "Volume and area of every displayed label, or of the selected ones, as CSV." }, "Table (CSV)");
+  table.addEventListener("click", () => saveLabels(selected().length > 0 ? selected() : null));
   const order = h("select", { class: "label-order", "aria-label": "Order of the labels" },
     ...labelOrders.map(([word, text]) => h("option", { value: word }, text)));
   order.addEventListener("change", () => showAll());
   const limit = h("p", { class: "hint", hidden: true });
-  const isolate = (kept: number) =>
-    change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { visible: at === kept } : null)));
+  // The rows that match the search, and the surfaces of the selected ones.
+  const listed = () => found.filter(({ at }) => !rows.get(at)!.element.hidden);
+  const selected = () => listed().filter(({ key }) => selection.has(key)).map(({ at }) => at);
+  // Returns the surfaces that a control in this row changes.
+  const targets = (at: number) => new Set(selected().includes(at) ? selected() : [at]);
+  const changeLabels = (at: number, look: LabelLook) => {
+    const changed = targets(at);
+    change(withAllSurfaces(settings!, (_, other) => (changed.has(other) ? look : null)));
+  };
+  const isolate = (at: number) => {
+    const kept = targets(at);
+    change(withAllSurfaces(settings!, (one, other) => (isLabel(one, other) ? { visible: kept.has(other) } : null)));
+  };
+  const click = (key: string, { ctrlKey, metaKey, shiftKey }: MouseEvent) => {
+    if (shiftKey) return selection.extend(key, listed().map((one) => one.key));
+    if (ctrlKey || metaKey) return selection.toggle(key);
+    selection.select(key);
+    zoomToLabel(key);
+  };
   const showFound = () => {
     const words = search.value.trim().toLowerCase();
     for (const row of rows.values()) row.element.hidden = !row.element.dataset.label!.toLowerCase().includes(words);
+    showSelected();
+  };
+  const showSelected = () => {
+    const { length } = selected();
+    for (const { at, key } of found) rows.get(at)!.showSelected(selection.has(key));
+    table.textContent = length > 0 ? `Table of ${length} (CSV)` : "Table (CSV)";
   };
   search.addEventListener("input", showFound);
-  const opacity = opacityOf("all labels", (value) =>
+  const opacity = opacitySlider("all labels", (value) =>
     change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { opacity: value } : null))));
   const mixed = h("span", { class: "labels-count", hidden: true }, "mixed");
   const filter = componentFilter("all labels", {
@@ -64,26 +91,48 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
       const label = labelOf(datasets, own());
       if (label) change({ labelNames: withLabelName(settings!.labelNames, label.value, name === label.name ? "" : name) });
     };
-    const row = labelRow((changes) => change(withSurface(settings!, at, changes)), () => isolate(at), () => zoomToLabel(own()), rename);
+    const row = labelRow({
+      change: (look) => changeLabels(at, look), isolate: () => isolate(at), click: (event) => click(own(), event), rename,
+    });
     rows.set(at, row);
     return row;
   };
+  list.addEventListener("keydown", (event) => {
+    const names = listed();
+    const at = names.findIndex((one) => rows.get(one.at)!.name === event.target);
+    if (at < 0) return;
+    const { key, ctrlKey, metaKey, shiftKey } = event;
+    const step = { ArrowUp: -1, ArrowDown: 1 }[key];
+    if (step) {
+      const next = names[at + step];
+      if (next) rows.get(next.at)!.name.focus();
+      if (next && shiftKey) selection.extend(next.key, names.map((one) => one.key));
+      else if (next && !ctrlKey && !metaKey) selection.select(next.key);
+    } else if (key === " ") selection.toggle(names[at].key);
+    else if (key === "a" && (ctrlKey || metaKey)) selection.selectAll(names.map((one) => one.key));
+    else if (key !== "Escape" || !selection.clear()) return;
+    event.preventDefault();
+    event.stopPropagation();
+  });
+  // Space would click the name.
+  list.addEventListener("keyup", (event) => event.key === " " && (event.target as Element).matches(".label-name") && event.preventDefault());
   const showAll = () => {
     if (!settings) return;
     const infos = new Map(datasets.map((info) => [info.name, info]));
-    const found = surfacesOf(settings).flatMap((one, at) => {
+    const labels = surfacesOf(settings).flatMap((one, at): FoundLabel[] => {
       const name = dataset(one, at);
-      const label = (infos.get(name) ?? named(datasets, name))?.member?.label;
-      return label ? [{ at, one, label: renamedLabel(label, settings!.labelNames) }] : [];
+      const label = (infos.get(name) ?? findByName(datasets, name))?.member?.label;
+      return label ? [{ at, key: name, one, label: renamedLabel(label, settings!.labelNames) }] : [];
     });
-    const places = new Set(found.map(({ at }) => at));
+    const places = new Set(labels.map(({ at }) => at));
     for (const [at, row] of rows) {
       if (places.has(at)) continue;
       row.element.remove();
       rows.delete(at);
     }
-    order.hidden = !found.some(({ label }) => label.samples > 0n);
-    inOrder(found, order.hidden ? "value" : order.value).forEach(({ at, one, label }, place) => {
+    order.hidden = !labels.some(({ label }) => label.samples > 0n);
+    found = inOrder(labels, order.hidden ? "value" : order.value);
+    found.forEach(({ at, one, label }, place) => {
       const row = rows.get(at) ?? rowAt(at);
       if (list.children[place] !== row.element) list.insertBefore(row.element, list.children[place] ?? null);
       row.show(one, label);
@@ -95,8 +144,8 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
     const shown = found.filter(({ one }) => one.visible);
     count.textContent = `${shown.length} of ${found.length} shown`;
     search.hidden = found.length < fewLabels;
-    limit.hidden = found.length <= mostLabelsAtFirst;
-    limit.textContent = `The first ${mostLabelsAtFirst} labels are shown initially, each as a separate surface. "All" shows the rest.`;
+    limit.hidden = found.length <= maxInitialLabels;
+    limit.textContent = `The first ${maxInitialLabels} labels are shown initially, each as a separate surface. "All" shows the rest.`;
     showFound();
     const opacities = shown.map(({ one }) => one.opacity);
     const isMixed = new Set(opacities).size > 1;
@@ -110,13 +159,13 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
       showAll();
     },
     showProgress: (surface, progress) => rows.get(surface)?.showProgress(progress),
-    highlight: (surface) => {
-      for (const [at, { element }] of rows) {
-        element.classList.toggle("is-picked", at === surface);
-        if (at !== surface) continue;
-        element.hidden = false;
-        element.scrollIntoView({ block: "nearest" });
-      }
+    select: (surface) => {
+      const label = found.find(({ at }) => at === surface);
+      if (!label) return;
+      const { element } = rows.get(surface)!;
+      element.hidden = false;
+      element.scrollIntoView({ block: "nearest" });
+      selection.select(label.key);
     },
     showDatasets: (now) => {
       datasets = now;
@@ -128,7 +177,8 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
 const labelOrders = [["value", "by number"], ["size", "largest first"], ["name", "by name"]] as const;
 
 interface FoundLabel {
-  at: number;
+  at: number; // The index of its surface.
+  key: string; // The name of its dataset.
   one: SurfaceSettings;
   label: Label;
 }
@@ -138,96 +188,4 @@ function inOrder(found: FoundLabel[], order: string): FoundLabel[] {
   if (order === "size") return [...found].sort((a, b) => Number(b.label.samples - a.label.samples));
   if (order === "name") return [...found].sort((a, b) => labelName(a.label).localeCompare(labelName(b.label), "en", { numeric: true }));
   return found;
-}
-
-interface LabelRow {
-  element: HTMLElement;
-  show: (surface: SurfaceSettings, label: Label) => void;
-  showProgress: (progress: Progress) => void;
-}
-
-function labelRow(
-  change: (changes: Partial<SurfaceSettings>) => void, isolate: () => void, zoom: () => void, rename: (name: string) => void,
-): LabelRow {
-  const color = h("input", { type: "color" });
-  color.addEventListener("input", () => change({ color: color.value }));
-  const name = h("button", { type: "button", class: "label-name", "data-tip": "Zooms to the label. Double-click or F2: rename." });
-  name.addEventListener("click", zoom);
-  name.addEventListener("dblclick", () => editName(name, rename));
-  name.addEventListener("keydown", ({ key }) => key === "F2" && editName(name, rename));
-  const opacity = opacityOf("", (value) => change({ opacity: value }));
-  const eye = h("button", { type: "button", class: "eye" });
-  const only = h("button", { type: "button", class: "only", "data-tip": "Shows only this label." }, "only");
-  let isVisible = true;
-  eye.addEventListener("click", () => change({ visible: !isVisible }));
-  const element = h("li", { class: "label-row" }, eye, color, name, only, opacity);
-  only.addEventListener("click", isolate);
-  let hasFinal = false;
-  let size = "";
-  let isComing = false;
-  const showComing = () => {
-    if (isComing !== (isComing = isVisible && !hasFinal)) element.classList.toggle("is-coming", isComing);
-  };
-  return {
-    element,
-    showProgress: ({ shown, isStreaming, failure }) => {
-      hasFinal = failure !== null || (!isStreaming && shown?.isFinal === true);
-      const title = failure?.text ?? size;
-      if (name.title !== title) name.title = title;
-      showComing();
-    },
-    show: (surface, label) => {
-      const word = labelName(label);
-      isVisible = surface.visible;
-      showComing();
-      if (name.textContent !== word) {
-        name.textContent = element.dataset.label = word;
-        size = name.title = label.samples > 0n ? `${word}: ${grouped(Number(label.samples))} samples` : word;
-        name.setAttribute("aria-label", `Zoom to ${word}`);
-        eye.setAttribute("aria-label", `Show ${word}`);
-        color.setAttribute("aria-label", `Color of ${word}`);
-        only.setAttribute("aria-label", `Show only ${word}`);
-        opacity.setAttribute("aria-label", `Opacity of ${word}`);
-      }
-      color.value = surface.color;
-      eye.setAttribute("aria-pressed", String(isVisible));
-      eye.textContent = isVisible ? "◉" : "○";
-      showOpacity(opacity, surface.opacity);
-    },
-  };
-}
-
-// Replaces the name by an input; an empty input restores the file's name.
-function editName(name: HTMLElement, rename: (name: string) => void): void {
-  const input = h("input", { type: "text", class: "label-rename", maxlength: String(mostNote), "aria-label": `Name of ${name.textContent}` });
-  input.value = name.textContent ?? "";
-  let hasEnded = false; // Removing an input also blurs it.
-  const end = (isTaken: boolean) => {
-    if (hasEnded) return;
-    hasEnded = true;
-    const given = input.value.trim();
-    input.replaceWith(name);
-    if (isTaken && given !== name.textContent) rename(given);
-  };
-  input.addEventListener("blur", () => end(true));
-  input.addEventListener("keydown", (event) => {
-    event.stopPropagation(); // Typed letters must not trigger shortcuts.
-    if (event.key === "Enter" || event.key === "Escape") end(event.key === "Enter");
-  });
-  name.replaceWith(input);
-  input.select();
-}
-
-function opacityOf(what: string, turned: (value: number) => void): HTMLInputElement {
-  const input = h("input", { type: "range", min: "0", max: "1", step: "0.01", "aria-label": `Opacity of ${what}` });
-  input.setAttribute("data-tip", "The opacity of the surface.");
-  input.addEventListener("input", () => turned(Number(input.value)));
-  return input;
-}
-
-// `isMixed`: surfaces with different opacities; the slider shows the largest.
-function showOpacity(input: HTMLInputElement, opacity: number, isMixed = false): void {
-  input.value = String(opacity);
-  input.setAttribute("aria-valuetext", isMixed ? "mixed" : `${Math.round(100 * opacity)} %`);
-  input.style.setProperty("--share", `${100 * opacity}%`);
 }

@@ -1,7 +1,7 @@
 // The color legend over the scene, of a slice or of a field on the surfaces. Dragging horizontally changes the level
 // and vertically the window, as in medical viewers; so do arrow keys, and a double click resets. The values of the
 // first and last color can be typed.
-import { gradientOf, type LegendWords } from "../shared/color_maps";
+import { gradientOf, type LegendText } from "../shared/color_maps";
 import { scaleOf, windowOf } from "../slices";
 import type { Settings } from "../state/settings";
 import { h } from "../shared/elements";
@@ -82,7 +82,7 @@ export class Legend {
   }
 
   // Null: not shown.
-  get words(): LegendWords | null {
+  get words(): LegendText | null {
     const { settings, info } = this;
     if (this.element.hidden || !settings || !info) return null;
     const { low, high } = this.scale(settings, info);

@@ -8,7 +8,7 @@ export function lookPart(change: Change, roll: (radians: number) => void): Panel
   const controls = new SettingControls((changes) => change(changes));
   const coloring = controls.choice("coloring", {
     label: "Colors", tip: "See the method at work.",
-    words: [
+    choices: [
       ["plain", "Plain"],
       ["tiles", "Tiles", "One color for each tile, the unit of encoding, sending and caching."],
       ["steps", "Steps", "By the step in which a tile was received: red first, then orange, yellow, green."],
@@ -19,7 +19,7 @@ export function lookPart(change: Change, roll: (radians: number) => void): Panel
   });
   const shading = controls.choice("shading", {
     label: "Shading", tip: "How normals are computed.",
-    words: [
+    choices: [
       ["smooth", "Computed", "From the triangles, averaged at vertices: the smallest transfer."],
       ["field", "From the data", "The field's gradients, sent with the surface: the smoothest, with a transfer several times as large."],
       ["facets", "Facets", "Flat triangles."],
@@ -27,7 +27,7 @@ export function lookPart(change: Change, roll: (radians: number) => void): Panel
   });
   const clip = controls.choice("clip", {
     label: "Cut", tip: "A plane that cuts the surface open. Drag its handles in the picture to move and turn it.",
-    words: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"], ["oblique", "Oblique", "Faces the camera initially."]],
+    choices: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"], ["oblique", "Oblique", "Faces the camera initially."]],
   });
   const clipAt = controls.slider("clipAt", {
     label: "Cut at", tip: "Position of the plane along its normal.",
@@ -48,7 +48,7 @@ export function lookPart(change: Change, roll: (radians: number) => void): Panel
   });
   const projection = controls.choice("projection", {
     label: "Projection", tip: "Whether distant parts appear smaller.",
-    words: [
+    choices: [
       ["perspective", "Perspective", "Distant parts appear smaller."],
       ["orthographic", "Parallel", "Equal lengths near and far: the scale bar applies everywhere."],
     ],
@@ -66,7 +66,7 @@ export function lookPart(change: Change, roll: (radians: number) => void): Panel
   });
   const theme = controls.choice("theme", {
     label: "Theme", tip: "Light, dark, or the system's setting.",
-    words: [["auto", "System"], ["dark", "Dark"], ["light", "Light"]],
+    choices: [["auto", "System"], ["dark", "Dark"], ["light", "Light"]],
   });
   return {
     elements: [coloring, wireframe, shading, clip, clipAt, facing, flip, filled, axes, upright, projection, occlusion, theme],

@@ -11,16 +11,16 @@ import { TokenForm } from "./token_form";
 export interface NoticeActions {
   connectNow: () => void;
   useToken: (token: string) => void;
-  insist: () => void; // Requests the surface that was held back.
-  leave: () => void; // Moves the focus to the scene.
+  confirmSize: () => void; // Requests the surface in full size.
+  focusScene: () => void; // Moves the focus to the scene.
 }
 
 type Kind = "lost" | "later" | "token" | "words" | "size" | "nothing";
 
 export class Notices {
   readonly element = h("div", { class: "notice", role: "alert", hidden: true });
-  private own: string | null = null;
-  private isPassing = false;
+  private announced: string | null = null;
+  private isTemporary = false;
   private timer = 0;
   private countdown = 0;
   private progress: Progress | null = null;
@@ -30,26 +30,26 @@ export class Notices {
   private readonly words = h("span");
   private form: TokenForm | null = null;
 
-  constructor(private readonly acts: NoticeActions) {}
+  constructor(private readonly actions: NoticeActions) {}
 
   // Stays until clear(); a passing notice stays as long as it takes to read, or until nothing is visible.
   announce(text: string, isPassing = false): void {
-    this.own = text;
-    this.isPassing = isPassing;
+    this.announced = text;
+    this.isTemporary = isPassing;
     clearTimeout(this.timer);
     if (isPassing) this.timer = window.setTimeout(() => this.clear(), 2000 + 60 * text.length);
     this.draw();
   }
 
   clear(): void {
-    this.own = null;
+    this.announced = null;
     this.draw();
   }
 
   // `empty`: the reason if the surface has no triangles.
   show(progress: Progress, empty: string | null): void {
     this.progress = progress;
-    if (empty !== null && empty !== this.empty && this.isPassing) this.own = null;
+    if (empty !== null && empty !== this.empty && this.isTemporary) this.announced = null;
     this.empty = empty;
     this.draw();
   }
@@ -63,37 +63,37 @@ export class Notices {
     const isFailure = failure ? !failure.needsToken : isLost;
     this.element.classList.toggle("is-failure", isFailure);
     if (failure?.needsToken) {
-      this.drawToken().refuse(failure.text);
+      this.drawToken().showError(failure.text);
     } else if (isTrying && this.kind === "token") {
       this.drawToken().wait();
     } else if (isLost && !failure?.isFatal) {
       this.drawLost(progress!);
-    } else if (failure || this.own || this.empty) {
-      this.words.textContent = failure?.text ?? this.own ?? this.empty;
-      this.hold("words", () => [this.words]);
+    } else if (failure || this.announced || this.empty) {
+      this.words.textContent = failure?.text ?? this.announced ?? this.empty;
+      this.showKind("words", () => [this.words]);
     } else if (progress?.postponed) {
       this.drawPostponed(progress.postponed);
-    } else if (progress?.heldBack) {
-      const { triangles, budget, bytes } = progress.heldBack;
+    } else if (progress?.sizeToConfirm) {
+      const { triangles, budget, bytes } = progress.sizeToConfirm;
       this.words.textContent =
         `The complete surface has ${inTriangleRange(triangles, budget)} (about ${inBytes(bytes)}); this is the finest surface with ` +
         "fewer. ";
-      this.hold("size", () => [this.words, button("Show the complete surface", this.acts.insist)]);
+      this.showKind("size", () => [this.words, button("Show the complete surface", this.actions.confirmSize)]);
     } else {
-      this.hold("nothing", () => []);
+      this.showKind("nothing", () => []);
     }
   }
 
   private drawToken(): TokenForm {
-    const form = (this.form ??= new TokenForm(this.acts.useToken));
-    this.hold("token", () => [form.element]);
+    const form = (this.form ??= new TokenForm(this.actions.useToken));
+    this.showKind("token", () => [form.element]);
     return form;
   }
 
   private drawPostponed({ text, until }: NonNullable<Progress["postponed"]>): void {
     this.countDown("Retrying", until);
     this.words.textContent = `${text} `;
-    this.hold("later", () => [h("b", {}, "The server is busy. "), this.words, this.seconds]);
+    this.showKind("later", () => [h("b", {}, "The server is busy. "), this.words, this.seconds]);
   }
 
   private countDown(doing: string, until: number): void {
@@ -107,15 +107,15 @@ export class Notices {
     this.words.textContent = progress.shown
       ? "The picture stays; the missing parts follow. "
       : "Check that the server is running. ";
-    this.hold("lost", () => [
+    this.showKind("lost", () => [
       h("b", {}, "No connection to the server. "),
       this.words,
       this.seconds,
-      button("Try now", this.acts.connectNow),
+      button("Try now", this.actions.connectNow),
     ]);
   }
 
-  private hold(kind: Kind, parts: () => Node[]): void {
+  private showKind(kind: Kind, parts: () => Node[]): void {
     if (kind === this.kind) return;
     const { activeElement } = document;
     const hadKeyboard = this.element.contains(activeElement);
@@ -125,7 +125,7 @@ export class Notices {
     this.element.replaceChildren(...parts());
     if (kind !== "token") this.form = null;
     if (this.form && (hadKeyboard || isFree)) this.form.focus();
-    else if (hadKeyboard) this.acts.leave();
+    else if (hadKeyboard) this.actions.focusScene();
   }
 }
 

@@ -11,7 +11,7 @@ import { inBytes, inTriangleRange } from "../shared/quantities";
 import type { HistogramView } from "./histogram";
 import { type SeriesPart, seriesPart } from "./series_section";
 import { type FieldPart, fieldPart } from "./field_section";
-import { folded, section } from "./inputs";
+import { foldedSection, section } from "./inputs";
 import { type IsovaluePart, isovaluePart } from "./isovalue_section";
 import { type LabelsEvents, type LabelsPart, labelsPart } from "./labels_section";
 import { lookPart } from "./look_section";
@@ -65,7 +65,7 @@ export class Panel {
     const labels = (this.labels = labelsPart(change, events));
     this.ofValues = [
       h("section", {}, ...isovalue.elements),
-      folded("Surfaces", settings.get().surfaces.length > 0, ...surfaces.elements),
+      foldedSection("Surfaces", settings.get().surfaces.length > 0, ...surfaces.elements),
     ];
     this.ofLabels = [section("Labels", ...labels.elements)];
     const region = regionPart(change);
@@ -81,12 +81,12 @@ export class Panel {
       ...this.ofLabels,
       ...this.ofValues,
       section("Accuracy", ...accuracy.elements),
-      folded("Finer in one place", false, ...region.elements),
-      folded("Color by a field", settings.get().colorBy !== "", ...field.elements),
-      folded("Slice of the samples", settings.get().slice !== "off", ...slice.elements),
-      folded("Appearance", false, ...look.elements),
-      folded("Bookmarks", false, ...bookmarksPart(events)),
-      folded("Export", false, ...this.downloads.elements),
+      foldedSection("Finer in one place", false, ...region.elements),
+      foldedSection("Color by a field", settings.get().colorBy !== "", ...field.elements),
+      foldedSection("Slice of the samples", settings.get().slice !== "off", ...slice.elements),
+      foldedSection("Appearance", false, ...look.elements),
+      foldedSection("Bookmarks", false, ...bookmarksPart(events)),
+      foldedSection("Export", false, ...this.downloads.elements),
       resetAll,
     );
     settings.watch(() => this.show());
@@ -105,7 +105,7 @@ export class Panel {
 
   // Called when a surface was clicked.
   showPicked(surface: number): void {
-    this.labels.highlight(surface);
+    this.labels.select(surface);
   }
 
   showPaused(isPaused: boolean): void {

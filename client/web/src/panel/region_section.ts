@@ -15,14 +15,14 @@ export function regionPart(change: Change): PanelSection {
   const shape = choice({
     label: "Region",
     tip: "A region with its own allowed error. Drag its handles in the picture.",
-    words: [["none", "None"], ["box", "Box"], ["ball", "Ball"]],
-    chosen: (kind) => change({ region: regionOf(kind) }),
+    choices: [["none", "None"], ["box", "Box"], ["ball", "Ball"]],
+    onChange: (kind) => change({ region: regionOf(kind) }),
   });
   const error = slider({
     label: "Error inside", tip: "The error allowed in the region.",
     ...errorScale,
     text: (value) => (value === 0 ? "none: full resolution" : counted(value, "voxel")),
-    moved: (value, isDragging) => {
+    onChange: (value, isDragging) => {
       if (region) change({ region: { ...region, error: value } }, isDragging);
     },
   });

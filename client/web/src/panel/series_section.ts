@@ -1,6 +1,6 @@
 // Selects the field of a series.
 import type { DatasetInfo } from "../protocol/messages";
-import { seriesOf, ofField } from "../state/series";
+import { seriesOf, memberOfField } from "../state/series";
 import { h } from "../shared/elements";
 import type { Change, PanelSection } from "./panel_section";
 
@@ -15,7 +15,7 @@ export function seriesPart(change: Change): SeriesPart {
   choice.setAttribute("data-tip", "The surfaces are where this field has the isovalue.");
   choice.addEventListener("change", () => {
     const series = info && seriesOf(list, info);
-    const other = series && ofField(series, info!, choice.value);
+    const other = series && memberOfField(series, info!, choice.value);
     if (other) change({ dataset: other.name, isovalue: null });
   });
   return {

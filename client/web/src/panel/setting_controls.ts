@@ -13,18 +13,18 @@ export class SettingControls {
 
   constructor(private readonly change: Change) {}
 
-  slider(name: NamesOf<number>, options: Omit<SliderOptions, "moved">): HTMLElement {
-    const moved = (value: number, isDragging: boolean) => this.change({ [name]: value }, isDragging);
-    return this.with(name, slider({ ...options, moved }));
+  slider(name: NamesOf<number>, options: Omit<SliderOptions, "onChange">): HTMLElement {
+    const onChange = (value: number, isDragging: boolean) => this.change({ [name]: value }, isDragging);
+    return this.with(name, slider({ ...options, onChange }));
   }
 
-  choice<K extends Word>(name: K, options: Omit<ChoiceOptions<Settings[K]>, "chosen">): HTMLElement {
-    const chosen = (value: Settings[K]) => this.change({ [name]: value });
-    return this.with(name, choice<Settings[K]>({ ...options, chosen }));
+  choice<K extends Word>(name: K, options: Omit<ChoiceOptions<Settings[K]>, "onChange">): HTMLElement {
+    const onChange = (value: Settings[K]) => this.change({ [name]: value });
+    return this.with(name, choice<Settings[K]>({ ...options, onChange }));
   }
 
-  toggle(name: NamesOf<boolean>, options: Omit<ToggleOptions, "turned">): HTMLElement {
-    return this.with(name, toggle({ ...options, turned: (value) => this.change({ [name]: value }) }));
+  toggle(name: NamesOf<boolean>, options: Omit<ToggleOptions, "onChange">): HTMLElement {
+    return this.with(name, toggle({ ...options, onChange: (value) => this.change({ [name]: value }) }));
   }
 
   show(settings: Settings): void {

@@ -10,7 +10,7 @@ export function slicePart(change: Change): PanelSection {
   const controls = new SettingControls(change);
   const slice = controls.choice("slice", {
     label: "Plane", tip: "The samples on a plane through the data, with the contours of the surfaces.",
-    words: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"]],
+    choices: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"]],
   });
   const at = controls.slider("sliceAt", {
     label: "Position", tip: "Position of the plane along its axis.",
@@ -19,7 +19,7 @@ export function slicePart(change: Change): PanelSection {
   });
   const colors = controls.choice("sliceColors", {
     label: "Colors of samples", tip: "From small to large values; drag the legend in the picture to change level and window.",
-    words: colorMaps.map((map) => [map, map] as const),
+    choices: colorMaps.map((map) => [map, map] as const),
   });
   const windows = h("div", { class: "chips", role: "group", "aria-label": "Windows" });
   const air = controls.toggle("transparentAir", {

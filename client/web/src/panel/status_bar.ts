@@ -1,7 +1,7 @@
 // One line about the shown surfaces and the progress, starting with the error. The certificate has the details.
 // Progress is that of the first visible surface, totals are of all; the state is complete only when all are.
 import type { DrawnSurface, SurfacesStatus, SurfaceSize } from "../state/progress";
-import { accuracyInUnits, certificateOf, errorWords, isEmpty, leastAccurate, sealWords, trianglesOf, withinWords } from "./certificate";
+import { accuracyInUnits, certificateOf, errorExplanation, isEmpty, leastAccurate, certificateSummary, trianglesOf, errorSummary } from "./certificate";
 import { h } from "../shared/elements";
 import { grouped, inBytes, inSeconds, inTriangleRange } from "../shared/quantities";
 
@@ -23,9 +23,9 @@ class Fact {
   }
 }
 
-function waitsForOthers({ progress, done, seen }: SurfacesStatus): boolean {
+function waitsForOthers({ progress, done, visible }: SurfacesStatus): boolean {
   const isDone = progress.shown?.isFinal === true && !progress.isStreaming;
-  return isDone && progress.phase === "ready" && done < seen;
+  return isDone && progress.phase === "ready" && done < visible;
 }
 
 // "about 3 s left" of a step, extrapolated from the tiles received; empty in the first second and without tiles.
@@ -102,7 +102,7 @@ export class StatusBar {
     this.error.show(
       accuracy && accuracy.value,
       accuracy?.label ?? "",
-      coarsest ? (drawn.length > 1 ? "Of the coarsest surface. " : "") + errorWords(coarsest) : undefined,
+      coarsest ? (drawn.length > 1 ? "Of the coarsest surface. " : "") + errorExplanation(coarsest) : undefined,
     );
     const [bytes, tiles, heldTiles] = (["bytes", "tiles", "heldTiles"] as const)
       .map((what) => drawn.reduce((sum, { shown }) => sum + shown[what], 0));
@@ -120,15 +120,15 @@ export class StatusBar {
   }
 
   private showState(status: SurfacesStatus): void {
-    const { progress, drawn, done, seen } = status;
+    const { progress, drawn, done, visible } = status;
     const { shown, isStreaming, step, tilesReceived, tilesToCome } = progress;
     const left = this.timeLeft(status);
     if (waitsForOthers(status)) {
-      this.say(`${done} of ${seen}`, "surfaces complete");
+      this.say(`${done} of ${visible}`, "surfaces complete");
       return;
     }
     const atRest = shown ? (!shown.isFinal ? "Preview" : isEmpty(shown) ? "No surface" : "Complete") : "Waiting";
-    if (!isStreaming) return this.say(progress.phase === "ready" ? atRest : "Not connected", shown ? withinWords(drawn) || `step ${shown.step + 1}` : "");
+    if (!isStreaming) return this.say(progress.phase === "ready" ? atRest : "Not connected", shown ? errorSummary(drawn) || `step ${shown.step + 1}` : "");
     const isFirst = progress.firstSurface === null;
     const share = `${Math.round((100 * tilesReceived) / Math.max(1, tilesToCome))} %`;
     const tiles = tilesToCome > 0 ? left ? `${share}, ${left}` : `${share} of step ${step + 1}` : "waiting for the server";
@@ -149,10 +149,10 @@ export class StatusBar {
     if (this.spoken.textContent !== aloud) this.spoken.textContent = aloud;
   }
 
-  private showTriangles({ progress, drawn, isLead }: SurfacesStatus, expected: SurfaceSize | null): void {
+  private showTriangles({ progress, drawn, isFirst }: SurfacesStatus, expected: SurfaceSize | null): void {
     const { shown, isStreaming } = progress;
     const triangles = drawn.reduce((sum, surface) => sum + trianglesOf(surface), 0);
-    const isPreview = shown && expected && isLead && drawn.length === 1 && (isStreaming || !shown.isFinal);
+    const isPreview = shown && expected && isFirst && drawn.length === 1 && (isStreaming || !shown.isFinal);
     const label = drawn.length > 1 ? `triangles of ${drawn.length} surfaces` : "triangles";
     // A preview may have more triangles: it is not simplified.
     const coming = expected && `${triangles < expected.triangles ? "of" : "soon"} ${inTriangleRange(expected.triangles, expected.budget)}`;
@@ -168,7 +168,7 @@ export class StatusBar {
     });
     if (isKnown || drawn.length === 0) return;
     this.certified = drawn;
-    this.certificateButton.textContent = sealWords(drawn);
+    this.certificateButton.textContent = certificateSummary(drawn);
     this.certificateButton.classList.toggle("is-quiet", drawn.every(({ components }) => components?.shown === 0));
     this.certificates.replaceChildren(...certificateOf(drawn));
   }

@@ -5,14 +5,14 @@ import type { Progress } from "../state/progress";
 import { labelOf } from "../state/series";
 import { materials, type Settings } from "../state/settings";
 import {
-  mostSurfaces, type SurfaceSettings, surfacesOf, withAddedSurface, withoutSurface, withSurface,
+  maxSurfaces, type SurfaceSettings, surfacesOf, withAddedSurface, withoutSurface, withSurface,
 } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
 import { accuracyOf } from "./certificate";
 import { h } from "../shared/elements";
 import { grouped } from "../shared/quantities";
 import { mainTissues, tissueAtValue, type WindowedDataset } from "../shared/sample_window";
-import { componentWords, componentFilter, hidesAny } from "./component_filter";
+import { componentsText, componentFilter, hidesAny } from "./component_filter";
 import type { Control } from "./inputs";
 import { numberInput } from "./number_input";
 import type { Change, PanelSection } from "./panel_section";
@@ -51,8 +51,8 @@ export function surfacesPart(change: Change): SurfacesPart {
     show: (now, shown) => {
       settings = now;
       info = shown;
-      // Before the list of datasets has come, a thousand labels look like surfaces.
-      const surfaces = datasets.length > 0 ? surfacesOf(now) : surfacesOf(now).slice(0, mostSurfaces);
+      // Before the list of datasets arrives, labels cannot be told from other surfaces.
+      const surfaces = datasets.length > 0 ? surfacesOf(now) : surfacesOf(now).slice(0, maxSurfaces);
       const isLabel = ({ dataset }: SurfaceSettings) => labelOf(datasets, dataset || now.dataset) !== null;
       for (const [at, row] of rows) {
         if (surfaces[at] && !isLabel(surfaces[at])) continue;
@@ -64,7 +64,7 @@ export function surfacesPart(change: Change): SurfacesPart {
         const isovalue = surface.isovalue ?? (shown && suggestedIsovalue(shown));
         (rows.get(at) ?? rowAt(at)).show({ ...surface, isovalue }, surfaces.length > 1);
       });
-      add.hidden = rows.size >= mostSurfaces;
+      add.hidden = rows.size >= maxSurfaces;
     },
     showProgress: (surface, progress) => rows.get(surface)?.showProgress(progress),
     showDatasets: (now) => {
@@ -145,9 +145,9 @@ function surfaceRow(
       filter.show(hiddenPartsOf(surface));
       cross.hidden = filter.element.hidden = !isOneOfSeveral;
     },
-    showProgress: ({ shown, components, isStreaming, failure, heldBack }) => {
-      const limit = heldBack ? ", the best of this size" : "";
-      const hidden = hidesAny(components) ? `, ${componentWords(components)}` : "";
+    showProgress: ({ shown, components, isStreaming, failure, sizeToConfirm }) => {
+      const limit = sizeToConfirm ? ", the best of this size" : "";
+      const hidden = hidesAny(components) ? `, ${componentsText(components)}` : "";
       const count = grouped(components?.triangles ?? shown?.triangles ?? 0);
       const accuracy = shown ? accuracyOf(shown, 2) : null;
       const triangles = accuracy ? `${count} triangles, ${accuracy.value} ${accuracy.unit}${limit}${hidden}` : "";

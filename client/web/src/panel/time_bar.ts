@@ -1,7 +1,7 @@
 // The time controls over the scene: play, slider, current time, speed and loop.
 import type { Settings } from "../state/settings";
 import { timeText } from "../state/series";
-import type { Pace } from "../time_player";
+import type { PlaybackRate } from "../time_player";
 import { h } from "../shared/elements";
 import { inDigits } from "../shared/quantities";
 
@@ -59,7 +59,7 @@ export class TimeBar {
     this.showSpeeds(settings.speed);
   }
 
-  showPace({ rate, isWaiting }: Pace): void {
+  showPace({ rate, isWaiting }: PlaybackRate): void {
     const text = isWaiting ? "loading…" : rate === null ? "" : `${inDigits(rate, rate < 10 ? 2 : 3)} of`;
     if (this.pace.textContent !== text) this.pace.textContent = text;
   }

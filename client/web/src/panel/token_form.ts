@@ -29,7 +29,7 @@ export class TokenForm {
   }
 
   // The server rejected the token.
-  refuse(text: string): void {
+  showError(text: string): void {
     this.send.textContent = "Connect";
     this.words.textContent = text;
     this.input.setAttribute("aria-invalid", String(this.wasSent));

@@ -17,22 +17,22 @@ const directions = [
   ["Top", 0, 0, 1],
 ] as const;
 
-export function viewTools(acts: ViewActions): { element: HTMLElement; show: (settings: Settings) => void } {
+export function viewTools(actions: ViewActions): { element: HTMLElement; show: (settings: Settings) => void } {
   const button = (word: string, label: string, tip: string, act: () => void) => {
     const element = h("button", { type: "button", "aria-label": label, "data-tip": tip }, word);
     element.addEventListener("click", act);
     return element;
   };
-  const slices = button("Slices", "Slices beside the surface", "Three linked slices that meet in a crosshair (V).", acts.toggleSlices);
-  const full = button("Full", "Fullscreen", "Show only the picture (Z).", acts.fullScreen);
+  const slices = button("Slices", "Slices beside the surface", "Three linked slices that meet in a crosshair (V).", actions.toggleSlices);
+  const full = button("Full", "Fullscreen", "Show only the picture (Z).", actions.fullScreen);
   full.append(h("span", { class: "wide" }, "screen")); // Hidden in narrow views.
   const element = h("nav", { class: "tools", "aria-label": "View" },
-    button("Fit", "Fit the surface", "Fit the whole surface in the picture (F).", acts.fit),
-    button("Reset", "Reset view", "The initial view (R).", acts.reset),
+    button("Fit", "Fit the surface", "Fit the whole surface in the picture (F).", actions.fit),
+    button("Reset", "Reset view", "The initial view (R).", actions.reset),
     ...directions.map(([word, x, y, z]) =>
-      button(word, `${word} view`, `View from the ${word.toLowerCase()}, with the current up direction.`, () => acts.lookUpright([x, y, z]))),
+      button(word, `${word} view`, `View from the ${word.toLowerCase()}, with the current up direction.`, () => actions.lookUpright([x, y, z]))),
     slices,
     full,
-    button("?", "How to use it", "Mouse, fingers and keys (?).", acts.help));
+    button("?", "How to use it", "Mouse, fingers and keys (?).", actions.help));
   return { element, show: ({ layout }) => slices.setAttribute("aria-pressed", String(layout === "four")) };
 }

@@ -2,14 +2,14 @@
 // picture has full quality and annotations; a video plays as fast as this machine renders, up to its frame rate.
 import { Zip, ZipPassThrough } from "three/examples/jsm/libs/fflate.module.js";
 
-import { hasDrawn } from "./gpu_fence";
+import { gpuFinished } from "./gpu_fence";
 import { pngOf } from "./png";
 import type { Stage } from "./stage";
 
 export interface Animation {
   name: string; // File name prefix of the pictures.
   frames: number;
-  framesASecond: number;
+  framesPerSecond: number;
   // Prepares picture `at` completely; called for every picture and once after the last. Rejects on failure.
   show: (at: number) => Promise<void>;
 }
@@ -24,13 +24,13 @@ export function turntable(stage: Stage, form: "video" | "pictures"): Animation {
   const frames = form === "video" ? 240 : 120;
   let turned = 0;
   const show = async (at: number) => {
-    stage.turn((2 * Math.PI * (at - turned)) / frames, 0);
+    stage.rotate((2 * Math.PI * (at - turned)) / frames, 0);
     turned = at;
   };
-  return { name: "turn", frames, framesASecond: 30, show };
+  return { name: "turn", frames, framesPerSecond: 30, show };
 }
 
-export async function pictures(stage: Stage, animation: Animation, draw: Draw, report: ProgressCallback): Promise<Blob> {
+export async function recordPictures(stage: Stage, animation: Animation, draw: Draw, report: ProgressCallback): Promise<Blob> {
   const parts: Uint8Array[] = [];
   const zip = new Zip((error, bytes) => {
     if (error) throw error;
@@ -47,7 +47,7 @@ export async function pictures(stage: Stage, animation: Animation, draw: Draw, r
   return new Blob(parts as Uint8Array<ArrayBuffer>[], { type: "application/zip" });
 }
 
-export async function film(stage: Stage, animation: Animation, draw: Draw, report: ProgressCallback): Promise<Blob> {
+export async function recordVideo(stage: Stage, animation: Animation, draw: Draw, report: ProgressCallback): Promise<Blob> {
   if (typeof MediaRecorder === "undefined") throw new Error("this browser cannot record videos.");
   const screen = draw();
   const context = screen.getContext("2d")!;
@@ -63,7 +63,7 @@ export async function film(stage: Stage, animation: Animation, draw: Draw, repor
       if (begin === null) recorder.start();
       begin ??= performance.now();
       report((at + 1) / animation.frames);
-      const due = begin + ((at + 1) * 1000) / animation.framesASecond;
+      const due = begin + ((at + 1) * 1000) / animation.framesPerSecond;
       await new Promise((resolve) => setTimeout(resolve, Math.max(0, due - performance.now())));
     });
   } finally {
@@ -85,7 +85,7 @@ async function run(
   for (let at = 0; at < frames; ++at) {
     await show(at);
     await new Promise(requestAnimationFrame); // The overlays follow the scene.
-    await hasDrawn(stage.renderer, 2);
+    await gpuFinished(stage.renderer, 2);
     await use(draw(), at);
   }
   await show(frames);

@@ -1,25 +1,25 @@
 // The annotations of exported pictures: scale bar, numbers along the box, axes, legends with units, and measurements,
 // all in their size on the screen.
-import { gradientOf, type LegendWords } from "../shared/color_maps";
+import { gradientOf, type LegendText } from "../shared/color_maps";
 
 export interface Annotations {
   scale: { pixels: number; text: string } | null; // CSS pixels.
-  numbers: readonly WrittenNumber[]; // Along the box of the data.
-  axes: readonly Arm[]; // In drawing order.
-  legends: LegendWords[];
+  numbers: readonly AxisNumber[]; // Along the box of the data.
+  axes: readonly AxisArm[]; // In drawing order.
+  legends: LegendText[];
   points: { x: number; y: number; note: string }[]; // In CSS pixels from the upper left corner.
   words: string[]; // The description of the surfaces and the measurements.
 }
 
 // Positioned by its center, in CSS pixels from the upper left corner.
-export interface WrittenNumber {
+export interface AxisNumber {
   text: string;
   x: number;
   y: number;
 }
 
 // One end of a world axis.
-export interface Arm {
+export interface AxisArm {
   letter: string;
   axis: number;
   x: number; // To the right,
@@ -69,7 +69,7 @@ export function annotate(context: CanvasRenderingContext2D, { scale, numbers, ax
 }
 
 function drawLegend(
-  context: CanvasRenderingContext2D, { name, low, high, map }: LegendWords, x: number, bottom: number,
+  context: CanvasRenderingContext2D, { name, low, high, map }: LegendText, x: number, bottom: number,
   write: (text: string, x: number, y: number, align: CanvasTextAlign) => void,
 ): void {
   const length = 200;
@@ -83,7 +83,7 @@ function drawLegend(
   if (name) write(name, x, bottom - 33, "left");
 }
 
-function drawAxes(context: CanvasRenderingContext2D, axes: readonly Arm[], x: number, y: number, ink: string, paper: string): void {
+function drawAxes(context: CanvasRenderingContext2D, axes: readonly AxisArm[], x: number, y: number, ink: string, paper: string): void {
   context.textAlign = "center";
   for (const { letter, axis, x: right, y: down, isBehind } of axes) {
     context.globalAlpha = isBehind ? 0.55 : 1;

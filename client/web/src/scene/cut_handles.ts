@@ -5,10 +5,10 @@ import * as THREE from "three";
 import type { DatasetInfo } from "../protocol/messages";
 import type { Settings } from "../state/settings";
 import { type Vec3, worldBox } from "../stream/dataset";
-import { clipPlane, cutNormal, movedCut, turnedCut } from "./cut_plane";
+import { clipPlane, cutNormal, movedCut, rotatedCut } from "./cut_plane";
 import { layers } from "./layers";
 import { handleMesh, lineMaterial } from "./region_handles";
-import { cutCorners, sidesOf } from "./slice_grid";
+import { cutCorners, perpendicularTo } from "./slice_grid";
 import type { Stage } from "./stage";
 
 type Shown = Pick<Settings, "clip" | "clipAt" | "clipFlipped" | "clipNormal">;
@@ -90,7 +90,7 @@ export class CutHandles {
     plane.projectPoint(this.middle.clone(), this.middle);
     const normal = plane.normal.toArray();
     const corners = cutCorners(low, high, normal, -plane.constant);
-    const [right, down] = sidesOf(normal).map((side) => new THREE.Vector3(...side));
+    const [right, down] = perpendicularTo(normal).map((side) => new THREE.Vector3(...side));
     const centre = corners.reduce((sum, corner) => sum.add(new THREE.Vector3(...corner)), new THREE.Vector3()).divideScalar(Math.max(1, corners.length));
     const around = corners.map((corner) => new THREE.Vector3(...corner)).map((place) => {
       const from = place.clone().sub(centre);
@@ -104,7 +104,7 @@ export class CutHandles {
   private place(): void {
     if (!this.shown) return;
     const { camera, controls } = this.stage;
-    const ofTarget = this.stage.unitsOf(1) / Math.max(1e-12, camera.position.distanceTo(controls.target));
+    const ofTarget = this.stage.worldLengthOf(1) / Math.max(1e-12, camera.position.distanceTo(controls.target));
     const perPixel = (at: THREE.Vector3) => ofTarget * camera.position.distanceTo(at);
     const normal = new THREE.Vector3(...cutNormal(this.shown)!);
     const sides = this.axesOfCamera().map((side) => side.projectOnPlane(normal));
@@ -146,7 +146,7 @@ export class CutHandles {
     if (grabbed.isTurning) {
       if (isDragging && x === 0 && y === 0) return;
       const [right, up] = this.axesOfCamera().map((axis) => axis.toArray());
-      return this.changed(turnedCut(turnedLikeABall(along, right, up, x, y), middle.toArray(), grabbed.isFlipped, info), isDragging);
+      return this.changed(rotatedCut(trackballRotation(along, right, up, x, y), middle.toArray(), grabbed.isFlipped, info), isDragging);
     }
     const place = middle.clone().addScaledVector(normal, this.along(grabbed, x, y));
     this.changed(movedCut(along, place.toArray(), info), isDragging);
@@ -160,7 +160,7 @@ export class CutHandles {
 
   // Returns the distance along the normal for a pointer movement. When looking along the normal, up is away.
   private along({ normal, middle }: Grabbed, x: number, y: number): number {
-    const unit = this.stage.unitsOf(1);
+    const unit = this.stage.worldLengthOf(1);
     const here = this.stage.project(middle);
     const there = this.stage.project(middle.clone().addScaledVector(normal, 20 * unit));
     const [u, v] = here && there ? [(there.x - here.x) / 20, (there.y - here.y) / 20] : [0, 0];
@@ -171,7 +171,7 @@ export class CutHandles {
 }
 
 // Rotates a direction like a trackball around the axes `right` and `up`, for a movement in CSS pixels right and down.
-export function turnedLikeABall(direction: Vec3, right: Vec3, up: Vec3, x: number, y: number): Vec3 {
+export function trackballRotation(direction: Vec3, right: Vec3, up: Vec3, x: number, y: number): Vec3 {
   const axis = new THREE.Vector3(...up).multiplyScalar(x).addScaledVector(new THREE.Vector3(...right), y).normalize();
   return new THREE.Vector3(...direction).applyAxisAngle(axis, Math.hypot(x, y) / 120).normalize().toArray();
 }

@@ -36,13 +36,13 @@ export function movedCut(normal: Vec3, place: Vec3, info: DatasetInfo): { clipAt
 }
 
 // Rotates the plane around a place in the world; the remaining side turns with it.
-export function turnedCut(normal: Vec3, place: Vec3, isFlipped: boolean, info: DatasetInfo): Partial<Settings> {
+export function rotatedCut(normal: Vec3, place: Vec3, isFlipped: boolean, info: DatasetInfo): Partial<Settings> {
   return { clip: "oblique", clipNormal: normal, clipFlipped: isFlipped, ...movedCut(normal, place, info) };
 }
 
 // Returns additional changes when clipping begins, unless specified: the part behind the plane remains, so that the cut
 // is visible; an oblique plane without a normal faces the camera.
-export function begunCut(
+export function initialCut(
   change: Partial<Settings>, before: Settings, { eye, target }: { eye: readonly number[]; target: readonly number[] },
 ): Partial<Settings> {
   const clip: Cut = change.clip ?? "off";

@@ -1,7 +1,7 @@
 // Maps the values of a second field to colors on surfaces; shared by all surfaces of a view.
 import * as THREE from "three";
 
-import { type ColorMap, colorRow, type ColorScale, endsOf, shareInShader } from "../shared/color_maps";
+import { type ColorMap, colorRow, type ColorScale, endsOf, fractionInShader } from "../shared/color_maps";
 
 export class FieldColors {
   readonly uniforms = {
@@ -9,7 +9,7 @@ export class FieldColors {
     fieldRange: { value: new THREE.Vector2(0, 1) }, // The values spanned by the surface's scalars.
     fieldEnds: { value: new THREE.Vector2(0, 1) }, // The range of the colors, from endsOf().
     fieldIsLog: { value: false },
-    fieldNone: { value: new THREE.Color() }, // The color where there is no value.
+    fieldNoValue: { value: new THREE.Color() }, // The color where there is no value.
   };
   private map: ColorMap | null = null;
   private look = ""; // Identifies the uniforms' values.
@@ -25,7 +25,7 @@ export class FieldColors {
     this.uniforms.fieldRange.value.set(range.min, range.max);
     this.uniforms.fieldEnds.value.set(...endsOf(scale));
     this.uniforms.fieldIsLog.value = scale.isLog;
-    this.uniforms.fieldNone.value.set(noValue);
+    this.uniforms.fieldNoValue.value.set(noValue);
     if (map !== this.map) this.setMap(map);
     this.changed();
   }
@@ -40,7 +40,7 @@ export class FieldColors {
   }
 
   // Call in onBeforeCompile of a surface's material.
-  enter(shader: THREE.WebGLProgramParametersWithUniforms): void {
+  addToShader(shader: THREE.WebGLProgramParametersWithUniforms): void {
     Object.assign(shader.uniforms, this.uniforms);
     shader.vertexShader = shader.vertexShader
       .replace("#include <common>", "#include <common>\nattribute float scalar;\nvarying float vScalar;")
@@ -48,13 +48,13 @@ export class FieldColors {
     shader.fragmentShader = shader.fragmentShader
       .replace("#include <common>",
         "#include <common>\nuniform sampler2D fieldColors;\nuniform vec2 fieldRange;\nuniform vec2 fieldEnds;\n" +
-        `uniform bool fieldIsLog;\nuniform vec3 fieldNone;\nvarying float vScalar;\n${shareInShader}`)
+        `uniform bool fieldIsLog;\nuniform vec3 fieldNoValue;\nvarying float vScalar;\n${fractionInShader}`)
       .replace("#include <color_fragment>",
         "#include <color_fragment>\n" +
           "if (vScalar >= 0.999) {\n" +
           "  float fieldValue = mix(fieldRange.x, fieldRange.y, vScalar - 1.0);\n" +
-          "  float fieldShare = shareOf(fieldValue, fieldEnds, fieldIsLog);\n" +
+          "  float fieldShare = fractionOf(fieldValue, fieldEnds, fieldIsLog);\n" +
           "  diffuseColor.rgb = texture2D(fieldColors, vec2((fieldShare * 255.0 + 0.5) / 256.0, 0.5)).rgb;\n" +
-          "} else if (vScalar != 0.0) diffuseColor.rgb = fieldNone;");
+          "} else if (vScalar != 0.0) diffuseColor.rgb = fieldNoValue;");
   }
 }

@@ -2,7 +2,7 @@
 import type * as THREE from "three";
 
 // Resolves when all submitted work is drawn, or at once if the context was lost.
-export async function hasDrawn(renderer: THREE.WebGLRenderer, pause = 30): Promise<void> {
+export async function gpuFinished(renderer: THREE.WebGLRenderer, pause = 30): Promise<void> {
   const gl = renderer.getContext() as WebGL2RenderingContext;
   const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
   if (!fence) return;

@@ -9,8 +9,8 @@ import { grouped, inDigits } from "../shared/quantities";
 import type { MassProperties } from "../mesh/mass_properties";
 import type { DatasetInfo, Label, ProbedPlace } from "../protocol/messages";
 import { boundOf } from "../shown_surface";
-import { isOfOneSeries } from "../state/series";
-import { type MeasuredPlace, mostNote, mostPlaces } from "../state/settings";
+import { isSameSeries } from "../state/series";
+import { type MeasuredPlace, maxNoteLength, maxPlaces } from "../state/settings";
 import { applied, inverse, latticeToWorld, type Vec3, voxelLength, worldName } from "../stream/dataset";
 import type { ShownTiles } from "../surface_set";
 import type { TilePool } from "../workers/tile_pool";
@@ -57,14 +57,14 @@ export class Measuring {
 
   add({ world, index, info, surface }: Picked): void {
     const bound = surface ? boundOf(surface.tiles.shown) : 0; // A place on a plane is exact.
-    const isGoingOn = this.info !== null && isOfOneSeries(this.info, info); // Labels of one series share a world.
-    const before = this.places.length < mostPlaces && isGoingOn ? this.places : [];
+    const isGoingOn = this.info !== null && isSameSeries(this.info, info); // Labels of one series share a world.
+    const before = this.places.length < maxPlaces && isGoingOn ? this.places : [];
     this.info = info;
     this.places = [...before, { world, index, bound, surface: surface && { tiles: surface.tiles, part: surface.hit } }];
     this.emitChange();
   }
 
-  forget(): void {
+  clear(): void {
     if (this.places.length === 0) return;
     this.places = [];
     this.emitChange();
@@ -72,7 +72,7 @@ export class Measuring {
 
   // Called when another step of a surface is shown: the measures of the part are outdated and repeated at the final
   // step. At another isovalue the place lies on no surface.
-  replaced(tiles: ShownTiles): void {
+  surfaceReplaced(tiles: ShownTiles): void {
     const last = this.places[this.places.length - 1];
     const before = last?.surface?.tiles;
     if (!before || before.at !== tiles.at || before.shown === tiles.shown) return;
@@ -131,7 +131,7 @@ export class Measuring {
   // For the place picked last.
   private noteInput(i: number): HTMLElement {
     const input = h("input", {
-      type: "text", class: "note", placeholder: "Note", maxlength: String(mostNote), "aria-label": `Note on ${names[i]}`,
+      type: "text", class: "note", placeholder: "Note", maxlength: String(maxNoteLength), "aria-label": `Note on ${names[i]}`,
     });
     input.value = this.places[i].note ?? "";
     input.addEventListener("change", () => {
@@ -147,7 +147,7 @@ export class Measuring {
     const { places } = this;
     const close = h("button", { type: "button", class: "close", "aria-label": "Clear the measurement" }, "×");
     close.addEventListener("click", () => {
-      this.forget();
+      this.clear();
       this.leave();
     });
     const last = places[places.length - 1];
@@ -216,7 +216,7 @@ export class Measuring {
   private hideButton({ tiles }: NonNullable<Place["surface"]>, world: Vec3): HTMLElement {
     const button = h("button", { type: "button", class: "hide-part" }, "Hide this part");
     button.addEventListener("click", () => {
-      this.forget();
+      this.clear();
       this.hidePart(tiles.at, world);
       this.leave();
     });
@@ -258,12 +258,12 @@ function partWords(
   const enclosed = volume === null ? "not closed, encloses no volume" : `volume ${volumeText(volume, info, off)}${ending}`;
   return [
     h("b", {}, `Area ${areaText(area, info, isFullResolution)}, ${enclosed}`),
-    h("span", {}, ` (${grouped(triangles)} triangles${isFullResolution ? ", full resolution" : ""})${remedy(volume, off, isFullResolution)}`),
+    h("span", {}, ` (${grouped(triangles)} triangles${isFullResolution ? ", full resolution" : ""})${volumeHint(volume, off, isFullResolution)}`),
   ];
 }
 
 // Returns how to obtain a volume or a tighter bound; empty: not needed.
-export function remedy(volume: number | null, bound: number | null, isFullResolution: boolean): string {
+export function volumeHint(volume: number | null, bound: number | null, isFullResolution: boolean): string {
   if (volume === null) {
     return ". The border of the data cuts it open on opposite sides: prepare the file, or view it, with --outside VALUE --margin 1 to close it.";
   }

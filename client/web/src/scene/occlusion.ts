@@ -38,7 +38,7 @@ export class Occlusion {
 
   // Returns 1 where light arrives from everywhere, less in hollows narrower than `radius`, in world units.
   texture(
-    renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: LensSettings, { radius, clip }: OcclusionWish,
+    renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: SceneCamera, { radius, clip }: OcclusionOptions,
     { width, height }: { width: number; height: number },
   ): THREE.Texture {
     this.shape.setSize(width, height);
@@ -74,9 +74,9 @@ export class Occlusion {
   }
 }
 
-export interface OcclusionWish {
+export interface OcclusionOptions {
   radius: number;
   clip: THREE.Plane[]; // The clip planes of solid materials.
 }
 
-export type LensSettings = THREE.PerspectiveCamera | THREE.OrthographicCamera;
+export type SceneCamera = THREE.PerspectiveCamera | THREE.OrthographicCamera;

@@ -5,7 +5,7 @@ import * as THREE from "three";
 import { h } from "../shared/elements";
 import { type DatasetInfo, WorldSpace } from "../protocol/messages";
 import type { Vec3 } from "../stream/dataset";
-import type { Arm } from "./annotations";
+import type { AxisArm } from "./annotations";
 import { type AxisName, axisNames } from "./axis_names";
 import type { Stage } from "./stage";
 
@@ -47,9 +47,9 @@ export class Orientation {
   }
 
   // Returns the visible ends for pictures, far ones first: x right and y down, of length at most 1. Empty while hidden.
-  get arms(): Arm[] {
+  get arms(): AxisArm[] {
     if (this.element.hidden) return [];
-    const toEye = this.stage.lens.quaternion.clone().invert();
+    const toEye = this.stage.activeCamera.quaternion.clone().invert();
     return this.names
       .map(({ letter, direction }, i) => ({ letter, axis: i >> 1, at: new THREE.Vector3(...direction).applyQuaternion(toEye) }))
       .sort((a, b) => a.at.z - b.at.z)
@@ -76,7 +76,7 @@ export class Orientation {
   private follow(): void {
     if (this.element.hidden) return;
     this.showUp();
-    const toEye = this.stage.lens.quaternion.clone().invert();
+    const toEye = this.stage.activeCamera.quaternion.clone().invert();
     for (const { button, arm, direction } of this.ends) {
       const p = direction.clone().applyQuaternion(toEye);
       const arms = (count: number) => `calc(${count.toFixed(4)} * var(--arm))`; // Scales with the font size.

@@ -65,7 +65,7 @@ export class Picking {
     if (onSlice) hits.push({ world: onSlice, index: applied(inverse(info.indexToWorld), onSlice), info, surface: null });
     const distance = ({ world }: Picked) => Math.hypot(...world.map((v, i) => v - ray.origin.toArray()[i]));
     hits.sort((a, b) => distance(a) - distance(b));
-    return seenBest(hits.map((place) => ({ place, opacity: place.surface?.tiles.opacity ?? 1 })));
+    return mostVisible(hits.map((place) => ({ place, opacity: place.surface?.tiles.opacity ?? 1 })));
   }
 
   private async hitOf(tiles: ShownTiles, ray: THREE.Ray, clip: THREE.Plane | null): Promise<Picked | null> {
@@ -75,8 +75,8 @@ export class Picking {
     const origin = applied(back, ray.origin.toArray());
     const ahead = applied(back, ray.origin.clone().add(ray.direction).toArray());
     const direction = ahead.map((value, axis) => value - origin[axis]);
-    const kept = clip && inLattice(clip, toWorld);
-    const hit = await this.pool.pick(tiles.drawn, { origin, direction, kept }).catch(() => null);
+    const halfSpace = clip && halfSpaceInLattice(clip, toWorld);
+    const hit = await this.pool.pick(tiles.drawn, { origin, direction, clip: halfSpace }).catch(() => null);
     return hit && {
       world: applied(toWorld, hit.point), index: applied(latticeToIndex(info, resolution), hit.point), info, surface: { tiles, hit },
     };
@@ -85,7 +85,7 @@ export class Picking {
 
 // Of places sorted from near to far, returns the one with the largest contribution to the pixel's color, so that clicks
 // pass through nearly transparent surfaces; null: there is none.
-export function seenBest<Place>(hits: { place: Place; opacity: number }[]): Place | null {
+export function mostVisible<Place>(hits: { place: Place; opacity: number }[]): Place | null {
   let best: Place | null = null;
   let largest = 0;
   let light = 1; // The light that passes the previous places.
@@ -100,7 +100,7 @@ export function seenBest<Place>(hits: { place: Place; opacity: number }[]): Plac
 }
 
 // Returns a plane's half-space in the source coordinates of `toWorld`.
-export function inLattice({ normal, constant }: THREE.Plane, toWorld: Affine): HalfSpace {
+export function halfSpaceInLattice({ normal, constant }: THREE.Plane, toWorld: Affine): HalfSpace {
   const n = normal.toArray();
   const dot = (at: number) => n[0] * toWorld[at] + n[1] * toWorld[at + 1] + n[2] * toWorld[at + 2];
   return { normal: [dot(0), dot(3), dot(6)], constant: dot(9) + constant };

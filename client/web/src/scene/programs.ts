@@ -2,13 +2,13 @@
 // tenths of a second with software rendering.
 import * as THREE from "three";
 
-import { hasDrawn } from "./gpu_fence";
+import { gpuFinished } from "./gpu_fence";
 
 const compileTimeout = 5000; // Milliseconds: an upper limit for GPUs that never report completion.
 
 export class Programs {
   private readonly ready = new Set<string>();
-  private readonly coming = new Set<string>();
+  private readonly compiling = new Set<string>();
 
   // `targets`: the render targets; each needs its own programs.
   constructor(
@@ -23,28 +23,28 @@ export class Programs {
   // called when it is complete.
   areReady(kind: string, object: THREE.Object3D): boolean {
     if (this.ready.has(kind)) return true;
-    if (!this.coming.has(kind)) void this.make(kind, object);
+    if (!this.compiling.has(kind)) void this.compile(kind, object);
     return false;
   }
 
-  private async make(kind: string, object: THREE.Object3D): Promise<void> {
-    this.coming.add(kind);
+  private async compile(kind: string, object: THREE.Object3D): Promise<void> {
+    this.compiling.add(kind);
     for (const target of this.targets) {
-      await Promise.race([this.made(object, target), new Promise((resolve) => setTimeout(resolve, compileTimeout))]);
+      await Promise.race([this.compiled(object, target), new Promise((resolve) => setTimeout(resolve, compileTimeout))]);
     }
-    this.coming.delete(kind);
+    this.compiling.delete(kind);
     this.ready.add(kind);
     this.changed();
   }
 
   // A GPU that cannot report when a program is ready reports at least a completed draw.
-  private async made(object: THREE.Object3D, target: THREE.WebGLRenderTarget | null): Promise<void> {
+  private async compiled(object: THREE.Object3D, target: THREE.WebGLRenderTarget | null): Promise<void> {
     const { renderer, camera, scene } = this;
     const canReport = renderer.extensions.has("KHR_parallel_shader_compile");
     renderer.setRenderTarget(target);
     const made = canReport ? renderer.compileAsync(object, camera, scene) : renderer.compile(object, camera, scene);
     renderer.setRenderTarget(null);
     await made;
-    if (!canReport) await hasDrawn(renderer, 10);
+    if (!canReport) await gpuFinished(renderer, 10);
   }
 }

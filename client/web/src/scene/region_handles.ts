@@ -102,7 +102,7 @@ export class RegionHandles {
   // Handles have a constant size on the screen.
   private keepSize(): void {
     const { camera } = this.stage;
-    const perPixel = this.stage.unitsOf(1) / camera.position.distanceTo(this.stage.controls.target);
+    const perPixel = this.stage.worldLengthOf(1) / camera.position.distanceTo(this.stage.controls.target);
     for (const { mesh } of this.handles) {
       mesh.scale.setScalar(7 * perPixel * camera.position.distanceTo(mesh.position));
     }

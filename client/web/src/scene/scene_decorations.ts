@@ -6,7 +6,7 @@ import { applied, lengthText, type Vec3 } from "../stream/dataset";
 import type { DatasetInfo } from "../protocol/messages";
 import { h } from "../shared/elements";
 import { inDigits } from "../shared/quantities";
-import type { WrittenNumber } from "./annotations";
+import type { AxisNumber } from "./annotations";
 import { disposeTree } from "./dispose_tree";
 import { layers } from "./layers";
 import type { Stage } from "./stage";
@@ -30,7 +30,7 @@ export class SceneDecorations {
   readonly numbers = h("div", { class: "axis-numbers", "aria-hidden": "true" });
   private readonly box = new THREE.Group();
   private readonly labels: HTMLElement[] = [];
-  private written: WrittenNumber[] = [];
+  private written: AxisNumber[] = [];
   private edges: Edge[][] = [[], [], []]; // Four per axis.
   private middle = new THREE.Vector3();
   private dataset: DatasetInfo | null = null; // Null: lengths have no meaning yet.
@@ -75,16 +75,16 @@ export class SceneDecorations {
   }
 
   // The visible numbers.
-  get writtenNumbers(): readonly WrittenNumber[] {
+  get visibleNumbers(): readonly AxisNumber[] {
     return this.numbers.hidden ? [] : this.written;
   }
 
   private drawScale(): void {
     if (!this.dataset) return;
-    const wanted = this.stage.unitsOf(110);
+    const wanted = this.stage.worldLengthOf(110);
     const magnitude = 10 ** Math.floor(Math.log10(wanted));
     const length = [5, 2, 1].map((n) => n * magnitude).find((value) => value <= wanted) ?? magnitude;
-    const pixels = length / this.stage.unitsOf(1);
+    const pixels = length / this.stage.worldLengthOf(1);
     if (!Number.isFinite(pixels)) return;
     this.scaleBar.style.width = `${pixels.toFixed(1)}px`;
     const text = lengthText(length, this.dataset, 4);

@@ -8,33 +8,33 @@ import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 
 import { exactDepths } from "./exact_depths";
 import { layers } from "./layers";
-import { type LensSettings, Occlusion, type OcclusionWish } from "./occlusion";
+import { type SceneCamera, Occlusion, type OcclusionOptions } from "./occlusion";
 import { Translucency } from "./translucency";
 
 export interface FrameOptions {
-  occlusion: OcclusionWish | null; // Null: none.
+  occlusion: OcclusionOptions | null; // Null: none.
   peels: number; // Passes for translucent surfaces; 0: there are none.
   hasHandles: boolean; // Whether to draw the layer `overlay`.
 }
 
-const joining = /* glsl */ `
+const compositeShader = /* glsl */ `
   uniform sampler2D solid;
   uniform sampler2D occlusion;
   uniform sampler2D translucent;
   uniform highp sampler2D depths;
-  uniform highp sampler2D shape; // Depths of what the occlusion is about.
+  uniform highp sampler2D shape; // Depths of the surfaces that the occlusion was computed for.
   uniform bool hasOcclusion;
   uniform bool hasTranslucent;
   varying vec2 vUv;
 
-  // The mean over the noise's 5 by 5 pixels, of those that lie about as deep.
+  // Returns the mean occlusion over the noise pattern's 5 by 5 pixels, with low weights for other depths.
   float light() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     ivec2 end = textureSize(depths, 0) - 1;
     float here = texelFetch(depths, at, 0).r;
     if (here >= 1.0) return 1.0;
     float slope = fwidth(here) * 3.0 + 1e-5;
-    if (here < texelFetch(shape, at, 0).r - slope) return 1.0; // A mark before the surface.
+    if (here < texelFetch(shape, at, 0).r - slope) return 1.0; // A mark in front of the surface.
     float sum = 0.0;
     float weights = 0.0;
     for (int y = -2; y <= 2; ++y) {
@@ -45,7 +45,7 @@ const joining = /* glsl */ `
         weights += near;
       }
     }
-    return 0.3 + 0.7 * sum / weights; // Where no light comes straight, some comes around.
+    return 0.3 + 0.7 * sum / weights; // Occluded places keep some indirect light.
   }
 
   void main() {
@@ -63,10 +63,10 @@ export class SceneRenderer {
   private readonly solid = new THREE.WebGLRenderTarget(1, 1, {
     samples: 4, type: THREE.HalfFloatType, depthTexture: exactDepths(),
   });
-  private readonly nowhere = new THREE.WebGLRenderTarget(1, 1, { type: THREE.HalfFloatType }); // The target of uploads.
+  private readonly uploadTarget = new THREE.WebGLRenderTarget(1, 1, { type: THREE.HalfFloatType }); // The target of uploads.
   private readonly occlusion = new Occlusion();
   private readonly translucency = new Translucency();
-  private readonly join = new FullScreenQuad(
+  private readonly composite = new FullScreenQuad(
     new THREE.ShaderMaterial({
       uniforms: {
         solid: { value: null }, occlusion: { value: null }, translucent: { value: null }, depths: { value: null },
@@ -74,7 +74,7 @@ export class SceneRenderer {
         hasOcclusion: { value: false }, hasTranslucent: { value: false },
       },
       vertexShader: "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
-      fragmentShader: joining,
+      fragmentShader: compositeShader,
       blending: THREE.NoBlending,
       depthTest: false,
       depthWrite: false,
@@ -89,19 +89,19 @@ export class SceneRenderer {
   }
 
   // Uploads the buffers of the layer `upload` to the GPU without redrawing the picture.
-  upload(scene: THREE.Scene, camera: LensSettings): void {
+  upload(scene: THREE.Scene, camera: SceneCamera): void {
     camera.layers.set(layers.upload);
-    this.renderer.setRenderTarget(this.nowhere);
+    this.renderer.setRenderTarget(this.uploadTarget);
     this.renderer.render(scene, camera);
     this.renderer.setRenderTarget(null);
     camera.layers.enableAll();
   }
 
-  draw(scene: THREE.Scene, camera: LensSettings, wish: FrameOptions): void {
+  draw(scene: THREE.Scene, camera: SceneCamera, options: FrameOptions): void {
     const { renderer } = this;
-    if (wish.occlusion === null && wish.peels === 0) {
+    if (options.occlusion === null && options.peels === 0) {
       camera.layers.enableAll();
-      if (!wish.hasHandles) camera.layers.disable(layers.overlay);
+      if (!options.hasHandles) camera.layers.disable(layers.overlay);
       renderer.setRenderTarget(null);
       renderer.render(scene, camera);
       camera.layers.enableAll();
@@ -115,25 +115,25 @@ export class SceneRenderer {
     renderer.clear();
     renderer.render(scene, camera);
     const depths = this.solid.depthTexture!;
-    const { uniforms } = this.join.material as THREE.ShaderMaterial;
+    const { uniforms } = this.composite.material as THREE.ShaderMaterial;
     uniforms.solid.value = this.solid.texture;
     uniforms.depths.value = depths;
-    uniforms.hasOcclusion.value = wish.occlusion !== null;
-    uniforms.hasTranslucent.value = wish.peels > 0;
-    if (wish.occlusion !== null) {
+    uniforms.hasOcclusion.value = options.occlusion !== null;
+    uniforms.hasTranslucent.value = options.peels > 0;
+    if (options.occlusion !== null) {
       uniforms.shape.value = this.occlusion.depths;
-      uniforms.occlusion.value = this.occlusion.texture(renderer, scene, camera, wish.occlusion, this.solid);
+      uniforms.occlusion.value = this.occlusion.texture(renderer, scene, camera, options.occlusion, this.solid);
     }
-    if (wish.peels > 0) {
-      uniforms.translucent.value = this.translucency.texture(renderer, scene, camera, depths, wish.peels);
+    if (options.peels > 0) {
+      uniforms.translucent.value = this.translucency.texture(renderer, scene, camera, depths, options.peels);
     }
     renderer.setRenderTarget(null);
     renderer.clear();
-    this.join.render(renderer);
-    if (wish.hasHandles) this.drawOverlay(scene, camera);
+    this.composite.render(renderer);
+    if (options.hasHandles) this.drawOverlay(scene, camera);
   }
 
-  private drawOverlay(scene: THREE.Scene, camera: LensSettings): void {
+  private drawOverlay(scene: THREE.Scene, camera: SceneCamera): void {
     const { renderer } = this;
     renderer.autoClear = false;
     camera.layers.set(layers.overlay);

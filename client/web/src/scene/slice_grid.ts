@@ -2,7 +2,7 @@
 import type { Vec3 } from "../stream/dataset";
 import type { SliceGrid, SliceValues } from "../stream/dataset_queries";
 
-export const mostPixels = 768; // Per side; about the resolution of a view.
+export const maxPixels = 768; // Per side; about the resolution of a view.
 
 // A world axis in its direction (1) or against it (-1).
 export interface Direction {
@@ -11,7 +11,7 @@ export interface Direction {
 }
 
 // The orientation of an axis-aligned plane on the screen.
-export interface PlaneSides {
+export interface PlaneAxes {
   axis: number;
   right: Direction;
   down: Direction;
@@ -26,9 +26,9 @@ export function sliceGrid(low: Vec3, high: Vec3, normal: Vec3, at: number, spaci
 }
 
 // Returns the grid in screen orientation. `at`: the world coordinate along its axis.
-export function planeGrid(low: Vec3, high: Vec3, plane: PlaneSides, at: number, spacing: number): SliceGrid {
+export function planeGrid(low: Vec3, high: Vec3, plane: PlaneAxes, at: number, spacing: number): SliceGrid {
   const extent = ({ axis }: Direction) => high[axis] - low[axis];
-  const step = Math.max(spacing, extent(plane.right) / mostPixels, extent(plane.down) / mostPixels);
+  const step = Math.max(spacing, extent(plane.right) / maxPixels, extent(plane.down) / maxPixels);
   const pixels = (along: Direction) => Math.max(1, Math.round(extent(along) / step));
   const [width, height] = [pixels(plane.right), pixels(plane.down)];
   const origin = [...low] as Vec3;
@@ -65,7 +65,7 @@ export function cutCorners(low: Vec3, high: Vec3, normal: Vec3, distance: number
 }
 
 // Returns two unit vectors perpendicular to `normal`: right and down.
-export function sidesOf(normal: Vec3): [Vec3, Vec3] {
+export function perpendicularTo(normal: Vec3): [Vec3, Vec3] {
   const least = normal.map(Math.abs).reduce((best, part, axis, all) => (part < all[best] ? axis : best), 0);
   const across = cross(normal, [0, 1, 2].map((axis) => (axis === least ? 1 : 0)) as Vec3);
   const length = Math.hypot(...across);
@@ -77,11 +77,11 @@ function obliqueGrid(low: Vec3, high: Vec3, normal: Vec3, at: number, spacing: n
   const { from, to } = extentAlong(low, high, normal);
   const distance = from + at * (to - from);
   const corners = cutCorners(low, high, normal, distance);
-  const ranges = sidesOf(normal).map((side) => {
+  const ranges = perpendicularTo(normal).map((side) => {
     const places = corners.length > 0 ? corners.map((corner) => dot(side, corner)) : [0];
     return { side, first: Math.min(...places), extent: Math.max(...places) - Math.min(...places) };
   });
-  const step = Math.max(spacing, ...ranges.map(({ extent }) => extent / mostPixels));
+  const step = Math.max(spacing, ...ranges.map(({ extent }) => extent / maxPixels));
   const [across, below] = ranges.map((range) => {
     const pixels = Math.max(1, Math.round(range.extent / step));
     const one = Math.max(range.extent, 1e-9 * step) / pixels;

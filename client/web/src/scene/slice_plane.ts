@@ -4,7 +4,7 @@ import * as THREE from "three";
 
 import type { Affine, Vec3 } from "../stream/dataset";
 import type { SliceValues } from "../stream/dataset_queries";
-import { type ColorMap, colorRow, type ColorScale, endsOf, shareInShader } from "../shared/color_maps";
+import { type ColorMap, colorRow, type ColorScale, endsOf, fractionInShader } from "../shared/color_maps";
 import { layers } from "./layers";
 import { valueAt } from "./slice_grid";
 
@@ -25,9 +25,9 @@ const fragment = /* glsl */ `
   uniform bool isLog;
   uniform float above;
   varying vec2 place;
-  ${shareInShader}
+  ${fractionInShader}
 
-  // Between the middles of pixels; a pixel without field has a hard border.
+  // Returns the value, interpolated linearly between pixel centers, and that of the nearest pixel where one has no value.
   float valueHere() {
     ivec2 size = textureSize(values, 0);
     vec2 at = place * vec2(size) - 0.5;
@@ -46,7 +46,7 @@ const fragment = /* glsl */ `
   void main() {
     float value = valueHere();
     if (isnan(value) || value < above) discard;
-    float share = shareOf(value, ends, isLog);
+    float share = fractionOf(value, ends, isLog);
     gl_FragColor = vec4(texture2D(colors, vec2((share * 255.0 + 0.5) / 256.0, 0.5)).rgb, 1.0);
     #include <colorspace_fragment>
   }`;

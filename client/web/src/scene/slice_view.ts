@@ -1,13 +1,13 @@
 // One of three linked slices: the samples on a plane perpendicular to a world axis, the lines where it cuts the
 // surfaces, and a crosshair where the other planes meet it. A click or drag moves the crosshair, the wheel the plane.
 import { type DatasetInfo, WorldSpace } from "../protocol/messages";
-import { colorRow, type ColorScale, shareOf } from "../shared/color_maps";
+import { colorRow, type ColorScale, fractionOf } from "../shared/color_maps";
 import { h } from "../shared/elements";
 import { inDigits } from "../shared/quantities";
 import { applied, lengthText, type Vec3, voxelLength, worldBox } from "../stream/dataset";
 import type { SliceValues } from "../stream/dataset_queries";
 import { axisNames } from "./axis_names";
-import { type Direction, type PlaneSides, valueAt } from "./slice_grid";
+import { type Direction, type PlaneAxes, valueAt } from "./slice_grid";
 import type { CutLines } from "./slice_plane";
 
 const axisColors = ["#ff7a75", "#7fd67f", "#7fb4ff"]; // On gray.
@@ -16,7 +16,7 @@ const wheelStep = 60; // Wheel pixels per sample.
 
 // Medical convention: the patient's left on the right, the front on the left or at the top, the head at the top.
 // Otherwise x grows to the right, and y or z upwards.
-export function planeSides({ space }: Pick<DatasetInfo, "space">, axis: number): PlaneSides {
+export function planeAxes({ space }: Pick<DatasetInfo, "space">, axis: number): PlaneAxes {
   const isRas = space === WorldSpace.RAS;
   const x: Direction = { axis: 0, sign: isRas ? -1 : 1 };
   const z: Direction = { axis: 2, sign: -1 };
@@ -39,7 +39,7 @@ interface Rectangle {
 export class SliceView {
   readonly canvas = h("canvas", { class: "slice-view", tabindex: "0", role: "application" });
   private info: DatasetInfo | null = null;
-  private sides: PlaneSides;
+  private sides: PlaneAxes;
   private cross: Vec3 = [0, 0, 0];
   private scale: ColorScale = { map: "gray", low: 0, high: 1, isLog: false };
   private slice: SliceValues | null = null;
@@ -51,7 +51,7 @@ export class SliceView {
   private readonly resizing = new ResizeObserver(() => this.invalidate());
 
   constructor(readonly axis: number, private readonly moved: (cross: Vec3, isDragging: boolean) => void) {
-    this.sides = planeSides({ space: WorldSpace.UNSPECIFIED }, axis);
+    this.sides = planeAxes({ space: WorldSpace.UNSPECIFIED }, axis);
     this.resizing.observe(this.canvas);
     this.listen();
   }
@@ -60,7 +60,7 @@ export class SliceView {
     const { map, low, high, isLog } = this.scale;
     if (map !== scale.map || low !== scale.low || high !== scale.high || isLog !== scale.isLog) this.isPainted = false;
     [this.info, this.cross, this.scale] = [info, cross, scale];
-    this.sides = planeSides(info, this.axis);
+    this.sides = planeAxes(info, this.axis);
     this.describe(info);
     this.invalidate();
   }
@@ -265,7 +265,7 @@ function paint(canvas: HTMLCanvasElement, { grid: { width, height }, values }: S
   const colors = new Uint32Array(colorRow(scale.map, 256).buffer);
   const pixels = new Uint32Array(image.data.buffer);
   for (let i = 0; i < pixels.length; ++i) {
-    if (!Number.isNaN(values[i])) pixels[i] = colors[Math.round(255 * Math.min(1, Math.max(0, shareOf(values[i], scale))))];
+    if (!Number.isNaN(values[i])) pixels[i] = colors[Math.round(255 * Math.min(1, Math.max(0, fractionOf(values[i], scale))))];
   }
   canvas.getContext("2d", { willReadFrequently: true })!.putImageData(image, 0, 0);
 }

@@ -6,10 +6,10 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 import type { Vec3 } from "../stream/dataset";
 import type { View } from "../stream/request";
-import { besideUp, nearAxis } from "./directions";
-import { hasDrawn } from "./gpu_fence";
+import { nudgedFromUp, snappedToAxis } from "./directions";
+import { gpuFinished } from "./gpu_fence";
 import { Lights } from "./lights";
-import type { LensSettings } from "./occlusion";
+import type { SceneCamera } from "./occlusion";
 import { SceneRenderer } from "./scene_renderer";
 import { Programs } from "./programs";
 
@@ -22,9 +22,9 @@ export interface StageLook {
 
 const extensions = ["EXT_texture_filter_anisotropic", "EXT_color_buffer_float", "OES_texture_float_linear", "WEBGL_multisampled_render_to_texture"];
 const restAfter = 180; // Milliseconds without a change.
-const soon = { picture: 500, work: 100 }; // Milliseconds.
-const quick = 20; // Milliseconds of GPU time: acceptable during motion.
-const tooSlow = 4000; // Milliseconds: a frame this slow is not drawn at all.
+const delays = { picture: 500, work: 100 }; // Milliseconds.
+const maxMotionCost = 20; // Milliseconds of GPU time: acceptable during motion.
+const maxOcclusionCost = 4000; // Milliseconds: a frame this slow is not drawn at all.
 const peels = { moving: 3, resting: 6, most: 12 };
 
 export class Stage {
@@ -32,7 +32,7 @@ export class Stage {
   readonly camera = new THREE.PerspectiveCamera(35, 1, 0.1, 1000);
   readonly renderer: THREE.WebGLRenderer;
   readonly controls: OrbitControls;
-  private readonly flat = new THREE.OrthographicCamera(); // Follows `camera`.
+  private readonly orthographicCamera = new THREE.OrthographicCamera(); // Follows `camera`.
   private readonly lights = new Lights();
   private readonly sceneRenderer: SceneRenderer;
   readonly programs: Programs;
@@ -46,9 +46,9 @@ export class Stage {
   private isChanged = false; // It redraws the picture.
   private size = { width: 0, height: 0 }; // CSS pixels.
   // Work done in small parts, one per frame; returns true if some was done or is left.
-  private readonly chores: (() => boolean)[] = [];
+  private readonly frameTasks: (() => boolean)[] = [];
   private readonly afterFrame: (() => void)[] = [];
-  private isComing = () => false;
+  private isDataPending = () => false;
   private readonly resizing = new ResizeObserver(() => this.resize());
 
   constructor(private readonly canvas: HTMLCanvasElement) {
@@ -57,7 +57,7 @@ export class Stage {
     this.renderer.setClearColor(0x000000, 0);
     this.renderer.localClippingEnabled = true; // Materials have clip planes.
     this.camera.up.set(0, 0, 1);
-    this.flat.up.copy(this.camera.up);
+    this.orthographicCamera.up.copy(this.camera.up);
     this.sceneRenderer = new SceneRenderer(this.renderer);
     this.programs = new Programs(this.renderer, this.scene, this.camera, this.sceneRenderer.targets, () => this.invalidate());
     // Queried now, while nothing is being drawn: later it would block the page until drawing is done.
@@ -83,12 +83,12 @@ export class Stage {
     requestAnimationFrame(() => this.frame());
   }
 
-  // The same in a moment, for all that comes until then.
+  // The same after a delay, once for all calls until then.
   invalidateSoon(): void {
-    this.pictureTimer ||= window.setTimeout(() => this.invalidate(), soon.picture);
+    this.pictureTimer ||= window.setTimeout(() => this.invalidate(), delays.picture);
   }
   wakeSoon(): void {
-    this.workTimer ||= window.setTimeout(() => this.wake(), soon.work);
+    this.workTimer ||= window.setTimeout(() => this.wake(), delays.work);
   }
 
   setLook(look: StageLook): void {
@@ -98,22 +98,22 @@ export class Stage {
   }
 
   // The current camera, for rays and projections.
-  get lens(): LensSettings {
-    return this.look.isOrthographic ? this.flat : this.camera;
+  get activeCamera(): SceneCamera {
+    return this.look.isOrthographic ? this.orthographicCamera : this.camera;
   }
 
-  everyFrame(chore: () => boolean): void {
-    this.chores.push(chore);
+  everyFrame(task: () => boolean): void {
+    this.frameTasks.push(task);
   }
 
   whenDrawn(listener: () => void): void {
     this.afterFrame.push(listener);
   }
 
-  // While `isComing` returns true, more data is being decoded on the CPU: frames at rest, which take seconds with
+  // While `isDataPending` returns true, more data is being decoded on the CPU: frames at rest, which take seconds with
   // software rendering, wait until then.
-  waitFor(isComing: () => boolean): void {
-    this.isComing = isComing;
+  waitFor(isDataPending: () => boolean): void {
+    this.isDataPending = isDataPending;
   }
 
   // Sets the box of the data, which determines the camera's depth range.
@@ -139,7 +139,7 @@ export class Stage {
   // Sets the up direction; the eye does not move.
   setUp(up: Vec3): void {
     this.camera.up.set(...up).normalize();
-    this.flat.up.copy(this.camera.up);
+    this.orthographicCamera.up.copy(this.camera.up);
     // The controls read the direction when they are constructed and cannot change it.
     const { _quat, _quatInverse } = this.controls as unknown as Record<"_quat" | "_quatInverse", THREE.Quaternion>;
     _quat.setFromUnitVectors(this.camera.up, new THREE.Vector3(0, 1, 0));
@@ -149,14 +149,14 @@ export class Stage {
   }
 
   // Returns the up direction after the picture is rotated clockwise.
-  rolledUp(radians: number): Vec3 {
+  upAfterRoll(radians: number): Vec3 {
     const ahead = this.controls.target.clone().sub(this.camera.position).normalize();
     const up = new THREE.Vector3(0, 1, 0).applyQuaternion(this.camera.quaternion).applyAxisAngle(ahead, -radians);
-    return nearAxis(up).toArray();
+    return snappedToAxis(up).toArray();
   }
 
   lookFrom(towards: THREE.Vector3): void {
-    const direction = besideUp(towards, this.camera.up);
+    const direction = nudgedFromUp(towards, this.camera.up);
     const { center, radius } = this.sphere;
     const half = THREE.MathUtils.degToRad(this.camera.fov / 2);
     const narrow = Math.min(half, Math.atan(Math.tan(half) * this.camera.aspect));
@@ -204,7 +204,7 @@ export class Stage {
   }
 
   // Rotates around the target by radians and moves closer by a factor.
-  turn(azimuth: number, elevation: number, factor = 1): void {
+  rotate(azimuth: number, elevation: number, factor = 1): void {
     const offset = this.camera.position.clone().sub(this.controls.target);
     const upright = new THREE.Quaternion().setFromUnitVectors(
       this.camera.up,
@@ -232,7 +232,7 @@ export class Stage {
   }
 
   // Returns the world length of CSS pixels at the target.
-  unitsOf(pixels: number): number {
+  worldLengthOf(pixels: number): number {
     const distance = this.camera.position.distanceTo(this.controls.target);
     const height = 2 * distance * Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2));
     return (pixels * height) / Math.max(1, this.canvas.clientHeight);
@@ -245,13 +245,13 @@ export class Stage {
       1 - (2 * y) / this.canvas.clientHeight,
     );
     const caster = new THREE.Raycaster();
-    caster.setFromCamera(ndc, this.lens);
+    caster.setFromCamera(ndc, this.activeCamera);
     return caster.ray;
   }
 
   // Projects a place to the canvas; null if behind the camera.
   project(place: THREE.Vector3): { x: number; y: number } | null {
-    const p = place.clone().project(this.lens);
+    const p = place.clone().project(this.activeCamera);
     if (p.z > 1) return null;
     return {
       x: ((p.x + 1) / 2) * this.canvas.clientWidth,
@@ -302,9 +302,9 @@ export class Stage {
     this.workTimer = 0;
     this.isDue = false;
     const isMoving = this.controls.update();
-    const isBusy = this.chores.map((chore) => chore()).some(Boolean);
+    const isBusy = this.frameTasks.map((task) => task()).some(Boolean);
     if (!this.programs.areReady("scene", this.scene)) return;
-    if (isBusy) this.sceneRenderer.upload(this.scene, this.lens);
+    if (isBusy) this.sceneRenderer.upload(this.scene, this.activeCamera);
     if (isMoving) this.invalidate();
     else if (isBusy) this.wake();
     if (!this.isChanged) return;
@@ -314,28 +314,28 @@ export class Stage {
     this.draw(false);
     for (const listener of this.afterFrame) listener();
     clearTimeout(this.restTimer);
-    if (!isMoving && !this.isQuick()) this.restSoon();
+    if (!isMoving && !this.isQuick()) this.scheduleRest();
   }
 
   // Returns whether frames during motion have full quality.
   private isQuick(): boolean {
     const { hasOcclusion, translucent } = this.look;
-    return translucent === 0 && (!hasOcclusion || (this.occlusionCost ?? Infinity) <= quick);
+    return translucent === 0 && (!hasOcclusion || (this.occlusionCost ?? Infinity) <= maxMotionCost);
   }
 
-  private restSoon(): void {
+  private scheduleRest(): void {
     this.restTimer = window.setTimeout(() => void this.drawAtRest(), restAfter);
   }
 
   private async drawAtRest(): Promise<void> {
     const timer = this.restTimer;
-    await hasDrawn(this.renderer);
+    await gpuFinished(this.renderer);
     if (this.isChanged || timer !== this.restTimer) return; // Another frame or another rest follows.
-    if (this.isComing() || this.isDue) return this.restSoon();
+    if (this.isDataPending() || this.isDue) return this.scheduleRest();
     const begin = performance.now();
     this.draw(true);
     if (!this.look.hasOcclusion) return;
-    await hasDrawn(this.renderer, 4);
+    await gpuFinished(this.renderer, 4);
     this.occlusionCost = performance.now() - begin;
   }
 
@@ -346,12 +346,12 @@ export class Stage {
     this.camera.far = distance + 2.5 * radius;
     this.camera.updateProjectionMatrix();
     this.camera.updateMatrixWorld();
-    this.followFlat(distance, radius);
+    this.updateOrthographicCamera(distance, radius);
     this.lights.follow(this.camera);
     const cost = this.occlusionCost ?? 0;
-    const isOccluded = this.look.hasOcclusion && (isAtRest ? cost < tooSlow : this.isQuick());
-    this.sceneRenderer.draw(this.scene, this.lens, {
-      occlusion: isOccluded ? { radius: Math.min(0.12 * radius, this.unitsOf(90)), clip: this.look.clip } : null,
+    const isOccluded = this.look.hasOcclusion && (isAtRest ? cost < maxOcclusionCost : this.isQuick());
+    this.sceneRenderer.draw(this.scene, this.activeCamera, {
+      occlusion: isOccluded ? { radius: Math.min(0.12 * radius, this.worldLengthOf(90)), clip: this.look.clip } : null,
       peels: this.peels(isAtRest), hasHandles,
     });
   }
@@ -364,16 +364,16 @@ export class Stage {
   }
 
   // Matches the orthographic camera to the perspective one at the distance of the target.
-  private followFlat(distance: number, radius: number): void {
-    const half = this.unitsOf(this.canvas.clientHeight) / 2;
-    const { flat, camera } = this;
-    [flat.left, flat.right, flat.top, flat.bottom] = [-half * camera.aspect, half * camera.aspect, half, -half];
-    flat.near = distance - 2.5 * radius; // Includes what is beside or behind the eye.
-    flat.far = distance + 2.5 * radius;
-    flat.position.copy(camera.position);
-    flat.quaternion.copy(camera.quaternion);
-    flat.updateProjectionMatrix();
-    flat.updateMatrixWorld();
+  private updateOrthographicCamera(distance: number, radius: number): void {
+    const half = this.worldLengthOf(this.canvas.clientHeight) / 2;
+    const { orthographicCamera, camera } = this;
+    [orthographicCamera.left, orthographicCamera.right, orthographicCamera.top, orthographicCamera.bottom] = [-half * camera.aspect, half * camera.aspect, half, -half];
+    orthographicCamera.near = distance - 2.5 * radius; // Includes what is beside or behind the eye.
+    orthographicCamera.far = distance + 2.5 * radius;
+    orthographicCamera.position.copy(camera.position);
+    orthographicCamera.quaternion.copy(camera.quaternion);
+    orthographicCamera.updateProjectionMatrix();
+    orthographicCamera.updateMatrixWorld();
   }
 
   private resize(): void {

@@ -14,7 +14,7 @@ import { layers } from "./layers";
 import type { Programs } from "./programs";
 import { setFinish, surfaceMaterial } from "./surface_material";
 
-interface KeptTile {
+interface SurfaceTile {
   mesh: THREE.Mesh;
   triangles: number;
   lastUse: number;
@@ -22,8 +22,8 @@ interface KeptTile {
   stepNumber: number;
 }
 
-const bytesAFrame = 3_000_000; // Uploaded per frame, so that the page stays responsive.
-export const mostTriangles = 12_000_000; // The approximate limit of all surfaces of a view, including the shown ones.
+const bytesPerFrame = 3_000_000; // Uploaded per frame, so that the page stays responsive.
+export const maxTriangles = 12_000_000; // The approximate limit of all surfaces of a view, including the shown ones.
 const palette = [
   "#d8b48f", "#7fb3d5", "#8fc9a3", "#e3a6a1", "#b7a3d9", "#e6cf7c",
   "#79c7c5", "#d99bc4", "#a9bf6f", "#c7a17a", "#8fa8d8", "#d6d0c4",
@@ -35,18 +35,18 @@ export type SurfaceLook =
   Pick<Settings, "wireframe" | "shading" | "color" | "opacity" | "visible" | "colorBy" | "material"> & { coloring: Coloring };
 
 export class Surface {
-  budget = mostTriangles; // Triangles kept of this surface.
-  private readonly tiles = new Map<string, KeptTile>();
-  private readonly users = new Map<object, Set<string>>(); // Ids in use by each user; a tile stays while it is in use.
-  private readonly early = new Map<string, Float32Array>(); // Scalars of tiles that have not arrived.
-  private isGone = false;
+  budget = maxTriangles; // Triangles kept of this surface.
+  private readonly tiles = new Map<string, SurfaceTile>();
+  private readonly tilesByUser = new Map<object, Set<string>>(); // Ids in use by each user; a tile stays while it is in use.
+  private readonly earlyScalars = new Map<string, Float32Array>(); // Scalars of tiles that have not arrived.
+  private isDisposed = false;
   private readonly uploads: string[] = [];
   private shown: string[] = [];
   private selection: Selection | null = null; // The shown triangles.
-  private uses = 0;
+  private useCounter = 0;
   private waiting: { ids: string[]; resolve: () => void }[] = [];
   private readonly materials = new Map<string, THREE.MeshStandardMaterial>();
-  private readonly lines = new THREE.MeshBasicMaterial({
+  private readonly wireframeMaterial = new THREE.MeshBasicMaterial({
     color: 0x000000,
     wireframe: true,
     transparent: true,
@@ -66,7 +66,7 @@ export class Surface {
   ) {}
 
   add(tile: DecodedTile, toWorld: Affine, stepNumber: number): void {
-    if (this.isGone) return this.onDropped([tile.id]);
+    if (this.isDisposed) return this.onDropped([tile.id]);
     if (this.tiles.has(tile.id)) return;
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(tile.positions, 3));
@@ -84,17 +84,17 @@ export class Surface {
     );
     mesh.frustumCulled = false; // Until it is uploaded.
     mesh.userData.triangles = tile.triangles.length / 3;
-    const kept: KeptTile = {
+    const added: SurfaceTile = {
       mesh,
       triangles: tile.triangles.length / 3,
-      lastUse: ++this.uses,
+      lastUse: ++this.useCounter,
       isUploaded: false,
       stepNumber,
     };
-    this.setMaterial(tile.id, kept);
-    this.tiles.set(tile.id, kept);
-    const scalars = this.early.get(tile.id);
-    this.early.delete(tile.id);
+    this.setMaterial(tile.id, added);
+    this.tiles.set(tile.id, added);
+    const scalars = this.earlyScalars.get(tile.id);
+    this.earlyScalars.delete(tile.id);
     if (scalars) this.setScalars(tile.id, scalars);
     this.uploads.push(tile.id);
     this.wake();
@@ -137,7 +137,7 @@ export class Surface {
     if (!this.isDrawable()) return false; // A frame follows when it is drawable.
     let bytes = 0;
     const uploaded: string[] = [];
-    while (this.uploads.length > 0 && bytes < bytesAFrame) {
+    while (this.uploads.length > 0 && bytes < bytesPerFrame) {
       const id = this.uploads.shift()!;
       const tile = this.tiles.get(id);
       if (!tile) continue;
@@ -173,7 +173,7 @@ export class Surface {
       if (!next.has(id)) this.setVisible(id, false);
     }
     for (const id of ids) {
-      this.setPart(id, parted.get(id) ?? null);
+      this.setDrawnTriangles(id, parted.get(id) ?? null);
       this.setVisible(id, true);
     }
     this.shown = [...ids];
@@ -193,21 +193,21 @@ export class Surface {
   setScalars(id: string, scalars: Float32Array): void {
     const tile = this.tiles.get(id);
     if (tile) tile.mesh.geometry.setAttribute("scalar", new THREE.BufferAttribute(scalars, 1));
-    else this.early.set(id, scalars);
+    else this.earlyScalars.set(id, scalars);
   }
 
   // Evicts the least recently used tiles beyond the budget, except tiles shown or in use.
   dropUnused(): void {
-    let kept = [...this.tiles.values()].reduce((n, tile) => n + tile.triangles, 0);
-    if (kept <= this.budget) return;
-    const inUse = new Set([this.shown, ...this.users.values()].flatMap((ids) => [...ids]));
+    let triangles = [...this.tiles.values()].reduce((n, tile) => n + tile.triangles, 0);
+    if (triangles <= this.budget) return;
+    const inUse = new Set([this.shown, ...this.tilesByUser.values()].flatMap((ids) => [...ids]));
     const unused = [...this.tiles.entries()]
       .filter(([id]) => !inUse.has(id))
       .sort(([, a], [, b]) => a.lastUse - b.lastUse);
     const dropped: string[] = [];
     for (const [id, tile] of unused) {
-      if (kept <= this.budget) break;
-      kept -= tile.triangles;
+      if (triangles <= this.budget) break;
+      triangles -= tile.triangles;
       this.remove(id, tile);
       dropped.push(id);
     }
@@ -216,18 +216,18 @@ export class Surface {
 
   // Keeps the tiles until release(user).
   use(ids: readonly string[], user: object): void {
-    const used = this.users.get(user) ?? new Set();
-    this.users.set(user, used);
+    const used = this.tilesByUser.get(user) ?? new Set();
+    this.tilesByUser.set(user, used);
     for (const id of ids) {
       used.add(id);
       const tile = this.tiles.get(id);
-      if (tile) tile.lastUse = ++this.uses;
+      if (tile) tile.lastUse = ++this.useCounter;
     }
   }
 
   release(user: object): void {
-    this.users.delete(user);
-    if (this.users.size === 0) this.early.clear(); // Their tiles are no longer needed.
+    this.tilesByUser.delete(user);
+    if (this.tilesByUser.size === 0) this.earlyScalars.clear(); // Their tiles are no longer needed.
   }
 
   // Whether the surface is visible and translucent.
@@ -244,7 +244,7 @@ export class Surface {
     if (wasTranslucent !== this.isTranslucent || before.colorBy !== look.colorBy) this.forgetMaterials();
     if (before.color !== look.color) this.recolor(before.color);
     for (const material of this.materials.values()) this.refresh(material);
-    this.lines.clippingPlanes = this.clip;
+    this.wireframeMaterial.clippingPlanes = this.clip;
     const shown = new Set(this.shown);
     for (const [id, tile] of this.tiles) {
       this.setMaterial(id, tile);
@@ -256,11 +256,11 @@ export class Surface {
 
   // Frees all GPU memory, without events.
   dispose(): void {
-    this.isGone = true;
+    this.isDisposed = true;
     for (const [id, tile] of [...this.tiles]) this.remove(id, tile);
     this.shown = [];
     this.forgetMaterials();
-    this.lines.dispose();
+    this.wireframeMaterial.dispose();
     this.resolveWaiting();
     this.invalidate();
   }
@@ -290,12 +290,12 @@ export class Surface {
     const tile = this.tiles.get(id);
     if (!tile) return;
     tile.mesh.visible = isVisible && this.look.visible;
-    tile.lastUse = ++this.uses;
+    tile.lastUse = ++this.useCounter;
     if (isVisible) this.setLines(tile);
   }
 
   // Replaces the index buffer by a permutation with the drawn triangles first, and sets their number.
-  private setPart(id: string, part: Selection["parted"][number] | null): void {
+  private setDrawnTriangles(id: string, part: Selection["parted"][number] | null): void {
     const geometry = this.tiles.get(id)?.mesh.geometry;
     if (!geometry) return;
     geometry.setDrawRange(0, part ? 3 * part.shown : Infinity);
@@ -305,28 +305,28 @@ export class Surface {
     index.needsUpdate = true;
   }
 
-  private setLines(tile: KeptTile): void {
+  private setLines(tile: SurfaceTile): void {
     const child = tile.mesh.children[0];
     if (child) child.visible = this.look.wireframe;
     if (child || !this.look.wireframe || !tile.mesh.visible) return;
-    const lines = new THREE.Mesh(tile.mesh.geometry, this.lines);
+    const lines = new THREE.Mesh(tile.mesh.geometry, this.wireframeMaterial);
     lines.matrixAutoUpdate = false;
     lines.layers.set(layers.marks);
     tile.mesh.add(lines);
   }
 
-  private remove(id: string, tile: KeptTile): void {
+  private remove(id: string, tile: SurfaceTile): void {
     tile.mesh.removeFromParent();
     tile.mesh.geometry.dispose();
     this.tiles.delete(id);
   }
 
-  private setMaterial(id: string, tile: KeptTile): void {
+  private setMaterial(id: string, tile: SurfaceTile): void {
     tile.mesh.material = this.material(id, tile.stepNumber);
     this.setLayer(tile);
   }
 
-  private setLayer({ mesh, isUploaded }: KeptTile): void {
+  private setLayer({ mesh, isUploaded }: SurfaceTile): void {
     mesh.layers.set(!isUploaded ? layers.upload : this.isTranslucent ? layers.translucent : layers.solid);
   }
 

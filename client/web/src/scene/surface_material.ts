@@ -3,7 +3,7 @@ import * as THREE from "three";
 
 import type { FieldColors } from "./field_colors";
 import type { Material } from "../state/settings";
-import { peeled } from "./translucency";
+import { addPeeling } from "./translucency";
 
 interface Finish {
   roughness: number;
@@ -19,7 +19,7 @@ const finishes: Record<Material, Finish> = {
   matcap: { roughness: 1, rim: [0, 0, 0], isMatcap: true },
 };
 
-const finishInShader = /* glsl */ `
+const finishShader = /* glsl */ `
   float facing = saturate(dot(normal, geometryViewDir));
   outgoingLight += diffuseColor.rgb * finish.rgb * (1.0 - facing) * (1.0 - facing);
   if (finish.a > 0.0) {
@@ -57,14 +57,14 @@ export function surfaceMaterial(
     shader.uniforms.finish = { value: material.userData.finish };
     shader.fragmentShader = shader.fragmentShader
       .replace("#include <common>", "#include <common>\nuniform vec4 finish;")
-      .replace("#include <opaque_fragment>", finishInShader);
+      .replace("#include <opaque_fragment>", finishShader);
     shader.fragmentShader = shader.fragmentShader.replace(
       "#include <color_fragment>",
       "#include <color_fragment>\n" +
         "if (!gl_FrontFacing) diffuseColor.rgb = diffuseColor.rgb * vec3(0.62, 0.50, 0.47);",
     );
-    field?.enter(shader);
-    if (isTranslucent) peeled(shader);
+    field?.addToShader(shader);
+    if (isTranslucent) addPeeling(shader);
   };
   material.customProgramCacheKey = () => `surface ${isTranslucent} ${field !== null}`;
   return material;

@@ -3,7 +3,7 @@
 import * as THREE from "three";
 
 import { Priority, type DatasetInfo } from "../protocol/messages";
-import { session } from "../state/browser_storage";
+import { sessionValues } from "../state/browser_storage";
 import { defaults } from "../state/settings";
 import { Conversation, type Effect } from "../stream/conversation";
 import { shellModeOf } from "../stream/step_checks";
@@ -12,7 +12,7 @@ import { Link } from "../stream/link";
 import { isosurfaceRequest } from "../stream/request";
 import type { TilePool } from "../workers/tile_pool";
 import type { DecodedTile } from "../workers/worker_messages";
-import { hasDrawn } from "./gpu_fence";
+import { gpuFinished } from "./gpu_fence";
 import { surfaceMaterial } from "./surface_material";
 
 const width = 128;
@@ -38,21 +38,21 @@ export class Thumbnails {
     private readonly made: (name: string, picture: string) => void,
   ) {}
 
-  want(info: DatasetInfo): void {
-    const kept = session.get(keyOf(info, this.up(info)));
+  request(info: DatasetInfo): void {
+    const kept = sessionValues.get(keyOf(info, this.up(info)));
     if (kept) {
       this.made(info.name, kept);
     } else if (!this.queue.includes(info) && this.current !== info) {
       this.queue.push(info);
-      this.goOn();
+      this.requestNext();
     }
   }
 
-  private goOn(): void {
+  private requestNext(): void {
     if (this.current) return;
     this.current = this.queue.shift() ?? null;
     if (!this.current) {
-      this.link?.leave();
+      this.link?.close();
       this.link = this.conversation = null;
       return;
     }
@@ -66,7 +66,7 @@ export class Thumbnails {
     const conversation = new Conversation({
       agent: "multitetra-viewer/0.1 thumbnails",
       token: this.token,
-      held: () => [],
+      cachedTiles: () => [],
       priority: Priority.BACKGROUND,
       isListing: () => false,
     });
@@ -81,7 +81,7 @@ export class Thumbnails {
         this.current = null;
         this.queue.length = 0;
       },
-      impossible: () => {},
+      blocked: () => {},
     });
     this.link.connect();
   }
@@ -89,7 +89,7 @@ export class Thumbnails {
   private open(): Effect[] {
     const info = this.current!;
     const request = isosurfaceRequest(info, { ...defaults, error: 2, topologyTolerance: 8 }, null);
-    return this.conversation!.want({ info, request });
+    return this.conversation!.request({ info, request });
   }
 
   private perform(effects: Effect[]): void {
@@ -110,7 +110,7 @@ export class Thumbnails {
           kind: "decode",
           id,
           payload: effect.payload,
-          promised: effect.tile,
+          expected: effect.tile,
           resolution,
           shell: shellModeOf(effect.begin),
           hasNormals: order.request.normals > 0,
@@ -148,11 +148,11 @@ export class Thumbnails {
     ++this.stream;
     this.perform(this.conversation?.cancel() ?? []);
     if (picture) {
-      session.set(keyOf(info, this.up(info)), picture);
+      sessionValues.set(keyOf(info, this.up(info)), picture);
       this.made(info.name, picture);
     }
     this.current = null;
-    this.goOn();
+    this.requestNext();
   }
 
   private async drawn(info: DatasetInfo, keys: string[]): Promise<string> {
@@ -227,7 +227,7 @@ async function idle(renderer: THREE.WebGLRenderer): Promise<void> {
   const { render } = renderer.info;
   for (let frame = -1; frame !== render.frame; ) {
     frame = render.frame;
-    await hasDrawn(renderer);
+    await gpuFinished(renderer);
   }
 }
 

@@ -8,7 +8,7 @@ import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 
 import { exactDepths } from "./exact_depths";
 import { layers } from "./layers";
-import type { LensSettings } from "./occlusion";
+import type { SceneCamera } from "./occlusion";
 
 const passthrough = "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }";
 
@@ -20,7 +20,7 @@ export const peel = {
 };
 
 // Adds peeling to a material; call in onBeforeCompile.
-export function peeled(shader: THREE.WebGLProgramParametersWithUniforms): void {
+export function addPeeling(shader: THREE.WebGLProgramParametersWithUniforms): void {
   Object.assign(shader.uniforms, { peelBefore: peel.before, peelSolid: peel.solid, peelIsFirst: peel.isFirst });
   shader.fragmentShader = shader.fragmentShader
     .replace("#include <common>",
@@ -40,7 +40,7 @@ export function peeled(shader: THREE.WebGLProgramParametersWithUniforms): void {
 export class Translucency {
   private readonly targets = [layerTarget(), layerTarget()];
   private readonly sum = new THREE.WebGLRenderTarget(1, 1, { type: THREE.HalfFloatType, depthBuffer: false });
-  private readonly under = new FullScreenQuad(
+  private readonly blendUnder = new FullScreenQuad(
     new THREE.ShaderMaterial({
       uniforms: { layer: { value: null } },
       vertexShader: passthrough,
@@ -57,7 +57,7 @@ export class Translucency {
 
   // Draws all translucent surfaces in front of `solid`: premultiplied, linear.
   texture(
-    renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: LensSettings, solid: THREE.DepthTexture, passes: number,
+    renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: SceneCamera, solid: THREE.DepthTexture, passes: number,
   ): THREE.Texture {
     const { width, height } = solid.image as { width: number; height: number };
     for (const target of [...this.targets, this.sum]) target.setSize(width, height);
@@ -73,9 +73,9 @@ export class Translucency {
       renderer.setRenderTarget(now);
       renderer.clear();
       renderer.render(scene, camera);
-      (this.under.material as THREE.ShaderMaterial).uniforms.layer.value = now.texture;
+      (this.blendUnder.material as THREE.ShaderMaterial).uniforms.layer.value = now.texture;
       renderer.setRenderTarget(this.sum);
-      this.under.render(renderer);
+      this.blendUnder.render(renderer);
     }
     renderer.autoClear = true;
     return this.sum.texture;

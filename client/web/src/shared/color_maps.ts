@@ -14,7 +14,7 @@ export type ColorMap = keyof typeof maps;
 export const colorMaps = Object.keys(maps) as ColorMap[];
 
 // The text of a legend.
-export interface LegendWords {
+export interface LegendText {
   map: ColorMap;
   name: string; // Empty: the meaning of the colors is clear.
   low: string; // With the unit, as is `high`.
@@ -40,20 +40,20 @@ export function colorAt(map: ColorMap, share: number): [number, number, number] 
 }
 
 // Returns the position of a value along the map, not clamped to 0 to 1.
-export function shareOf(value: number, { low, high, isLog }: Omit<ColorScale, "map">): number {
+export function fractionOf(value: number, { low, high, isLog }: Omit<ColorScale, "map">): number {
   if (!(high > low)) return value > low ? 1 : 0;
   if (!isLog) return (value - low) / (high - low);
   return value > 0 ? Math.log(value / low) / Math.log(high / low) : 0;
 }
 
 // The same in GLSL. Takes the scale as (low, high), or their logarithms for a logarithmic one.
-export const shareInShader = /* glsl */ `
-  float shareOf(float value, vec2 ends, bool isLog) {
+export const fractionInShader = /* glsl */ `
+  float fractionOf(float value, vec2 ends, bool isLog) {
     if (isLog) return value > 0.0 ? clamp((log(value) - ends.x) / (ends.y - ends.x), 0.0, 1.0) : 0.0;
     return clamp((value - ends.x) / (ends.y - ends.x), 0.0, 1.0);
   }`;
 
-// Returns different ends for shareInShader, in 32-bit precision.
+// Returns different ends for fractionInShader, in 32-bit precision.
 export function endsOf({ low, high, isLog }: Omit<ColorScale, "map">): [number, number] {
   const [first, last] = isLog ? [Math.log(low), Math.log(high)] : [low, high];
   return [first, last > first ? last : first + 1e-6 * Math.max(1, Math.abs(first))];

@@ -85,8 +85,8 @@ function backgroundBins({ histogram, min, max }: WindowedDataset): number {
   if (counts[peak] < Math.max(...counts)) return 0;
   let end = peak + 1;
   while (end < reach && counts[end] < counts[end - 1]) ++end;
-  const held = counts.slice(0, end).reduce((sum, count) => sum + count, 0);
-  return held >= backgroundShare * total && held < total ? end : 0;
+  const background = counts.slice(0, end).reduce((sum, count) => sum + count, 0);
+  return background >= backgroundShare * total && background < total ? end : 0;
 }
 
 // Returns where a bin begins.

@@ -1,5 +1,5 @@
 // Named views of the user, stored as addresses in this browser.
-import type { Memory } from "./browser_storage";
+import type { BrowserStorage } from "./browser_storage";
 
 export interface Bookmark {
   name: string;
@@ -10,7 +10,7 @@ const key = "bookmarks";
 const most = 50;
 
 export class Bookmarks {
-  constructor(private readonly memory: Memory) {}
+  constructor(private readonly memory: BrowserStorage) {}
 
   // Newest first.
   list(): Bookmark[] {

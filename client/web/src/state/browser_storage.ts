@@ -1,5 +1,5 @@
 // Storage that survives a reload. If the browser forbids storage, values are silently not kept.
-export class Memory {
+export class BrowserStorage {
   constructor(private readonly storage: () => Storage) {}
 
   get(name: string): string | null {
@@ -19,5 +19,5 @@ export class Memory {
   }
 }
 
-export const session = new Memory(() => sessionStorage);
-export const forever = new Memory(() => localStorage);
+export const sessionValues = new BrowserStorage(() => sessionStorage);
+export const persistentValues = new BrowserStorage(() => localStorage);

@@ -11,11 +11,11 @@ export interface HiddenParts {
 
 export const nothingHidden: HiddenParts = { minComponent: 0, places: [] };
 
-export function isNothingHidden({ minComponent, places, largestOnly }: HiddenParts): boolean {
+export function hidesNothing({ minComponent, places, largestOnly }: HiddenParts): boolean {
   return minComponent === 0 && places.length === 0 && !largestOnly;
 }
 
-export function hidesTheSame(a: HiddenParts, b: HiddenParts): boolean {
+export function isSameHiddenParts(a: HiddenParts, b: HiddenParts): boolean {
   return a.minComponent === b.minComponent && !!a.largestOnly === !!b.largestOnly && String(a.places) === String(b.places);
 }
 

@@ -59,7 +59,7 @@ export interface Progress {
   components: ShownComponents | null; // Null: all are shown.
   // The reason why the server is busy, and performance.now() of the next attempt.
   postponed: { text: string; until: number } | null;
-  heldBack: SurfaceSize | null; // The requested size, if the server sent less.
+  sizeToConfirm: SurfaceSize | null; // The requested size, if the server sent less.
   // A second field on the shown surface: the range of its values, and the largest difference between the field and the
   // interpolated colors.
   scalars: { low: number; high: number; deviation: number } | null;
@@ -76,10 +76,10 @@ export interface DrawnSurface {
 // All visible surfaces.
 export interface SurfacesStatus {
   progress: Progress; // Of the first visible surface, or else of the first one.
-  isLead: boolean; // Whether `progress` is that of the first surface.
+  isFirst: boolean; // Whether `progress` is that of the first surface.
   drawn: DrawnSurface[];
   done: number; // Surfaces that have a final step or will never have one.
-  seen: number; // Visible surfaces.
+  visible: number; // Visible surfaces.
 }
 
 export const noProgress: Progress = {
@@ -96,9 +96,9 @@ export const noProgress: Progress = {
   shown: null,
   components: null,
   postponed: null,
-  heldBack: null,
+  sizeToConfirm: null,
   scalars: null,
   failure: null,
 };
 
-export const noErrors = { text: "", isFatal: false, needsToken: false };
+export const noFailure = { text: "", isFatal: false, needsToken: false };

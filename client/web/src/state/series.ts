@@ -24,7 +24,7 @@ export interface Entry {
 }
 
 export const labelIsovalue = 0.5; // The isovalue of every label's boundary.
-export const mostLabelsAtFirst = 24; // Labels shown by default.
+export const maxInitialLabels = 24; // Labels shown by default.
 
 // In listed order; a series appears at its first member.
 export function entriesOf(list: readonly DatasetInfo[]): Entry[] {
@@ -63,7 +63,7 @@ export function timeOf({ member }: DatasetInfo): number | null {
 }
 
 // Returns the dataset of that name, or else the first of the series of that name.
-export function named(list: readonly DatasetInfo[], name: string): DatasetInfo | null {
+export function findByName(list: readonly DatasetInfo[], name: string): DatasetInfo | null {
   const own = list.find((info) => info.name === name);
   if (own) return own;
   const member = list.find((info) => info.member?.series === name);
@@ -75,16 +75,16 @@ export function named(list: readonly DatasetInfo[], name: string): DatasetInfo |
 export function atTime(list: readonly DatasetInfo[], info: DatasetInfo, time: number | null): DatasetInfo {
   if (time === null || timeOf(info) === null) return info;
   const distance = (one: DatasetInfo) => Math.abs(timeOf(one)! - time);
-  return alike(list, info).reduce((best, one) => (distance(one) < distance(best) ? one : best), info);
+  return sameFieldAndLabel(list, info).reduce((best, one) => (distance(one) < distance(best) ? one : best), info);
 }
 
 // Returns the times of the same field and label, ascending; empty outside of series.
 export function timesOf(list: readonly DatasetInfo[], info: DatasetInfo): number[] {
-  return [...new Set(alike(list, info).map((one) => timeOf(one)!))].sort((a, b) => a - b);
+  return [...new Set(sameFieldAndLabel(list, info).map((one) => timeOf(one)!))].sort((a, b) => a - b);
 }
 
 // Returns the same label of another field, at the same time if possible.
-export function ofField(series: Series, info: DatasetInfo, field: string): DatasetInfo | null {
+export function memberOfField(series: Series, info: DatasetInfo, field: string): DatasetInfo | null {
   const isIt = ({ member }: DatasetInfo) => member!.field === field && member!.label?.value === info.member!.label?.value;
   const found = series.members.filter(isIt);
   return found.find((one) => timeOf(one) === timeOf(info)) ?? found[0] ?? null;
@@ -92,11 +92,11 @@ export function ofField(series: Series, info: DatasetInfo, field: string): Datas
 
 // Returns the value range over all times of the dataset, so that colors are comparable between times.
 export function rangeOf(list: readonly DatasetInfo[], info: DatasetInfo): { min: number; max: number } {
-  const all = [info, ...alike(list, info)];
+  const all = [info, ...sameFieldAndLabel(list, info)];
   return { min: Math.min(...all.map(({ min }) => min)), max: Math.max(...all.map(({ max }) => max)) };
 }
 
-export function isOfOneSeries(a: DatasetInfo, b: DatasetInfo): boolean {
+export function isSameSeries(a: DatasetInfo, b: DatasetInfo): boolean {
   return a.name === b.name || (!!a.member && a.member.series === b.member?.series);
 }
 
@@ -108,7 +108,7 @@ export function timeText(time: number, unit: string): string {
 
 // Returns null for datasets that are not a label.
 export function labelOf(list: readonly DatasetInfo[], name: string): Label | null {
-  return named(list, name)?.member?.label ?? null;
+  return findByName(list, name)?.member?.label ?? null;
 }
 
 // Applies the user's name for the label, if any.
@@ -137,7 +137,7 @@ export function labelName({ value, name }: Label): string {
 // only that one is visible.
 export function settingsOfEntry({ info, series }: Entry, named: string | null = null): Partial<Settings> {
   const labels = series?.labels ?? [];
-  const isShown = ({ name }: DatasetInfo, at: number) => (named ? name === named : at < mostLabelsAtFirst);
+  const isShown = ({ name }: DatasetInfo, at: number) => (named ? name === named : at < maxInitialLabels);
   const [first, ...others] = labels.map((one, at) => surfaceOfLabel(one, isShown(one, at)));
   if (!first) return { dataset: info.name, isovalue: null, surfaces: [] };
   const { dataset, color, opacity, visible } = first;
@@ -146,26 +146,26 @@ export function settingsOfEntry({ info, series }: Entry, named: string | null = 
 
 // Returns the dataset that the settings name and the changes that follow: all labels of a segmentation if no surfaces
 // are named, only one visible if it is named. Null: the dataset is not in the list.
-export function startOf(list: readonly DatasetInfo[], settings: Settings): { info: DatasetInfo; changes: Partial<Settings> | null } | null {
+export function initialSelection(list: readonly DatasetInfo[], settings: Settings): { info: DatasetInfo; changes: Partial<Settings> | null } | null {
   const { dataset, surfaces, labels, t } = settings;
-  const found = dataset ? named(list, dataset) : list[0];
+  const found = dataset ? findByName(list, dataset) : list[0];
   if (!found) return null;
   const isOfLabels = (surfaces.length === 0 || labels !== "") && found.member?.label;
   const series = isOfLabels ? seriesOf(list, found) : null;
   if (!series || series.labels.length < 2) return { info: atTime(list, found, t), changes: labels ? { labels: "" } : null };
   if (labels) {
     const changes = withLabels(series, settings);
-    return { info: atTime(list, named(list, changes.dataset!) ?? found, t), changes };
+    return { info: atTime(list, findByName(list, changes.dataset!) ?? found, t), changes };
   }
   const label = series.labels.find(({ name }) => name === dataset)?.name ?? null;
   const changes = settingsOfEntry({ name: series.name, info: found, series }, label);
-  return { info: atTime(list, named(list, changes.dataset!) ?? found, t), changes };
+  return { info: atTime(list, findByName(list, changes.dataset!) ?? found, t), changes };
 }
 
 // Shortens the settings of a segmentation for addresses: the visible labels, and as surfaces only labels whose look was
-// changed. startOf() restores the settings.
-export function shortened(list: readonly DatasetInfo[], settings: Settings): Settings {
-  const info = named(list, settings.dataset);
+// changed. initialSelection() restores the settings.
+export function withShortLabels(list: readonly DatasetInfo[], settings: Settings): Settings {
+  const info = findByName(list, settings.dataset);
   const series = info?.member?.label ? seriesOf(list, info) : null;
   const surfaces = surfacesOf(settings).map((one, at) => ({
     ...one, isovalue: one.isovalue ?? labelIsovalue, dataset: one.dataset || info?.name, error: at > 0 ? one.error : null,
@@ -179,7 +179,7 @@ export function shortened(list: readonly DatasetInfo[], settings: Settings): Set
   return { ...settings, ...firstOnly(defaults), isovalue: null, labels, surfaces: changed };
 }
 
-// Restores what shortened() wrote.
+// Restores the settings shortened by withShortLabels().
 function withLabels({ labels: members }: Series, { labels, surfaces }: Settings): Partial<Settings> {
   const shown = labelsOfRanges(labels, members.map(({ member }) => member!.label!.value));
   const changed = new Map(surfaces.map((one) => [one.dataset, one]));
@@ -205,7 +205,7 @@ function surfaceOfLabel({ name: dataset, member }: DatasetInfo, visible: boolean
 }
 
 // "No dataset named "haed" is served here. Did you mean "head"?"
-export function unknownDatasetWords(list: readonly DatasetInfo[], dataset: string): string {
+export function unknownDatasetText(list: readonly DatasetInfo[], dataset: string): string {
   const names = list.flatMap(({ name, member }) => (member ? [member.series, name] : [name]));
   const meant = nearestName(dataset, names);
   const advice = meant ? `Did you mean "${meant}"?` : "Choose one from the list.";
@@ -220,7 +220,7 @@ function firstOf({ members, labels }: Series): DatasetInfo {
 }
 
 // Returns the members that differ only in time.
-function alike(list: readonly DatasetInfo[], { member }: DatasetInfo): DatasetInfo[] {
+function sameFieldAndLabel(list: readonly DatasetInfo[], { member }: DatasetInfo): DatasetInfo[] {
   if (!member) return [];
   return list.filter((one) =>
     one.member?.series === member.series && one.member.field === member.field &&

@@ -25,9 +25,9 @@ export type Material = (typeof materials)[number];
 export type Layout = "surface" | "four";
 export type Theme = "auto" | "dark" | "light";
 
-export const mostHiddenParts = 64; // Per surface.
-export const mostNote = 80; // Characters of a note or a label's name.
-export const mostPlaces = 3; // Measured at a time: two lengths and an angle.
+export const maxHiddenParts = 64; // Per surface.
+export const maxNoteLength = 80; // Characters of a note or a label's name.
+export const maxPlaces = 3; // Measured at a time: two lengths and an angle.
 
 // A place that the user picked to measure.
 export interface MeasuredPlace {
@@ -186,11 +186,11 @@ export function isOtherRequest(now: Settings, before: Settings): boolean {
   const isOther = (name: keyof Settings) => now[name] !== before[name];
   const further = ({ surfaces }: Settings) => surfaces.map(({ dataset, isovalue, error, visible }) => `${dataset ?? ""} ${isovalue} ${error} ${visible}`).join();
   return (
-    further(now) !== further(before) || asking.some(isOther) || (now.followView && isOther("pixels")) || hasNormals(now) !== hasNormals(before)
+    further(now) !== further(before) || requestSettings.some(isOther) || (now.followView && isOther("pixels")) || hasNormals(now) !== hasNormals(before)
   );
 }
 
-const asking = [
+const requestSettings = [
   "isovalue", "error", "bound", "topologyRule", "topologyTolerance", "region", "followView", "maxTriangles", "simplify",
   "colorBy",
 ] as const;

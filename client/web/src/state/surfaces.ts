@@ -7,9 +7,9 @@ export interface SurfaceSettings extends Omit<AdditionalSurface, "isovalue"> {
 }
 
 // The most surfaces that a user can add.
-export const mostSurfaces = 8;
+export const maxSurfaces = 8;
 // The most labels of a segmentation.
-export const mostLabels = 1024;
+export const maxLabels = 1024;
 export const maxMinComponent = 1e6; // In samples, as everywhere in the project.
 
 const outerOpacity = 0.35;
@@ -43,7 +43,7 @@ export function withSurface(settings: Settings, at: number, given: Partial<Surfa
   return { surfaces: settings.surfaces.map((surface, i) => (i === at - 1 ? { ...surface, ...own } : surface)) };
 }
 
-type AllChange = Pick<SurfaceSettings, "visible"> | Pick<SurfaceSettings, "opacity"> | Pick<Settings, "minComponent"> | Pick<Settings, "hiddenParts">;
+type AllChange = Partial<Pick<SurfaceSettings, "visible" | "opacity" | "color">> | Pick<Settings, "minComponent"> | Pick<Settings, "hiddenParts">;
 
 // Changes every surface; a null change leaves it as it is.
 export function withAllSurfaces(
@@ -54,11 +54,11 @@ export function withAllSurfaces(
   return { ...change(first, 0), surfaces };
 }
 
-// Adds a surface, up to `mostSurfaces`. A surface encloses those of larger isovalues: the outer one of the new and the
+// Adds a surface, up to `maxSurfaces`. A surface encloses those of larger isovalues: the outer one of the new and the
 // first surface becomes translucent, if opaque. `suggested`: the first one's isovalue if the settings have none.
 export function withAddedSurface(settings: Settings, isovalue: number, suggested: number): Partial<Settings> {
   const used = surfacesOf(settings);
-  if (used.length >= mostSurfaces) return {};
+  if (used.length >= maxSurfaces) return {};
   const color = colors.find((one) => used.every((surface) => surface.color !== one)) ?? colors[0];
   const isOuter = isovalue < (settings.isovalue ?? suggested);
   const surface = { isovalue, error: null, color, opacity: isOuter ? outerOpacity : 1, visible: true };

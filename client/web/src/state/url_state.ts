@@ -7,9 +7,9 @@
 //
 // Invalid settings are ignored and reported, so no address breaks the page.
 import { colorMaps } from "../shared/color_maps";
-import { defaults, type AdditionalSurface, type LabelName, materials, type MeasuredPlace, mostHiddenParts, mostNote, mostPlaces, type Region, type Settings } from "./settings";
+import { defaults, type AdditionalSurface, type LabelName, materials, type MeasuredPlace, maxHiddenParts, maxNoteLength, maxPlaces, type Region, type Settings } from "./settings";
 import { isLabelRanges } from "./label_ranges";
-import { maxMinComponent, mostLabels } from "./surfaces";
+import { maxMinComponent, maxLabels } from "./surfaces";
 
 export function toAddress(settings: Settings): string {
   const parameters = new URLSearchParams();
@@ -107,7 +107,7 @@ export function fromAddress(text: string): Partial<Settings> {
 }
 
 // Returns the parts that fromAddress() skipped, as written: "error=-1". Never includes the token.
-export function misread(text: string): string[] {
+export function ignoredParts(text: string): string[] {
   const read = fromAddress(text);
   const isRead = ({ setting, value }: Word) => Object.hasOwn(read, setting) || (setting === "quality" && qualities.has(value));
   return wordsOf(text)
@@ -116,8 +116,8 @@ export function misread(text: string): string[] {
 }
 
 // Returns the settings after an edit of the address: missing parts get defaults, invalid ones keep their values.
-export function edited(now: Settings, text: string): Settings {
-  const kept = misread(text)
+export function afterEdit(now: Settings, text: string): Settings {
+  const kept = ignoredParts(text)
     .map((parameters) => settingName(parameters.slice(0, parameters.indexOf("="))))
     .filter((name): name is keyof Settings => Object.hasOwn(now, name));
   const asTheyWere = Object.fromEntries(kept.map((name) => [name, now[name]]));
@@ -198,7 +198,7 @@ function surfacesFrom(text: string | null): AdditionalSurface[] | undefined {
       ...(largest ? { largestOnly: true } : {}),
     };
   });
-  return surfaces.length < mostLabels && surfaces.every((one) => one !== null) ? surfaces : undefined;
+  return surfaces.length < maxLabels && surfaces.every((one) => one !== null) ? surfaces : undefined;
 }
 
 // "3:liver", with separators percent-encoded.
@@ -210,16 +210,16 @@ function labelNamesFrom(text: string | null): LabelName[] | undefined {
   if (!text) return undefined;
   const names = text.split(";").map((one) => {
     const [, label, words = ""] = one.match(/^(-?\d+):(.+)$/) ?? [];
-    return { label: Number(label ?? NaN), name: nameFrom(words)?.slice(0, mostNote) ?? "" };
+    return { label: Number(label ?? NaN), name: nameFrom(words)?.slice(0, maxNoteLength) ?? "" };
   });
-  return names.length <= mostLabels && names.every(({ label, name }) => Number.isFinite(label) && name) ? names : undefined;
+  return names.length <= maxLabels && names.every(({ label, name }) => Number.isFinite(label) && name) ? names : undefined;
 }
 
 // Parses places separated by `between`, their coordinates by `within`.
 function partsFrom(text: string | undefined, between: string, within: string): Settings["hiddenParts"] | undefined {
   if (!text) return undefined;
   const parts = text.split(between).map((one) => numbersFrom(one.replaceAll(within, ","), 3));
-  return parts.length <= mostHiddenParts && parts.every((part) => part !== undefined) ? (parts as [number, number, number][]) : undefined;
+  return parts.length <= maxHiddenParts && parts.every((part) => part !== undefined) ? (parts as [number, number, number][]) : undefined;
 }
 
 // "12.5,3,-4,0.25,a note": the place, its bound (may be empty) and its note, with separators percent-encoded.
@@ -234,11 +234,11 @@ function placesFrom(text: string | null): MeasuredPlace[] | undefined {
     const [x, y, z, boundText, noteText = "", ...rest] = one.split(",");
     const world = numbersFrom([x, y, z].join(","), 3);
     const [bound] = boundText ? (numbersFrom(boundText, 1) ?? [NaN]) : [null];
-    const note = nameFrom(noteText)?.slice(0, mostNote);
+    const note = nameFrom(noteText)?.slice(0, maxNoteLength);
     if (!world || (bound !== null && !(bound >= 0)) || note === undefined || rest.length > 0) return null;
     return { world: world as [number, number, number], bound, ...(note ? { note } : {}) };
   });
-  return places.length <= mostPlaces && places.every((one) => one !== null) ? places : undefined;
+  return places.length <= maxPlaces && places.every((one) => one !== null) ? places : undefined;
 }
 
 // Parses a direction or an axis such as "-y".

@@ -5,7 +5,7 @@
 // Steps end in the order in which they began. After a failed check the assembler returns no more effects.
 import { type ContentDigest, emptyDigest, fromHex, hex, sum } from "../mesh/content_digest";
 import { isSound, type MeshTopology } from "../mesh/boundary_matcher";
-import { nameOf, type TilePromise } from "../mesh/tile_mesh";
+import { cubeName, type ManifestTile } from "../mesh/tile_mesh";
 import {
   type DatasetInfo,
   type IsosurfaceRequest,
@@ -14,7 +14,7 @@ import {
   type StepEnd,
   StreamOutcome,
 } from "../protocol/messages";
-import { manifestFault, parameterFault, preservesTopology, promiseOf } from "./step_checks";
+import { manifestFault, parameterFault, preservesTopology, manifestTile } from "./step_checks";
 
 export interface StreamOrder {
   info: DatasetInfo;
@@ -26,14 +26,14 @@ export interface StreamOrder {
 export interface StepOfTiles {
   begin: StepBegin;
   end: StepEnd;
-  tiles: TilePromise[];
+  tiles: ManifestTile[];
   digest: ContentDigest; // Of all triangles, computed here.
-  held: number; // Cached tiles, which were not sent.
+  cached: number; // Cached tiles, which were not sent.
 }
 
 export type AssemblerEffect =
-  | { kind: "begun"; begin: StepBegin; tiles: TilePromise[]; missing: number }
-  | { kind: "decode"; tile: TilePromise; payload: Uint8Array; begin: StepBegin }
+  | { kind: "begun"; begin: StepBegin; tiles: ManifestTile[]; missing: number }
+  | { kind: "decode"; tile: ManifestTile; payload: Uint8Array; begin: StepBegin }
   | { kind: "certify"; step: StepOfTiles }
   // `sameAs`: the earlier step that it was compared with, if its topology had to be the same.
   | { kind: "committed"; step: StepOfTiles; topology: MeshTopology; sameAs: number | null }
@@ -43,8 +43,8 @@ export type AssemblerEffect =
 
 interface Pending {
   begin: StepBegin;
-  tiles: TilePromise[];
-  held: number;
+  tiles: ManifestTile[];
+  cached: number;
   received: Set<number>;
   bytes: number;
   end: StepEnd | null;
@@ -59,17 +59,17 @@ export class Assembler {
   private finalHasBegun = false;
   private streamEnd: { outcome: StreamOutcome } | null = null;
   private isOver = false;
-  private readonly toCome = new Map<number, Set<string>>(); // Missing tile keys by step.
+  private readonly missing = new Map<number, Set<string>>(); // Missing tile keys by step.
   private invariants: { step: number; euler: number; components: number } | null = null;
   private readonly announced = new Set<string>();
   private readonly ready: Set<string>;
 
-  // `held`: keys of cached tiles that were named to the server.
+  // `cached`: keys of cached tiles that were named to the server.
   constructor(
     private readonly order: StreamOrder,
-    held: Iterable<string> = [],
+    cached: Iterable<string> = [],
   ) {
-    this.ready = new Set(held);
+    this.ready = new Set(cached);
   }
 
   get hasEnded(): boolean {
@@ -153,20 +153,20 @@ export class Assembler {
     if (begin.step >= maxSteps) return fault(`this viewer allows ${maxSteps} steps`);
     const found = parameterFault(begin, this.order.request) ?? manifestFault(begin, this.order.info);
     if (found) return fault(found);
-    const tiles = begin.tiles.map(promiseOf);
+    const tiles = begin.tiles.map(manifestTile);
     const missing = tiles.filter(({ key }) => !this.ready.has(key) && !this.announced.has(key));
     for (const { key } of missing) this.announced.add(key);
     const pending: Pending = {
       begin,
       tiles,
-      held: tiles.length - missing.length,
+      cached: tiles.length - missing.length,
       received: new Set(),
       bytes: 0,
       end: null,
       certifying: null,
     };
     this.pending.push(pending);
-    this.toCome.set(begin.step, new Set(missing.map(({ key }) => key)));
+    this.missing.set(begin.step, new Set(missing.map(({ key }) => key)));
     ++this.steps;
     this.finalHasBegun = begin.isFinal;
     return [{ kind: "begun", begin, tiles, missing: missing.length }];
@@ -179,8 +179,8 @@ export class Assembler {
     }
     const tile = pending.tiles[index];
     if (!tile) return this.fail(`Step ${step}: tile ${index} is not in its manifest.`);
-    const name = `Step ${step}: tile ${index} (${nameOf(tile.cube)})`;
-    if (!this.toCome.get(step)!.delete(tile.key)) {
+    const name = `Step ${step}: tile ${index} (${cubeName(tile.cube)})`;
+    if (!this.missing.get(step)!.delete(tile.key)) {
       return this.fail(`${name} was sent again.`);
     }
     if (payload.length !== tile.bytes) {
@@ -198,7 +198,7 @@ export class Assembler {
     if (!pending || pending.end || pending.begin.step !== end.step) {
       return fault('it ends without having begun');
     }
-    const missing = this.toCome.get(end.step)!.size;
+    const missing = this.missing.get(end.step)!.size;
     if (missing > 0) return fault(`it ends with ${missing} of its tiles missing`);
     if (end.tilesSent !== pending.received.size || end.payloadBytes !== BigInt(pending.bytes)) {
       return fault(
@@ -238,13 +238,13 @@ export class Assembler {
     }
     const digest = first.tiles.reduce((d, { key }) => sum(d, fromHex(key)), emptyDigest);
     if (digest.high !== first.end.digestHigh || digest.low !== first.end.digestLow) {
-      const said = hex({ high: first.end.digestHigh, low: first.end.digestLow });
+      const sent = hex({ high: first.end.digestHigh, low: first.end.digestLow });
       return this.fail(
-        `Step ${first.begin.step}: its digest is ${hex(digest)}; the server sent ${said}.`,
+        `Step ${first.begin.step}: its digest is ${hex(digest)}; the server sent ${sent}.`,
       );
     }
-    const { begin, end, tiles, held } = first;
-    first.certifying = { begin, end, tiles, digest, held };
+    const { begin, end, tiles, cached } = first;
+    first.certifying = { begin, end, tiles, digest, cached };
     return [{ kind: "certify", step: first.certifying }];
   }
 

@@ -9,8 +9,8 @@ export interface IdleConnection {
 
 export interface PoolClient {
   readonly isBusy: boolean; // Whether it needs its connection now.
-  granted: (connection: IdleConnection | null) => void; // Null: it must connect.
-  revoked: () => IdleConnection | null; // Null: the connection is lost or not yet open.
+  grantConnection: (connection: IdleConnection | null) => void; // Null: it must connect.
+  revokeConnection: () => IdleConnection | null; // Null: the connection is lost or not yet open.
 }
 
 export class ConnectionPool {
@@ -19,33 +19,33 @@ export class ConnectionPool {
 
   constructor(private readonly most: number) {}
 
-  want(one: PoolClient): void {
+  request(one: PoolClient): void {
     if (this.holders.has(one) || this.queue.includes(one)) return;
     this.queue.push(one);
-    this.deal();
+    this.distribute();
   }
 
   // Releases the client's connection or request.
-  leave(one: PoolClient): void {
+  release(one: PoolClient): void {
     this.holders.delete(one);
     const at = this.queue.indexOf(one);
     if (at >= 0) this.queue.splice(at, 1);
-    this.deal();
+    this.distribute();
   }
 
   // Call when a holder may have become idle.
-  deal(): void {
+  distribute(): void {
     while (this.queue.length > 0) {
       let connection: IdleConnection | null = null;
       if (this.holders.size >= this.most) {
         const idle = [...this.holders].find(({ isBusy }) => !isBusy);
         if (!idle) return;
         this.holders.delete(idle);
-        connection = idle.revoked();
+        connection = idle.revokeConnection();
       }
       const next = this.queue.shift()!;
       this.holders.add(next);
-      next.granted(connection);
+      next.grantConnection(connection);
     }
   }
 }

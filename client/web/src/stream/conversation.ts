@@ -13,7 +13,6 @@ import {
   EstimateSchema,
   type EstimateReply,
   HelloSchema,
-  type IsosurfaceRequest,
   ListDatasetsSchema,
   MeshUse,
   OpenStreamSchema,
@@ -30,8 +29,8 @@ import {
   StepPolicy,
 } from "../protocol/messages";
 import { coarsePreview } from "./coarse_preview";
-import { isSameRequest } from "./request";
-import { promiseOf } from "./step_checks";
+import { manifestTile } from "./step_checks";
+import type { StreamRequest } from "./stream_request";
 import { Assembler, type AssemblerEffect, type StepOfTiles } from "./assembler";
 import type { MeshTopology } from "../mesh/boundary_matcher";
 
@@ -42,38 +41,14 @@ export type Effect =
   | { kind: "phase"; phase: Phase; retryInMilliseconds?: number }
   | { kind: "datasets"; datasets: DatasetInfo[] }
   | { kind: "opened"; order: StreamRequest; stream: number }
-  // The estimated surface size of an order; the result of askSize().
+  // The estimated surface size of an order; the result of requestSize().
   | { kind: "size"; order: StreamRequest; triangles: number; bytes: number; errorWorld: number }
   | { kind: "scalars"; stream: number; order: StreamRequest; values: TileValues }
-  // The server postponed the request; again() repeats it.
+  // The server postponed the request; retryPostponed() repeats it.
   | { kind: "postponed"; text: string; inMilliseconds: number }
   // An effect of stream `stream`, which identifies late results.
-  | { kind: "stream"; stream: number; order: StreamRequest; effect: AssemblerEffect; isNews: boolean }
+  | { kind: "stream"; stream: number; order: StreamRequest; effect: AssemblerEffect; isNew: boolean }
   | { kind: "failure"; text: string; isFatal: boolean; code: ErrorCode };
-
-// "coarse": one preview of a label with a spacing chosen here (coarse_preview.ts); "previews" if its box is unknown.
-export type StepsWanted = "all" | "previews" | "coarse" | "final";
-
-export interface StreamRequest {
-  info: DatasetInfo;
-  request: IsosurfaceRequest;
-  steps?: StepsWanted; // Default: all.
-  scalars?: ScalarOptions;
-}
-
-// A dataset whose values are requested at the vertices, and their range.
-export interface ScalarOptions {
-  dataset: string;
-  low?: number; // Both or neither; default: the dataset's range.
-  high?: number;
-}
-
-// Whether both orders give the same surface in the same colors; the steps on the way do not matter.
-export function isSameOrder(a: StreamRequest, b: StreamRequest): boolean {
-  const [x, y] = [a.scalars, b.scalars];
-  const isSameColoring = x?.dataset === y?.dataset && x?.low === y?.low && x?.high === y?.high;
-  return a.info === b.info && isSameColoring && isSameRequest(a.request, b.request);
-}
 
 // The scalars of a tile, received before the step ends.
 export interface TileValues {
@@ -87,7 +62,7 @@ export interface ConversationOptions {
   agent: string;
   token: () => string;
   // Keys of cached tiles that fit this request, the most useful first.
-  held: (order: StreamRequest) => string[];
+  cachedTiles: (order: StreamRequest) => string[];
   priority?: Priority; // Of all requests; default: normal.
   trianglesPerSecond?: () => number; // The page's measured speed of decoding, checking and showing.
   isListing?: () => boolean; // Whether a new connection lists the datasets; default: yes.
@@ -96,10 +71,10 @@ export interface ConversationOptions {
 const policies = {
   all: StepPolicy.PROGRESSIVE, previews: StepPolicy.PREVIEWS_ONLY, coarse: StepPolicy.PREVIEWS_ONLY, final: StepPolicy.FINAL_ONLY,
 };
-const maxHeld = 8192;
+const maxCachedTiles = 8192;
 const firstRetry = 500;
-const longestRetry = 15_000;
-const longestWait = 600_000; // The longest accepted delay of a server.
+const maxRetry = 15_000;
+const maxWait = 600_000; // The longest accepted delay of a server.
 
 export class Conversation {
   private phase: Phase = "connecting";
@@ -109,16 +84,16 @@ export class Conversation {
   private query: { id: bigint; order: StreamRequest } | null = null; // The running query.
   private nextQuery: StreamRequest | null = null;
   private datasets: DatasetInfo[] = [];
-  private wanted: StreamRequest | null = null;
+  private requested: StreamRequest | null = null;
   private assembler: Assembler | null = null;
   private order: StreamRequest | null = null; // The order of the assembler.
   private stream = 0;
-  private isGivenUp = false;
+  private hasGivenUp = false;
   private wait = 0; // Milliseconds until the next connection, as required by the server.
-  // Steps of `wanted` already committed, on this connection or an earlier one.
-  private given = 0;
+  // Steps of `requested` already committed, on this connection or an earlier one.
+  private committedSteps = 0;
   // The steps begun so far; after a lost connection exactly these are repeated.
-  private begun: Preview[] = [];
+  private begunPreviews: Preview[] = [];
   private hasFinalBegun = false;
   private lastStep: StepBegin | null = null; // Of the running stream.
 
@@ -127,23 +102,23 @@ export class Conversation {
   // ---- requests of the user
 
   // Requests another surface, which replaces the previous one. Waits for a connection if there is none.
-  want(order: StreamRequest): Effect[] {
-    this.wanted = order;
-    this.given = 0;
-    this.begun = [];
+  request(order: StreamRequest): Effect[] {
+    this.requested = order;
+    this.committedSteps = 0;
+    this.begunPreviews = [];
     this.hasFinalBegun = false;
     if (this.phase === "ready") return this.openStream();
     this.assembler = null; // Replaces the previous stream, whose connection was handed over.
     return [];
   }
 
-  // The same where the stream is one of several surfaces: its messages for this one are received() with the id that is
-  // returned. After a lost connection of its own it is requested alone.
+  // The same for a stream shared by several surfaces: its messages for this one are passed to received() with the
+  // returned request id. After a lost connection the surface is requested alone.
   share(order: StreamRequest): { effects: Effect[]; requestId: bigint } {
     const cancelled = this.cancel();
-    this.wanted = order;
-    this.given = 0;
-    this.begun = [];
+    this.requested = order;
+    this.committedSteps = 0;
+    this.begunPreviews = [];
     this.hasFinalBegun = false;
     const opened = this.begin(order, [], true);
     return { effects: [...cancelled, opened], requestId: this.streamId };
@@ -151,7 +126,7 @@ export class Conversation {
 
   // Requests the estimated size of a surface. Only one query runs at a time; of those made meanwhile only the last is
   // sent. Does nothing without a connection.
-  askSize(order: StreamRequest): Effect[] {
+  requestSize(order: StreamRequest): Effect[] {
     if (this.phase !== "ready") return [];
     if (this.query) {
       this.nextQuery = order;
@@ -166,9 +141,9 @@ export class Conversation {
 
   // The user requests a connection; resets earlier refusals.
   connecting(): Effect[] {
-    this.isGivenUp = false;
+    this.hasGivenUp = false;
     this.assembler = null;
-    return this.turn("connecting");
+    return this.setPhase("connecting");
   }
 
   // Whether the server has sent the whole stream; received tiles may still be decoded and checked.
@@ -190,18 +165,18 @@ export class Conversation {
     this.retry = firstRetry;
     this.lastRequestId = lastRequestId;
     this.query = this.nextQuery = null;
-    const ready = this.turn("ready");
-    return this.wanted ? [...ready, ...this.openStream()] : ready;
+    const ready = this.setPhase("ready");
+    return this.requested ? [...ready, ...this.openStream()] : ready;
   }
 
   // Repeats a postponed request, unless it was superseded.
-  again(): Effect[] {
+  retryPostponed(): Effect[] {
     const isRunning = this.assembler !== null && !this.assembler.hasEnded;
-    return this.phase === "ready" && this.wanted && !isRunning ? this.openStream() : [];
+    return this.phase === "ready" && this.requested && !isRunning ? this.openStream() : [];
   }
 
   cancel(): Effect[] {
-    this.wanted = null;
+    this.requested = null;
     if (!this.assembler || this.assembler.hasEnded || this.phase !== "ready") return [];
     this.assembler = null;
     const value = create(CancelSchema, { requestId: this.streamId });
@@ -220,7 +195,7 @@ export class Conversation {
       token: this.options.token(),
       agent: this.options.agent,
     });
-    return [...this.turn("greeting"), { kind: "send", message: { case: "hello", value } }];
+    return [...this.setPhase("greeting"), { kind: "send", message: { case: "hello", value } }];
   }
 
   // The delay before the next attempt doubles; it is part of the phase.
@@ -228,9 +203,9 @@ export class Conversation {
     this.assembler = null;
     const wait = Math.max(this.retry, this.wait);
     this.wait = 0;
-    this.retry = Math.min(longestRetry, this.retry * 2);
+    this.retry = Math.min(maxRetry, this.retry * 2);
     this.phase = "lost";
-    if (this.isGivenUp) return [{ kind: "phase", phase: "lost" }];
+    if (this.hasGivenUp) return [{ kind: "phase", phase: "lost" }];
     return [{ kind: "phase", phase: "lost", retryInMilliseconds: wait }];
   }
 
@@ -238,85 +213,85 @@ export class Conversation {
     switch (message.case) {
       case "welcome":
         this.retry = firstRetry;
-        return this.welcomed();
+        return this.receiveWelcome();
       case "datasetList":
-        return this.listed(message.value.datasets);
+        return this.receiveDatasets(message.value.datasets);
       case "estimateReply":
-        return this.sized(message.value);
+        return this.receiveEstimate(message.value);
       case "error":
-        if (message.value.requestId === 0n) return this.refusedAltogether(message.value);
+        if (message.value.requestId === 0n) return this.receiveConnectionError(message.value);
         // The stream gets the same error and reports it.
-        if (message.value.requestId === this.query?.id) return this.askNext();
+        if (message.value.requestId === this.query?.id) return this.sendNextQuery();
     }
     if (!this.assembler) return [];
-    if (message.case === "stepBegin") this.noteBegun(message.value);
-    if (message.case === "tileScalars") return this.valued(message.value);
+    if (message.case === "stepBegin") this.recordStep(message.value);
+    if (message.case === "tileScalars") return this.receiveScalars(message.value);
     return this.track(this.assembler.receive(message));
   }
 
   // ---- results of the page
 
   decoded(stream: number, key: string): Effect[] {
-    return this.current(stream, (assembler) => assembler.decoded(key));
+    return this.forStream(stream, (assembler) => assembler.decoded(key));
   }
   damaged(stream: number, text: string): Effect[] {
-    return this.current(stream, (assembler) => assembler.damaged(text));
+    return this.forStream(stream, (assembler) => assembler.damaged(text));
   }
   certified(stream: number, step: StepOfTiles, topology: MeshTopology): Effect[] {
-    return this.current(stream, (assembler) => assembler.certified(step.begin.step, topology));
+    return this.forStream(stream, (assembler) => assembler.certified(step.begin.step, topology));
   }
 
   // ----
 
-  private welcomed(): Effect[] {
-    const ready = this.turn("ready");
+  private receiveWelcome(): Effect[] {
+    const ready = this.setPhase("ready");
     const isListing = this.options.isListing?.() ?? true;
-    if (!isListing) return this.wanted && !this.assembler ? [...ready, ...this.openStream()] : ready;
+    if (!isListing) return this.requested && !this.assembler ? [...ready, ...this.openStream()] : ready;
     const value = create(ListDatasetsSchema, { requestId: 1n });
     return [...ready, { kind: "send", message: { case: "listDatasets", value } }];
   }
 
-  private sized({ requestId, triangles, bytes, thresholdWorld }: EstimateReply): Effect[] {
+  private receiveEstimate({ requestId, triangles, bytes, thresholdWorld }: EstimateReply): Effect[] {
     const { query } = this;
     if (requestId !== query?.id) return [];
     const size = { triangles: Number(triangles), bytes: Number(bytes), errorWorld: thresholdWorld };
-    return [{ kind: "size", order: query.order, ...size }, ...this.askNext()];
+    return [{ kind: "size", order: query.order, ...size }, ...this.sendNextQuery()];
   }
 
-  private askNext(): Effect[] {
+  private sendNextQuery(): Effect[] {
     const next = this.nextQuery;
     this.query = this.nextQuery = null;
-    return next ? this.askSize(next) : [];
+    return next ? this.requestSize(next) : [];
   }
 
-  private current(stream: number, act: (a: Assembler) => AssemblerEffect[]): Effect[] {
+  private forStream(stream: number, act: (a: Assembler) => AssemblerEffect[]): Effect[] {
     return stream === this.stream && this.assembler ? this.track(act(this.assembler)) : [];
   }
 
-  private turn(phase: Phase): Effect[] {
+  private setPhase(phase: Phase): Effect[] {
     this.phase = phase;
     return [{ kind: "phase", phase }];
   }
 
-  private listed(datasets: DatasetInfo[]): Effect[] {
+  private receiveDatasets(datasets: DatasetInfo[]): Effect[] {
     this.datasets = datasets;
     const effects: Effect[] = [{ kind: "datasets", datasets }];
-    const { wanted } = this;
+    const { requested } = this;
     // The page opens its first stream when it has the list; an interrupted stream is repeated with the current
     // information about its dataset.
-    if (!wanted || this.assembler) return effects;
-    const info = this.datasets.find(({ name }) => name === wanted.info.name);
+    if (!requested || this.assembler) return effects;
+    const info = this.datasets.find(({ name }) => name === requested.info.name);
     if (!info) {
-      this.wanted = null;
-      const text = `The server no longer has a dataset named "${wanted.info.name}".`;
+      this.requested = null;
+      const text = `The server no longer has a dataset named "${requested.info.name}".`;
       return [...effects, { kind: "failure", text, isFatal: false, code: ErrorCode.UNKNOWN_DATASET }];
     }
-    this.wanted = { ...wanted, info };
+    this.requested = { ...requested, info };
     return [...effects, ...this.openStream()];
   }
 
   // Values of an earlier stream's tiles may still arrive.
-  private valued({ requestId, step, index, codes, largestDeviation }: TileScalars): Effect[] {
+  private receiveScalars({ requestId, step, index, codes, largestDeviation }: TileScalars): Effect[] {
     if (requestId !== this.streamId || this.assembler?.hasEnded !== false) return [];
     const tile = this.lastStep?.tiles[index];
     const range = this.lastStep?.scalars;
@@ -327,32 +302,32 @@ export class Conversation {
       const text = `Step ${step}: ${codes.length} bytes of values were sent for the ${tile.vertices} vertices of tile ${index}.`;
       return this.track(this.assembler.damaged(text));
     }
-    const values = { key: promiseOf(tile).key, codes, range, deviation: largestDeviation };
+    const values = { key: manifestTile(tile).key, codes, range, deviation: largestDeviation };
     return [{ kind: "scalars", stream: this.stream, order: this.order!, values }];
   }
 
-  private noteBegun(begin: StepBegin): void {
+  private recordStep(begin: StepBegin): void {
     const { requestId, step, isFinal, finestSpacing, isUnsimplified, shell } = begin;
     if (requestId === this.streamId) this.lastStep = begin;
-    if (requestId !== this.streamId || step < this.begun.length) return;
+    if (requestId !== this.streamId || step < this.begunPreviews.length) return;
     // A final step of shells is listed as a preview: it precedes the requested mesh.
     if (isFinal && !shell) this.hasFinalBegun = true;
-    else this.begun.push(create(PreviewSchema, { finestSpacing, isUnsimplified, shell }));
+    else this.begunPreviews.push(create(PreviewSchema, { finestSpacing, isUnsimplified, shell }));
   }
 
   private openStream(): Effect[] {
-    const order = this.wanted!;
-    const held = this.options.held(order).slice(0, maxHeld);
+    const order = this.requested!;
+    const cached = this.options.cachedTiles(order).slice(0, maxCachedTiles);
     const steps = this.hasFinalBegun ? "final" : (order.steps ?? "all");
     const coarse = steps === "coarse" ? coarsePreview(order.info) : null;
-    const opened = this.begin(order, held, policies[steps] === StepPolicy.PREVIEWS_ONLY);
+    const opened = this.begin(order, cached, policies[steps] === StepPolicy.PREVIEWS_ONLY);
     const value = create(OpenStreamSchema, {
       requestId: this.streamId,
       dataset: order.info.name,
       request: order.request,
       steps: policies[steps],
-      cachedTileDigests: packed(held),
-      resumedPreviews: coarse && this.begun.length === 0 ? [coarse] : this.begun,
+      cachedTileDigests: packed(cached),
+      resumedPreviews: coarse && this.begunPreviews.length === 0 ? [coarse] : this.begunPreviews,
       priority: this.options.priority ?? Priority.UNSPECIFIED,
       scalars: order.scalars && create(ScalarRequestSchema, order.scalars),
       trianglesPerSecond: this.options.trianglesPerSecond?.() ?? 0,
@@ -361,43 +336,43 @@ export class Conversation {
     return [opened, { kind: "send", message: { case: "openStream", value } }];
   }
 
-  private begin(order: StreamRequest, held: string[], isPreviewsOnly: boolean): Effect {
+  private begin(order: StreamRequest, cached: string[], isPreviewsOnly: boolean): Effect {
     this.order = order;
     this.streamId = ++this.lastRequestId;
     this.lastStep = null;
     ++this.stream;
-    this.assembler = new Assembler({ ...order, requestId: this.streamId, isPreviewsOnly }, held);
+    this.assembler = new Assembler({ ...order, requestId: this.streamId, isPreviewsOnly }, cached);
     return { kind: "opened", order, stream: this.stream };
   }
 
-  private refusedAltogether({ code, text, retryAfter }: ErrorReply): Effect[] {
-    this.wait = waitOf(retryAfter);
+  private receiveConnectionError({ code, text, retryAfter }: ErrorReply): Effect[] {
+    this.wait = delayOf(retryAfter);
     // The connection ends; only some reasons are temporary.
     const isFatal = code !== ErrorCode.UNAVAILABLE && code !== ErrorCode.LIMIT_EXCEEDED;
-    this.isGivenUp = isFatal;
+    this.hasGivenUp = isFatal;
     return [{ kind: "failure", text, isFatal, code }];
   }
 
   private track(effects: AssemblerEffect[]): Effect[] {
     return effects.map((effect): Effect => {
-      if (effect.kind === "refused" && waitOf(effect.retryAfter) > 0) {
-        return { kind: "postponed", text: effect.text, inMilliseconds: waitOf(effect.retryAfter) };
+      if (effect.kind === "refused" && delayOf(effect.retryAfter) > 0) {
+        return { kind: "postponed", text: effect.text, inMilliseconds: delayOf(effect.retryAfter) };
       }
-      let isNews = true;
+      let isNew = true;
       if (effect.kind === "committed") {
         // Steps received before the connection was lost are repeated.
-        isNews = effect.step.begin.step >= this.given;
-        this.given = Math.max(this.given, effect.step.begin.step + 1);
+        isNew = effect.step.begin.step >= this.committedSteps;
+        this.committedSteps = Math.max(this.committedSteps, effect.step.begin.step + 1);
       }
       if (effect.kind === "ended" || effect.kind === "refused" || effect.kind === "failed") {
-        this.wanted = null;
+        this.requested = null;
       }
-      return { kind: "stream", stream: this.stream, order: this.order!, effect, isNews };
+      return { kind: "stream", stream: this.stream, order: this.order!, effect, isNew };
     });
   }
 }
 
 // Converts the server's delay in seconds to milliseconds.
-function waitOf(seconds: number): number {
-  return seconds > 0 ? Math.min(longestWait, Math.max(firstRetry, 1000 * seconds)) : 0;
+function delayOf(seconds: number): number {
+  return seconds > 0 ? Math.min(maxWait, Math.max(firstRetry, 1000 * seconds)) : 0;
 }

@@ -23,33 +23,33 @@ export interface SliceValues {
 
 type Answer = Extract<ServerKind, { case: "sliceReply" | "probeReply" }>;
 
-interface Asked {
+interface PendingQuery {
   send: () => void;
   resolve: (answer: Answer) => void;
   reject: (error: Error) => void;
 }
 
-const mostAtOnce = 4; // The server's limit per connection.
+const maxConcurrent = 4; // The server's limit per connection.
 
 export class DatasetQueries {
   private readonly link: Link;
-  private readonly underWay = new Map<bigint, Asked>();
-  private waiting: { id: bigint; asked: Asked }[] = [];
+  private readonly running = new Map<bigint, PendingQuery>();
+  private waiting: { id: bigint; asked: PendingQuery }[] = [];
   private lastId = 0n;
   private phase: "none" | "greeting" | "ready" = "none";
 
   constructor(address: string, private readonly token: () => string) {
     this.link = new Link(address, {
-      opened: () => this.greet(),
+      opened: () => this.sendHello(),
       received: (message) => this.receive(message),
-      closed: () => this.lose("The connection to the server was lost."),
-      impossible: () => this.lose("Cannot connect to the server."),
+      closed: () => this.failAll("The connection to the server was lost."),
+      blocked: () => this.failAll("Cannot connect to the server."),
     });
   }
 
   // Rejects with a one-sentence error.
   async slice(dataset: string, grid: SliceGrid): Promise<SliceValues> {
-    const answer = await this.ask((requestId) => {
+    const answer = await this.query((requestId) => {
       const value = create(SliceSchema, { requestId, dataset, ...grid });
       this.link.send({ case: "slice", value });
     });
@@ -63,7 +63,7 @@ export class DatasetQueries {
   }
 
   async probe(dataset: string, place: Vec3): Promise<ProbedPlace> {
-    const answer = await this.ask((requestId) => {
+    const answer = await this.query((requestId) => {
       const value = create(ProbeSchema, { requestId, dataset, places: place });
       this.link.send({ case: "probe", value });
     });
@@ -74,11 +74,11 @@ export class DatasetQueries {
   }
 
   close(): void {
-    this.link.leave();
-    this.lose("Cancelled.");
+    this.link.close();
+    this.failAll("Cancelled.");
   }
 
-  private ask(send: (id: bigint) => void): Promise<Answer> {
+  private query(send: (id: bigint) => void): Promise<Answer> {
     const id = ++this.lastId;
     return new Promise((resolve, reject) => {
       this.waiting.push({ id, asked: { send: () => send(id), resolve, reject } });
@@ -86,19 +86,19 @@ export class DatasetQueries {
         this.phase = "greeting";
         this.link.connect();
       }
-      this.goOn();
+      this.sendNext();
     });
   }
 
-  private goOn(): void {
-    while (this.phase === "ready" && this.waiting.length > 0 && this.underWay.size < mostAtOnce) {
+  private sendNext(): void {
+    while (this.phase === "ready" && this.waiting.length > 0 && this.running.size < maxConcurrent) {
       const { id, asked } = this.waiting.shift()!;
-      this.underWay.set(id, asked);
+      this.running.set(id, asked);
       asked.send();
     }
   }
 
-  private greet(): void {
+  private sendHello(): void {
     const value = create(HelloSchema, {
       minVersion: 1, maxVersion: 1, codecs: [PayloadCodec.DRACO_LATTICE], token: this.token(), agent: "multitetra-viewer/0.1 queries",
     });
@@ -112,28 +112,28 @@ export class DatasetQueries {
         break;
       case "sliceReply":
       case "probeReply":
-        this.underWay.get(message.value.requestId)?.resolve(message);
-        this.underWay.delete(message.value.requestId);
+        this.running.get(message.value.requestId)?.resolve(message);
+        this.running.delete(message.value.requestId);
         break;
       case "error": {
         const { requestId, text } = message.value;
         if (requestId === 0n) {
-          this.link.leave();
-          return this.lose(text);
+          this.link.close();
+          return this.failAll(text);
         }
-        this.underWay.get(requestId)?.reject(new Error(text));
-        this.underWay.delete(requestId);
+        this.running.get(requestId)?.reject(new Error(text));
+        this.running.delete(requestId);
         break;
       }
     }
-    this.goOn();
+    this.sendNext();
   }
 
   // The next query reconnects.
-  private lose(text: string): void {
+  private failAll(text: string): void {
     this.phase = "none";
-    const asked = [...this.underWay.values(), ...this.waiting.map((one) => one.asked)];
-    this.underWay.clear();
+    const asked = [...this.running.values(), ...this.waiting.map((one) => one.asked)];
+    this.running.clear();
     this.waiting = [];
     for (const { reject } of asked) reject(new Error(text));
   }

@@ -6,13 +6,13 @@ export interface LinkEvents {
   received: (message: ServerKind) => void;
   closed: () => void;
   // This address cannot be connected to: it is not a WebSocket address, or the page may not use it.
-  impossible: () => void;
+  blocked: () => void;
 }
 
 export class Link {
   private socket: WebSocket | null = null;
   private timer = 0;
-  private forbidden = new AbortController(); // Aborted with the socket.
+  private policyListener = new AbortController(); // Aborted with the socket.
 
   constructor(
     private readonly address: string,
@@ -20,23 +20,23 @@ export class Link {
   ) {}
 
   connect(): void {
-    this.leave();
+    this.close();
     let socket: WebSocket;
     try {
       socket = new WebSocket(this.address, subprotocol);
     } catch {
-      this.events.impossible();
+      this.events.blocked();
       return;
     }
-    this.hearOfPolicy();
+    this.watchContentSecurityPolicy();
     socket.binaryType = "arraybuffer";
     this.use(socket);
   }
 
   // Takes over an open connection from another link.
   adopt(socket: WebSocket): void {
-    this.leave();
-    this.hearOfPolicy();
+    this.close();
+    this.watchContentSecurityPolicy();
     this.use(socket);
   }
 
@@ -45,7 +45,7 @@ export class Link {
     const { socket } = this;
     if (socket?.readyState !== WebSocket.OPEN) return null;
     this.socket = null;
-    this.leave();
+    this.close();
     return socket;
   }
 
@@ -84,22 +84,22 @@ export class Link {
   }
 
   // Closes the connection, if any.
-  leave(): void {
+  close(): void {
     clearTimeout(this.timer);
     const socket = this.socket;
     this.socket = null;
-    this.forbidden.abort();
+    this.policyListener.abort();
     socket?.close();
   }
 
   // A connection forbidden by the page's Content-Security-Policy looks like an unreachable server.
-  private hearOfPolicy(): void {
-    this.forbidden = new AbortController();
-    const { signal } = this.forbidden;
+  private watchContentSecurityPolicy(): void {
+    this.policyListener = new AbortController();
+    const { signal } = this.policyListener;
     document.addEventListener("securitypolicyviolation", ({ effectiveDirective }) => {
       if (effectiveDirective !== "connect-src") return;
-      this.leave();
-      this.events.impossible();
+      this.close();
+      this.events.blocked();
     }, { signal });
   }
 }

@@ -1,7 +1,7 @@
-// One preview each of many surfaces, in streams that they share: of a thousand labels not each has to be requested. The
-// streams run one after another on a connection of their own, those of the coarsest previews, which are of the largest
-// labels, first. Each surface gets its part as the messages of a stream of its own. What does not come here, for whatever
-// reason, the surfaces request by themselves.
+// Requests one preview each of many surfaces in shared streams, so that a thousand labels need no thousand requests.
+// The streams run one after another on a connection of their own, the coarsest previews (of the largest labels) first.
+// Each surface receives its messages as if it had a stream of its own. Surfaces whose preview cannot be received here
+// request it themselves.
 import { toBinary } from "@bufbuild/protobuf";
 
 import {
@@ -9,31 +9,31 @@ import {
   StepPolicy, StreamEndSchema, StreamOutcome,
 } from "../protocol/messages";
 import { coarsePreview } from "./coarse_preview";
-import type { StreamRequest } from "./conversation";
 import { Link } from "./link";
+import type { StreamRequest } from "./stream_request";
 
 export interface PreviewClient {
   receive: (message: ServerKind) => void; // Of its stream, whose only step has the number 0.
-  requestAlone: () => void; // Its preview does not come here.
+  requestAlone: () => void; // Called if its preview cannot be received here.
 }
 
-interface Wish {
+interface PreviewRequest {
   client: PreviewClient;
   order: StreamRequest;
   requestId: bigint; // The client's.
   preview: Preview;
-  key: string; // The same for all that can be in one request.
+  key: string; // Equal for previews that fit into one request.
 }
 
 interface Group {
   preview: Preview;
-  wishes: (Wish | null)[]; // By step; null: not wanted any more.
+  requests: (PreviewRequest | null)[]; // By step; null: received or cancelled.
 }
 
-const mostTogether = 1024; // Datasets that a server takes in one request.
+const maxPerStream = 1024; // The server's limit of datasets per request.
 
-// As it is requested here: sample shells have no normals. Null: it cannot be.
-export function sharedOrderOf(order: StreamRequest): StreamRequest | null {
+// Returns the order for a shared stream: without normals, because sample shells have none. Null: it cannot be shared.
+export function shareableOrder(order: StreamRequest): StreamRequest | null {
   if (order.steps !== "coarse" || order.scalars || !coarsePreview(order.info)) return null;
   return { ...order, request: create(IsosurfaceRequestSchema, { ...order.request, normals: 0 }) };
 }
@@ -43,57 +43,57 @@ export class SharedPreviews {
   private isReady = false;
   private isConnecting = false;
   private lastRequestId = 0n;
-  private wanted = new Map<PreviewClient, Wish>(); // Not requested yet.
+  private queued = new Map<PreviewClient, PreviewRequest>(); // Not requested yet.
   private running: Group | null = null;
 
   constructor(address: string, private readonly token: () => string) {
     this.link = new Link(address, {
-      opened: () => this.greet(),
+      opened: () => this.sendHello(),
       received: (message) => this.receive(message),
-      closed: () => this.giveUp(),
-      impossible: () => this.giveUp(),
+      closed: () => this.leaveAllToClients(),
+      blocked: () => this.leaveAllToClients(),
     });
   }
 
-  // Replaces what the client wanted before. Requires an order of sharedOrderOf().
-  want(client: PreviewClient, order: StreamRequest, requestId: bigint): void {
-    this.leave(client);
-    if (this.wanted.size === 0) queueMicrotask(() => this.goOn());
+  // Replaces the client's earlier request. Requires an order from shareableOrder().
+  request(client: PreviewClient, order: StreamRequest, requestId: bigint): void {
+    this.cancel(client);
+    if (this.queued.size === 0) queueMicrotask(() => this.sendNext());
     const preview = coarsePreview(order.info, true)!;
     const key = `${preview.finestSpacing} ${toBinary(IsosurfaceRequestSchema, order.request).join()}`;
-    this.wanted.set(client, { client, order, requestId, preview, key });
+    this.queued.set(client, { client, order, requestId, preview, key });
   }
 
-  leave(client: PreviewClient): void {
-    this.wanted.delete(client);
+  cancel(client: PreviewClient): void {
+    this.queued.delete(client);
     const { running } = this;
     if (!running) return;
-    const at = running.wishes.findIndex((wish) => wish?.client === client);
+    const at = running.requests.findIndex((request) => request?.client === client);
     if (at < 0) return;
-    running.wishes[at] = null;
-    if (running.wishes.some((wish) => wish !== null)) return;
+    running.requests[at] = null;
+    if (running.requests.some((request) => request !== null)) return;
     this.link.send({ case: "cancel", value: create(CancelSchema, { requestId: this.lastRequestId }) });
     this.running = null;
-    this.goOn();
+    this.sendNext();
   }
 
   close(): void {
-    this.wanted.clear();
+    this.queued.clear();
     this.running = null;
-    this.link.leave();
+    this.link.close();
   }
 
   // ----
 
-  private greet(): void {
+  private sendHello(): void {
     const codecs = [PayloadCodec.SAMPLE_SHELL, PayloadCodec.DRACO_LATTICE];
     const value = create(HelloSchema, { minVersion: 1, maxVersion: 1, codecs, token: this.token(), agent: "multitetra-viewer/0.1 previews" });
     this.lastRequestId = 0n;
     this.link.send({ case: "hello", value });
   }
 
-  private goOn(): void {
-    if (this.running || this.wanted.size === 0) return;
+  private sendNext(): void {
+    if (this.running || this.queued.size === 0) return;
     if (this.isReady) return this.open();
     if (this.isConnecting) return;
     this.isConnecting = true;
@@ -102,7 +102,7 @@ export class SharedPreviews {
 
   private open(): void {
     const group = (this.running = this.nextGroup());
-    const [first, ...others] = group.wishes.map((wish) => wish!.order);
+    const [first, ...others] = group.requests.map((request) => request!.order);
     const value = create(OpenStreamSchema, {
       requestId: ++this.lastRequestId, dataset: first.info.name, furtherDatasets: others.map(({ info }) => info.name), request: first.request,
       steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [group.preview], use: MeshUse.DISPLAY,
@@ -112,13 +112,13 @@ export class SharedPreviews {
 
   private nextGroup(): Group {
     const groups = new Map<string, Group>();
-    for (const wish of this.wanted.values()) {
-      const group = groups.get(wish.key) ?? { preview: wish.preview, wishes: [] };
-      groups.set(wish.key, group);
-      if (group.wishes.length < mostTogether) group.wishes.push(wish);
+    for (const request of this.queued.values()) {
+      const group = groups.get(request.key) ?? { preview: request.preview, requests: [] };
+      groups.set(request.key, group);
+      if (group.requests.length < maxPerStream) group.requests.push(request);
     }
     const next = [...groups.values()].reduce((best, one) => (one.preview.finestSpacing > best.preview.finestSpacing ? one : best));
-    for (const wish of next.wishes) this.wanted.delete(wish!.client);
+    for (const request of next.requests) this.queued.delete(request!.client);
     return next;
   }
 
@@ -126,13 +126,13 @@ export class SharedPreviews {
     switch (message.case) {
       case "welcome":
         this.isReady = message.value.codecs.includes(PayloadCodec.SAMPLE_SHELL);
-        if (this.isReady) return this.goOn();
-        this.link.leave(); // Without the right to samples there are no shells.
-        return this.giveUp();
+        if (this.isReady) return this.sendNext();
+        this.link.close(); // Without permission for samples there are no shells.
+        return this.leaveAllToClients();
       case "stepBegin":
       case "tile":
       case "stepEnd":
-        if (message.value.requestId === this.lastRequestId) this.pass(message);
+        if (message.value.requestId === this.lastRequestId) this.forward(message);
         return;
       case "streamEnd":
         if (message.value.requestId === this.lastRequestId) this.endGroup();
@@ -140,36 +140,36 @@ export class SharedPreviews {
       case "error":
         if (message.value.requestId === this.lastRequestId) return this.endGroup();
         if (message.value.requestId !== 0n) return;
-        this.link.leave();
-        return this.giveUp();
+        this.link.close();
+        return this.leaveAllToClients();
     }
   }
 
-  private pass(message: Extract<ServerKind, { case: "stepBegin" | "tile" | "stepEnd" }>): void {
+  private forward(message: Extract<ServerKind, { case: "stepBegin" | "tile" | "stepEnd" }>): void {
     const { running } = this;
-    const wish = running?.wishes[message.value.step];
-    if (!running || !wish) return;
-    const own = { requestId: wish.requestId, step: 0 };
-    wish.client.receive({ case: message.case, value: { ...message.value, ...own } } as ServerKind);
+    const request = running?.requests[message.value.step];
+    if (!running || !request) return;
+    const own = { requestId: request.requestId, step: 0 };
+    request.client.receive({ case: message.case, value: { ...message.value, ...own } } as ServerKind);
     if (message.case !== "stepEnd") return;
-    running.wishes[message.value.step] = null;
-    const end = create(StreamEndSchema, { requestId: wish.requestId, outcome: StreamOutcome.COMPLETE, steps: 1 });
-    wish.client.receive({ case: "streamEnd", value: end });
+    running.requests[message.value.step] = null;
+    const end = create(StreamEndSchema, { requestId: request.requestId, outcome: StreamOutcome.COMPLETE, steps: 1 });
+    request.client.receive({ case: "streamEnd", value: end });
   }
 
-  // Those whose preview has not come request it alone.
+  // Clients without a preview request it themselves.
   private endGroup(): void {
     const { running } = this;
     this.running = null;
-    for (const wish of running?.wishes ?? []) wish?.client.requestAlone();
-    this.goOn();
+    for (const request of running?.requests ?? []) request?.client.requestAlone();
+    this.sendNext();
   }
 
-  private giveUp(): void {
+  private leaveAllToClients(): void {
     this.isReady = this.isConnecting = false;
-    const all = [...(this.running?.wishes ?? []), ...this.wanted.values()];
+    const all = [...(this.running?.requests ?? []), ...this.queued.values()];
     this.running = null;
-    this.wanted.clear();
-    for (const wish of all) wish?.client.requestAlone();
+    this.queued.clear();
+    for (const request of all) request?.client.requestAlone();
   }
 }

@@ -4,7 +4,7 @@ import { create, equals } from "@bufbuild/protobuf";
 
 import { hex } from "../mesh/content_digest";
 import type { ShellMode } from "../mesh/shell_decoder";
-import { nameOf, type TilePromise } from "../mesh/tile_mesh";
+import { cubeName, type ManifestTile } from "../mesh/tile_mesh";
 import {
   type DatasetInfo,
   type IsosurfaceRequest,
@@ -19,7 +19,7 @@ import { longestCellDiagonal } from "./dataset";
 const maxTriangles = 60_000_000; // About what a browser's memory holds.
 const maxTileTriangles = 2 ** 20;
 
-export function promiseOf(summary: StepBegin["tiles"][number]): TilePromise {
+export function manifestTile(summary: StepBegin["tiles"][number]): ManifestTile {
   return {
     key: hex({ high: summary.digestHigh, low: summary.digestLow }),
     cube: { exponent: summary.cubeExponent, x: summary.cubeX, y: summary.cubeY, z: summary.cubeZ },
@@ -69,8 +69,8 @@ export function manifestFault(begin: StepBegin, info: DatasetInfo): string | nul
   const cubes = new Set<string>();
   const keys = new Set<string>();
   let triangles = 0;
-  for (const tile of begin.tiles.map(promiseOf)) {
-    const name = nameOf(tile.cube);
+  for (const tile of begin.tiles.map(manifestTile)) {
+    const name = cubeName(tile.cube);
     const { exponent, x, y, z } = tile.cube;
     const side = 2 ** (info.gridExponent - exponent);
     if (!(side >= 1 && Math.max(x, y, z) < side)) return `${name} lies outside the grid`;
@@ -92,36 +92,36 @@ export function manifestFault(begin: StepBegin, info: DatasetInfo): string | nul
 }
 
 // A preview may be coarser than the request; all else must match it.
-export function parameterFault(begin: StepBegin, asked: IsosurfaceRequest): string | null {
+export function parameterFault(begin: StepBegin, requested: IsosurfaceRequest): string | null {
   const given = begin.request;
-  if (!given?.threshold || !asked.threshold) return "it has no parameters";
-  const least = { given: given.threshold.atLeast, asked: asked.threshold.atLeast };
-  if (least.given < least.asked || given.topologyTolerance < asked.topologyTolerance) {
+  if (!given?.threshold || !requested.threshold) return "it has no parameters";
+  const least = { given: given.threshold.atLeast, requested: requested.threshold.atLeast };
+  if (least.given < least.requested || given.topologyTolerance < requested.topologyTolerance) {
     return "it is finer than the request";
   }
-  if ((given.threshold.error ?? 0.25) < (asked.threshold.error ?? 0.25)) {
+  if ((given.threshold.error ?? 0.25) < (requested.threshold.error ?? 0.25)) {
     return "its error is below the request's";
   }
-  const mayDiffer = !begin.isFinal || asked.maxTriangles > 0n || asked.maxBytes > 0n;
+  const mayDiffer = !begin.isFinal || requested.maxTriangles > 0n || requested.maxBytes > 0n;
   const compared = create(IsosurfaceRequestSchema, {
     ...given,
-    ...(mayDiffer ? { topologyTolerance: asked.topologyTolerance } : {}),
+    ...(mayDiffer ? { topologyTolerance: requested.topologyTolerance } : {}),
     threshold: create(ThresholdMapSchema, {
       ...given.threshold,
-      ...(mayDiffer ? { atLeast: least.asked } : {}),
-      ...(begin.isFinal ? {} : { error: asked.threshold.error }),
+      ...(mayDiffer ? { atLeast: least.requested } : {}),
+      ...(begin.isFinal ? {} : { error: requested.threshold.error }),
       combine: given.threshold.combine || 1,
       regionUnit: given.threshold.regionUnit || 1,
     }),
-    ...(begin.isFinal ? {} : { lattice: asked.lattice }),
+    ...(begin.isFinal ? {} : { lattice: requested.lattice }),
   });
-  if (!equals(IsosurfaceRequestSchema, compared, asked)) {
+  if (!equals(IsosurfaceRequestSchema, compared, requested)) {
     return "its parameters differ from the request in more than accuracy";
   }
   if (begin.isFinal && begin.finestSpacing !== 1) return "the final step omits points";
-  if (begin.isFinal && asked.maxTriangles > 0n) {
+  if (begin.isFinal && requested.maxTriangles > 0n) {
     const triangles = begin.tiles.reduce((n, tile) => n + tile.triangles, 0);
-    if (BigInt(triangles) > asked.maxTriangles) return "it has more triangles than its budget";
+    if (BigInt(triangles) > requested.maxTriangles) return "it has more triangles than its budget";
   }
   return null;
 }

@@ -12,7 +12,7 @@ export class StepSpeed {
     return this.perSecond;
   }
 
-  note(triangles: number, milliseconds: number): void {
+  record(triangles: number, milliseconds: number): void {
     if (triangles < few || !(milliseconds > 0)) return;
     this.perSecond += weight * ((1000 * triangles) / milliseconds - this.perSecond);
   }

@@ -3,13 +3,13 @@ import type { CutPlane } from "../mesh/cut";
 import type { MassProperties } from "../mesh/mass_properties";
 import type { DataBorder } from "../mesh/boundary_matcher";
 import type {
-  Certified,
+  CheckedStep,
   DamagedTile,
   DecodedTile,
-  Drawn,
+  DrawnTiles,
   Hit,
-  KeeperReply,
-  KeeperRequest,
+  MeshReply,
+  MeshRequest,
   MeasuredPart,
   MeshFormat,
   PickRay,
@@ -26,22 +26,22 @@ export class TilePool {
   private readonly idle: Worker[] = [];
   private readonly queue: { job: TileJob; owner: object; done: Waiting<DecodedTile> }[] = [];
   private readonly jobs = new Map<Worker, Waiting<DecodedTile>>();
-  private readonly keeper: Worker;
+  private readonly meshWorker: Worker;
   private readonly queries = new Map<number, Waiting<never>>();
   private lastQuery = 0;
 
   constructor(workers: number) {
-    this.keeper = new Worker(new URL("./mesh_keeper.ts", import.meta.url), { type: "module" });
-    this.keeper.onmessage = ({ data }: MessageEvent<KeeperReply>) => {
+    this.meshWorker = new Worker(new URL("./mesh_worker.ts", import.meta.url), { type: "module" });
+    this.meshWorker.onmessage = ({ data }: MessageEvent<MeshReply>) => {
       const waiting = this.queries.get(data.request);
       this.queries.delete(data.request);
       if (data.error) waiting?.reject(new Error(data.error));
       else waiting?.resolve(data.result as never);
     };
-    for (let i = 0; i < workers; ++i) this.idle.push(this.tileWorker());
+    for (let i = 0; i < workers; ++i) this.idle.push(this.createTileWorker());
   }
 
-  // Rejects with one sentence if the tile is damaged or was dropped by forget().
+  // Rejects with one sentence if the tile is damaged or was cancelled by cancelJobs().
   decode(job: TileJob, owner: object): Promise<DecodedTile> {
     return new Promise((resolve, reject) => {
       this.queue.push({ job, owner, done: { resolve, reject } });
@@ -50,66 +50,66 @@ export class TilePool {
   }
 
   // Drops and rejects the owner's jobs that have not started.
-  forget(owner: object): void {
+  cancelJobs(owner: object): void {
     const gone = this.queue.filter((one) => one.owner === owner);
     this.queue.splice(0, Infinity, ...this.queue.filter((one) => one.owner !== owner));
     for (const { done } of gone) done.reject(new Error("Cancelled."));
   }
 
   drop(ids: string[]): void {
-    this.keeper.postMessage({ kind: "drop", ids } satisfies KeeperRequest);
+    this.meshWorker.postMessage({ kind: "drop", ids } satisfies MeshRequest);
   }
 
-  certify(ids: string[], border: DataBorder): Promise<Certified> {
-    return this.ask((request) => ({ kind: "certify", request, ids, border }));
+  certify(ids: string[], border: DataBorder): Promise<CheckedStep> {
+    return this.query((request) => ({ kind: "certify", request, ids, border }));
   }
 
   // Selects the drawn components of the step.
-  select(drawn: Drawn): Promise<Selection> {
-    return this.ask((request) => ({ kind: "select", request, drawn }));
+  select(drawn: DrawnTiles): Promise<Selection> {
+    return this.query((request) => ({ kind: "select", request, drawn }));
   }
 
-  pick(drawn: Drawn, ray: PickRay): Promise<Hit | null> {
-    return this.ask((request) => ({ kind: "pick", request, drawn, ray }));
+  pick(drawn: DrawnTiles, ray: PickRay): Promise<Hit | null> {
+    return this.query((request) => ({ kind: "pick", request, drawn, ray }));
   }
 
   // Measures a connected part, given by a triangle from a hit of the same drawn tiles or by a place; null: all parts.
-  measure(drawn: Drawn, toWorld: number[], at: MeasuredPart | null): Promise<MassProperties | null> {
-    return this.ask((request) => ({ kind: "measure", request, drawn, toWorld, at }));
+  measure(drawn: DrawnTiles, toWorld: number[], at: MeasuredPart | null): Promise<MassProperties | null> {
+    return this.query((request) => ({ kind: "measure", request, drawn, toWorld, at }));
   }
 
   // Converts the scalars of a second field at the tile's vertices for the GPU.
   scalars(id: string, codes: Uint8Array, bits: number): Promise<Float32Array> {
-    return this.ask((request) => ({ kind: "scalars", request, id, codes, bits }));
+    return this.query((request) => ({ kind: "scalars", request, id, codes, bits }));
   }
 
   // Returns segments; plane and segments in lattice coordinates.
-  cut(drawn: Drawn, plane: CutPlane): Promise<Float32Array> {
-    return this.ask((request) => ({ kind: "cut", request, drawn, plane }));
+  cut(drawn: DrawnTiles, plane: CutPlane): Promise<Float32Array> {
+    return this.query((request) => ({ kind: "cut", request, drawn, plane }));
   }
 
-  file(drawn: Drawn, format: MeshFormat, toWorld: number[]): Promise<Uint8Array> {
-    return this.ask((request) => ({ kind: "file", request, drawn, format, toWorld }));
+  file(drawn: DrawnTiles, format: MeshFormat, toWorld: number[]): Promise<Uint8Array> {
+    return this.query((request) => ({ kind: "file", request, drawn, format, toWorld }));
   }
 
   // Ends all workers; pending promises never settle.
   dispose(): void {
-    for (const worker of [this.keeper, ...this.idle, ...this.jobs.keys()]) worker.terminate();
+    for (const worker of [this.meshWorker, ...this.idle, ...this.jobs.keys()]) worker.terminate();
   }
 
-  private ask<T>(make: (request: number) => KeeperRequest): Promise<T> {
+  private query<T>(make: (request: number) => MeshRequest): Promise<T> {
     const request = ++this.lastQuery;
     return new Promise((resolve, reject) => {
       this.queries.set(request, { resolve, reject });
-      this.keeper.postMessage(make(request));
+      this.meshWorker.postMessage(make(request));
     });
   }
 
-  private tileWorker(): Worker {
+  private createTileWorker(): Worker {
     const worker = new Worker(new URL("./tile_worker.ts", import.meta.url), { type: "module" });
     const channel = new MessageChannel();
-    worker.postMessage({ kind: "keeper", port: channel.port1 }, [channel.port1]);
-    this.keeper.postMessage({ kind: "port", port: channel.port2 } satisfies KeeperRequest, [
+    worker.postMessage({ kind: "meshWorker", port: channel.port1 }, [channel.port1]);
+    this.meshWorker.postMessage({ kind: "port", port: channel.port2 } satisfies MeshRequest, [
       channel.port2,
     ]);
     worker.onmessage = ({ data }: MessageEvent<DecodedTile | DamagedTile>) => {

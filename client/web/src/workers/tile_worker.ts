@@ -1,23 +1,23 @@
 // Decodes tiles off the main thread. Sends the geometry to the page for drawing, and a copy with
-// the tile's boundary to the mesh keeper, which checks whole steps.
+// the tile's boundary to the mesh worker, which checks whole steps.
 import createDecoderModule from "draco3d/draco_decoder_nodejs.js";
 import dracoWasm from "draco3d/draco_decoder.wasm?url";
 
 import shellWasm from "../../../../common/codec/wasm/shell_decoder.wasm?url";
 import { type TriangleHasher, triangleHasher } from "../mesh/content_digest";
-import { fieldNormals, normalSums, packedNormals, spreadSums } from "../mesh/normals";
-import { normalRounds, type ShellMode, shellDecoder } from "../mesh/shell_decoder";
-import { TileDamage } from "../mesh/tile_damage";
+import { fieldNormals, normalSums, packedNormals, smoothedSums } from "../mesh/normals";
+import { smoothingRounds, type ShellMode, shellDecoder } from "../mesh/shell_decoder";
+import { TileError } from "../mesh/tile_error";
 import { decodeTile } from "../mesh/tile_decoder";
 import type { LatticeMesh } from "../mesh/tile_mesh";
 import { boundaryOf, type TileBoundary } from "../mesh/tile_boundary";
-import type { DecodedTile, KeptTile, TileJob } from "./worker_messages";
+import type { DecodedTile, StoredTile, TileJob } from "./worker_messages";
 
 const bytesOf = (url: string) => fetch(url).then((response) => response.arrayBuffer());
 const draco = bytesOf(dracoWasm).then((wasmBinary) => createDecoderModule({ wasmBinary }));
 const shells = bytesOf(shellWasm).then(shellDecoder);
 const hashers = new Map<number, Promise<TriangleHasher>>();
-let keeper: MessagePort;
+let meshWorker: MessagePort;
 
 function hasherFor(resolution: number): Promise<TriangleHasher> {
   let hasher = hashers.get(resolution);
@@ -25,19 +25,19 @@ function hasherFor(resolution: number): Promise<TriangleHasher> {
   return hasher;
 }
 
-async function meshOf({ payload, promised, resolution, shell, hasNormals }: TileJob): Promise<{ mesh: LatticeMesh; boundary: TileBoundary }> {
+async function meshOf({ payload, expected, resolution, shell, hasNormals }: TileJob): Promise<{ mesh: LatticeMesh; boundary: TileBoundary }> {
   if (shell) {
-    const { mesh, box, hasVoid } = (await shells)(payload, promised, shell, resolution);
+    const { mesh, box, hasVoid } = (await shells)(payload, expected, shell, resolution);
     return { mesh, boundary: boundaryOf(mesh, hasVoid ? null : box) };
   }
   const hasher = await hasherFor(resolution);
-  const mesh = decodeTile(payload, promised, { draco: await draco, hasher, resolution, hasNormals });
+  const mesh = decodeTile(payload, expected, { draco: await draco, hasher, resolution, hasNormals });
   return { mesh, boundary: boundaryOf(mesh) };
 }
 
 function sumsOf(mesh: LatticeMesh, shell: ShellMode | null): Float32Array {
   const sums = normalSums(mesh);
-  return shell ? spreadSums(sums, mesh.triangles, normalRounds(shell)) : sums;
+  return shell ? smoothedSums(sums, mesh.triangles, smoothingRounds(shell)) : sums;
 }
 
 async function decoded(job: TileJob): Promise<DecodedTile> {
@@ -48,7 +48,7 @@ async function decoded(job: TileJob): Promise<DecodedTile> {
   const triangles = isShort ? Uint16Array.from(mesh.triangles) : mesh.triangles;
   // Lattice coordinates are below 2^24: exact as floats.
   const positions = Float32Array.from(mesh.positions);
-  const kept: KeptTile = {
+  const kept: StoredTile = {
     kind: "tile",
     id: job.id,
     positions: positions.slice(),
@@ -57,7 +57,7 @@ async function decoded(job: TileJob): Promise<DecodedTile> {
     sums,
     boundary,
   };
-  keeper.postMessage(kept, [
+  meshWorker.postMessage(kept, [
     kept.positions.buffer,
     kept.triangles.buffer,
     kept.normals.buffer,
@@ -66,9 +66,9 @@ async function decoded(job: TileJob): Promise<DecodedTile> {
   return { kind: "decoded", id: job.id, positions, triangles, normals };
 }
 
-self.onmessage = async ({ data }: MessageEvent<TileJob | { kind: "keeper"; port: MessagePort }>) => {
-  if (data.kind === "keeper") {
-    keeper = data.port;
+self.onmessage = async ({ data }: MessageEvent<TileJob | { kind: "meshWorker"; port: MessagePort }>) => {
+  if (data.kind === "meshWorker") {
+    meshWorker = data.port;
     return;
   }
   try {
@@ -77,7 +77,7 @@ self.onmessage = async ({ data }: MessageEvent<TileJob | { kind: "keeper"; port:
       transfer: [tile.positions.buffer, tile.triangles.buffer, tile.normals.buffer],
     });
   } catch (error) {
-    const text = error instanceof TileDamage ? error.message : `Decoding failed: ${error}`;
+    const text = error instanceof TileError ? error.message : `Decoding failed: ${error}`;
     self.postMessage({ kind: "damaged", id: data.id, text });
   }
 };

@@ -1,4 +1,4 @@
-// Messages between the page, the tile workers and the mesh keeper. A tile's id is its key within one tile cache: the
+// Messages between the page, the tile workers and the mesh worker. A tile's id is its key within one tile cache: the
 // same content with and without normals counts as two tiles.
 import type { CutPlane } from "../mesh/cut";
 import type { MassProperties } from "../mesh/mass_properties";
@@ -6,7 +6,7 @@ import type { HalfSpace } from "../mesh/ray";
 import type { DataBorder, MeshTopology } from "../mesh/boundary_matcher";
 import type { ShellMode } from "../mesh/shell_decoder";
 import type { Triangles } from "../mesh/tile_components";
-import type { LatticeBox, TilePromise } from "../mesh/tile_mesh";
+import type { LatticeBox, ManifestTile } from "../mesh/tile_mesh";
 import type { TileBoundary } from "../mesh/tile_boundary";
 
 // ---- page -> tile worker
@@ -15,7 +15,7 @@ export interface TileJob {
   kind: "decode";
   id: string;
   payload: Uint8Array;
-  promised: TilePromise;
+  expected: ManifestTile;
   resolution: number;
   shell: ShellMode | null; // Null: a Draco mesh.
   hasNormals: boolean; // Whether a Draco mesh has normals.
@@ -37,9 +37,9 @@ export interface DamagedTile {
   text: string;
 }
 
-// ---- tile worker -> keeper
+// ---- tile worker -> mesh worker
 
-export interface KeptTile {
+export interface StoredTile {
   kind: "tile";
   id: string;
   positions: Float32Array;
@@ -49,21 +49,21 @@ export interface KeptTile {
   boundary: TileBoundary;
 }
 
-// ---- page -> keeper
+// ---- page -> mesh worker
 
-export type KeeperRequest =
+export type MeshRequest =
   | { kind: "port"; port: MessagePort }
   | { kind: "drop"; ids: string[] }
   | { kind: "certify"; request: number; ids: string[]; border: DataBorder }
-  | { kind: "select"; request: number; drawn: Drawn }
-  | { kind: "pick"; request: number; drawn: Drawn; ray: PickRay }
-  | { kind: "measure"; request: number; drawn: Drawn; toWorld: number[]; at: MeasuredPart | null }
+  | { kind: "select"; request: number; drawn: DrawnTiles }
+  | { kind: "pick"; request: number; drawn: DrawnTiles; ray: PickRay }
+  | { kind: "measure"; request: number; drawn: DrawnTiles; toWorld: number[]; at: MeasuredPart | null }
   | { kind: "scalars"; request: number; id: string; codes: Uint8Array; bits: number }
-  | { kind: "cut"; request: number; drawn: Drawn; plane: CutPlane }
-  | { kind: "file"; request: number; drawn: Drawn; format: MeshFormat; toWorld: number[] };
+  | { kind: "cut"; request: number; drawn: DrawnTiles; plane: CutPlane }
+  | { kind: "file"; request: number; drawn: DrawnTiles; format: MeshFormat; toWorld: number[] };
 
 // The tiles of a step, without the components that are not drawn.
-export interface Drawn {
+export interface DrawnTiles {
   ids: readonly string[];
   leastDiagonal: number; // The shortest diagonal of a drawn component's bounding box, in lattice steps; 0: all are drawn.
   hidden: readonly (readonly number[])[]; // In lattice coordinates: the component nearest to each is not drawn.
@@ -77,14 +77,14 @@ export type MeasuredPart = { id: string; triangle: number } | { place: readonly 
 export interface PickRay {
   origin: number[];
   direction: number[];
-  kept: HalfSpace | null; // Null: nothing is cut away.
+  clip: HalfSpace | null; // Null: nothing is cut away.
 }
 
 export type MeshFormat = "glb" | "ply" | "stl";
 
-// ---- keeper -> page
+// ---- mesh worker -> page
 
-export interface Certified {
+export interface CheckedStep {
   topology: MeshTopology;
   // Computed normals that changed because a neighbor did.
   normals: { id: string; normals: Int16Array }[];
@@ -103,8 +103,8 @@ export interface Selection {
   // For each tile that is drawn in part: all triangles, drawn ones first, and the number of drawn ones.
   parted: { id: string; triangles: Triangles; shown: number }[];
 }
-export interface KeeperReply {
+export interface MeshReply {
   request: number;
-  result?: Certified | Selection | Hit | MassProperties | Float32Array | Uint8Array | null;
+  result?: CheckedStep | Selection | Hit | MassProperties | Float32Array | Uint8Array | null;
   error?: string;
 }

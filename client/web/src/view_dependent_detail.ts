@@ -4,14 +4,14 @@ import type { Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
 import type { View } from "./stream/request";
 
-const mostSurfacesInView = 24;
+const maxSurfacesInView = 24;
 const slowSurface = 2000; // Milliseconds from the first request to its final step.
 
-export class DetailByPixels {
+export class ViewDependentDetail {
   private isSlow: boolean | null = null; // Null: no surface was complete yet.
 
   // The user requests it, regardless of speed.
-  switchOn(): void {
+  enable(): void {
     this.isSlow = false;
   }
 
@@ -23,13 +23,13 @@ export class DetailByPixels {
   // Returns the view for requests; null: none. During playback all times have the same error; with many labels every
   // camera turn would request all of them again.
   view(settings: Settings, current: () => View): View | null {
-    const isMany = surfacesOf(settings).filter(({ visible }) => visible).length > mostSurfacesInView;
+    const isMany = surfacesOf(settings).filter(({ visible }) => visible).length > maxSurfacesInView;
     return this.isSlow !== false || settings.playing || isMany ? null : current();
   }
 
   // Call when the first surface is complete, with the milliseconds since its request; null: it was not requested.
   // Returns whether requests include the view from now on.
-  learn(complete: number | null): boolean {
+  recordDuration(complete: number | null): boolean {
     if (this.isSlow !== null || complete === null) return false;
     this.isSlow = complete > slowSurface;
     return !this.isSlow;

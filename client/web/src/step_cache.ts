@@ -4,50 +4,50 @@ import { toBinary } from "@bufbuild/protobuf";
 import { IsosurfaceRequestSchema } from "./protocol/messages";
 import type { ShownSurface } from "./shown_surface";
 import { type HiddenParts, nothingHidden } from "./state/hidden_parts";
-import type { StreamRequest } from "./stream/conversation";
+import type { StreamRequest } from "./stream/stream_request";
 import type { Selection } from "./workers/worker_messages";
 
-export interface Frame {
+export interface CachedStep {
   ids: readonly string[]; // Tile ids.
   shown: ShownSurface;
-  chosen: Chosen; // Its visible components when it was last shown.
+  visible: VisibleComponents; // Its visible components when it was last shown.
 }
 
 // The visible part of a step.
-export interface Chosen {
+export interface VisibleComponents {
   hidden: HiddenParts;
   selection: Selection | null; // Null: all components are visible.
 }
 
-export const allChosen: Chosen = { hidden: nothingHidden, selection: null };
+export const allComponents: VisibleComponents = { hidden: nothingHidden, selection: null };
 
-export class Frames {
-  private readonly kept = new Map<string, Frame>();
+export class StepCache {
+  private readonly steps = new Map<string, CachedStep>();
   private readonly colors = new Map<string, string>(); // The latest coloring of each dataset's tiles.
 
   constructor(private readonly hasTiles: (ids: readonly string[]) => boolean) {}
 
-  find(order: StreamRequest): Frame | null {
-    if (this.kept.size === 0) return null;
+  find(order: StreamRequest): CachedStep | null {
+    if (this.steps.size === 0) return null;
     const key = keyOf(order);
-    const frame = this.kept.get(key);
-    if (!frame) return null;
-    if (this.hasTiles(frame.ids)) return frame;
-    this.kept.delete(key);
+    const step = this.steps.get(key);
+    if (!step) return null;
+    if (this.hasTiles(step.ids)) return step;
+    this.steps.delete(key);
     return null;
   }
 
-  keep(order: StreamRequest, frame: Frame): void {
-    for (const [key, { ids }] of this.kept) if (!this.hasTiles(ids)) this.kept.delete(key);
-    this.kept.set(keyOf(order), frame);
+  keep(order: StreamRequest, step: CachedStep): void {
+    for (const [key, { ids }] of this.steps) if (!this.hasTiles(ids)) this.steps.delete(key);
+    this.steps.set(keyOf(order), step);
   }
 
   // Call when a stream begins. Tiles have one coloring at a time, so steps with another coloring are dropped.
-  expect(order: StreamRequest): void {
+  beginColoring(order: StreamRequest): void {
     const { name } = order.info;
     const coloring = coloringOf(order);
     if ((this.colors.get(name) ?? coloring) !== coloring) {
-      for (const [key, { shown }] of this.kept) if (shown.info.name === name) this.kept.delete(key);
+      for (const [key, { shown }] of this.steps) if (shown.info.name === name) this.steps.delete(key);
     }
     this.colors.set(name, coloring);
   }

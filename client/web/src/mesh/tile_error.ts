@@ -1,2 +1,2 @@
 // Describes in one sentence what is wrong with a tile.
-export class TileDamage extends Error {}
+export class TileError extends Error {}

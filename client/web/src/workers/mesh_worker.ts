@@ -8,19 +8,19 @@ import { pack } from "../mesh/normals";
 import { nearestTriangle } from "../mesh/nearest_component";
 import { nearestHit } from "../mesh/ray";
 import { scalarAttribute } from "../mesh/scalars";
-import { type DataBorder, joined } from "../mesh/boundary_matcher";
+import { type DataBorder, matchBoundaries } from "../mesh/boundary_matcher";
 import { drawnComponents, withDrawnComponents } from "../mesh/tile_components";
-import type { Certified, Drawn, Hit, KeeperReply, KeeperRequest, KeptTile, MeasuredPart, PickRay, Selection } from "./worker_messages";
+import type { CheckedStep, DrawnTiles, Hit, MeshReply, MeshRequest, StoredTile, MeasuredPart, PickRay, Selection } from "./worker_messages";
 
-const tiles = new Map<string, KeptTile>();
+const tiles = new Map<string, StoredTile>();
 // Tiles come from other workers: a step may be requested before its last tile arrives.
 let waiting: { ids: readonly string[]; resolve: () => void; reject: (error: Error) => void }[] = [];
 
-// Recent results of allDrawn(), the latest last.
-let drawn: { name: string; tiles: KeptTile[] }[] = [];
-const mostDrawn = 8;
+// Recent results of drawnTiles(), the latest last.
+let drawn: { name: string; tiles: StoredTile[] }[] = [];
+const maxDrawn = 8;
 
-function keep(tile: KeptTile): void {
+function addTile(tile: StoredTile): void {
   tiles.set(tile.id, tile);
   waiting = waiting.filter(({ ids, resolve }) => {
     if (!ids.every((id) => tiles.has(id))) return true;
@@ -40,7 +40,7 @@ function drop(ids: string[]): void {
   });
 }
 
-async function all(ids: readonly string[]): Promise<KeptTile[]> {
+async function tilesOf(ids: readonly string[]): Promise<StoredTile[]> {
   if (!ids.every((id) => tiles.has(id))) {
     await new Promise<void>((resolve, reject) => waiting.push({ ids, resolve, reject }));
   }
@@ -48,33 +48,33 @@ async function all(ids: readonly string[]): Promise<KeptTile[]> {
 }
 
 // Returns the tiles with only the drawn triangles. Cached, because picking and cutting repeat requests.
-async function allDrawn(which: Drawn): Promise<KeptTile[]> {
+async function drawnTiles(which: DrawnTiles): Promise<StoredTile[]> {
   const { ids, leastDiagonal, hidden, largestOnly = false } = which;
-  const whole = await all(ids);
+  const whole = await tilesOf(ids);
   if (leastDiagonal === 0 && hidden.length === 0 && !largestOnly) return whole;
   const name = `${leastDiagonal} ${largestOnly} ${hidden.join(";")} ${ids.join(" ")}`;
   const found = drawn.find((one) => one.name === name) ?? { name, tiles: withDrawnComponents(whole, which) };
-  drawn = [...drawn.filter((one) => one !== found), found].slice(-mostDrawn);
+  drawn = [...drawn.filter((one) => one !== found), found].slice(-maxDrawn);
   return found.tiles;
 }
 
-async function selected(which: Drawn): Promise<Selection> {
+async function selectComponents(which: DrawnTiles): Promise<Selection> {
   const { ids } = which;
-  const { tiles: parts, ...counts } = drawnComponents(await all(ids), which);
+  const { tiles: parts, ...counts } = drawnComponents(await tilesOf(ids), which);
   return { ...counts, parted: parts.flatMap((part, i) => (part ? [{ id: ids[i], ...part }] : [])) };
 }
 
-async function certified(ids: string[], border: DataBorder): Promise<Certified> {
-  const step = await all(ids);
-  const seams = joined(
+async function checkStep(ids: string[], border: DataBorder): Promise<CheckedStep> {
+  const step = await tilesOf(ids);
+  const seams = matchBoundaries(
     step.map((tile) => tile.boundary),
     border,
   );
-  return { topology: seams.topology, normals: agreed(step, seams.numbers, seams.rimVertices) };
+  return { topology: seams.topology, normals: mergedNormals(step, seams.numbers, seams.rimVertices) };
 }
 
 // Gives each boundary vertex the sum over all tiles that share it; returns the tiles whose normals changed.
-function agreed(step: KeptTile[], numbers: Uint32Array[], count: number): Certified["normals"] {
+function mergedNormals(step: StoredTile[], numbers: Uint32Array[], count: number): CheckedStep["normals"] {
   if (step.some((tile) => !tile.sums)) return [];
   const sums = new Float32Array(3 * count);
   step.forEach(({ boundary, sums: own }, i) => {
@@ -84,7 +84,7 @@ function agreed(step: KeptTile[], numbers: Uint32Array[], count: number): Certif
       }
     });
   });
-  const changed: Certified["normals"] = [];
+  const changed: CheckedStep["normals"] = [];
   const before = new Int16Array(4);
   step.forEach((tile, i) => {
     let isOther = false;
@@ -100,55 +100,55 @@ function agreed(step: KeptTile[], numbers: Uint32Array[], count: number): Certif
   return changed;
 }
 
-function pick(shown: KeptTile[], { origin, direction, kept }: PickRay): Hit | null {
-  return nearestHit(shown, origin, direction, kept);
+function pick(shown: StoredTile[], { origin, direction, clip }: PickRay): Hit | null {
+  return nearestHit(shown, origin, direction, clip);
 }
 
-function measured(shown: KeptTile[], toWorld: number[], part: MeasuredPart | null): MassProperties | null {
+function measure(shown: StoredTile[], toWorld: number[], part: MeasuredPart | null): MassProperties | null {
   if (!part || !("place" in part)) return massProperties(shown, toWorld, part);
   const nearest = nearestTriangle(shown, part.place);
   return nearest && massProperties(shown, toWorld, nearest);
 }
 
-async function answer(request: KeeperRequest): Promise<KeeperReply["result"]> {
+async function resultOf(request: MeshRequest): Promise<MeshReply["result"]> {
   switch (request.kind) {
     case "certify":
-      return certified(request.ids, request.border);
+      return checkStep(request.ids, request.border);
     case "select":
-      return selected(request.drawn);
+      return selectComponents(request.drawn);
     case "pick":
-      return pick(await allDrawn(request.drawn), request.ray);
+      return pick(await drawnTiles(request.drawn), request.ray);
     case "measure":
-      return measured(await allDrawn(request.drawn), request.toWorld, request.at);
+      return measure(await drawnTiles(request.drawn), request.toWorld, request.at);
     case "scalars": {
-      const [tile] = await all([request.id]);
+      const [tile] = await tilesOf([request.id]);
       return scalarAttribute(tile.positions, request.codes, request.bits);
     }
     case "cut":
-      return cutLine(await allDrawn(request.drawn), request.plane);
+      return cutLine(await drawnTiles(request.drawn), request.plane);
     case "file":
-      return meshFile(await allDrawn(request.drawn), request.format, request.toWorld);
+      return meshFile(await drawnTiles(request.drawn), request.format, request.toWorld);
     default:
       return null;
   }
 }
 
-function transfers(result: KeeperReply["result"]): ArrayBufferLike[] {
+function transfers(result: MeshReply["result"]): ArrayBufferLike[] {
   if (result instanceof Uint8Array || result instanceof Float32Array) return [result.buffer];
   if (result && "parted" in result) return result.parted.map(({ triangles }) => triangles.buffer);
   if (result && "topology" in result) return result.normals.map(({ normals }) => normals.buffer);
   return [];
 }
 
-self.onmessage = async ({ data }: MessageEvent<KeeperRequest>) => {
+self.onmessage = async ({ data }: MessageEvent<MeshRequest>) => {
   if (data.kind === "port") {
-    data.port.onmessage = (event: MessageEvent<KeptTile>) => keep(event.data);
+    data.port.onmessage = (event: MessageEvent<StoredTile>) => addTile(event.data);
   } else if (data.kind === "drop") {
     drop(data.ids);
   } else {
-    const reply: KeeperReply = { request: data.request };
+    const reply: MeshReply = { request: data.request };
     try {
-      reply.result = await answer(data);
+      reply.result = await resultOf(data);
     } catch (error) {
       reply.error = String(error);
     }

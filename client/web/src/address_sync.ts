@@ -1,0 +1,83 @@
+// Synchronizes settings and the page's address: changed settings appear in the address, edits of it are applied, and
+// the browser's "Back" reverts a change of dataset or isovalue.
+import type { Token } from "./server_address";
+import { findByName, withShortLabels, initialSelection } from "./state/series";
+import type { Settings } from "./state/settings";
+import { afterEdit, ignoredParts, toAddress } from "./state/url_state";
+import type { Viewer } from "./viewer";
+
+export class AddressSync {
+  private initialHash: string;
+  private timer = 0;
+  private historyStep: string | null = null; // Dataset and isovalue of the current history entry.
+  private isDragging = false;
+
+  constructor(
+    private readonly viewer: Viewer,
+    private readonly token: Token,
+    hash: string,
+  ) {
+    this.initialHash = hash;
+    viewer.on("settings", () => this.scheduleUpdate());
+    viewer.on("dataset", () => {
+      this.reportIgnored(this.initialHash);
+      this.initialHash = "";
+    });
+    // The event has the edited address; the address itself may be replaced before the event arrives.
+    window.addEventListener("hashchange", ({ newURL }) => this.applyAddress(new URL(newURL).hash));
+    this.scheduleUpdate();
+  }
+
+  // Nothing is remembered while dragging.
+  setDragging(isDragging: boolean): void {
+    this.isDragging = isDragging;
+  }
+
+  // Returns the settings for the address, always with the dataset's name, and with labels in short form.
+  settingsForAddress(): Settings {
+    const now = this.viewer.get();
+    const { info, surfaces } = this.viewer;
+    return withShortLabels(surfaces.datasets.get().list ?? [], now.dataset || !info ? now : { ...now, dataset: info.name });
+  }
+
+  // Called when the user has edited the address or followed a link to this page.
+  applyAddress(hash: string): void {
+    this.scheduleUpdate(); // Rewrites the address in canonical form, without the token.
+    if (this.token.readFrom(hash)) this.viewer.surfaces.connect();
+    this.historyStep = null; // The browser has already made a history entry.
+    if (hash.slice(1) === toAddress(this.settingsForAddress())) return;
+    const { dataset, ...now } = afterEdit(this.viewer.get(), hash);
+    const { list } = this.viewer.surfaces.datasets.get();
+    const isUnknown = dataset !== "" && list !== null && findByName(list, dataset) === null;
+    const wanted = { ...now, dataset: dataset && !isUnknown ? dataset : this.settingsForAddress().dataset };
+    // Resolved immediately, so that remaining labels are not loaded again.
+    const labels = list && wanted.labels ? initialSelection(list, wanted)?.changes : null;
+    this.viewer.set({ ...wanted, ...labels });
+    if (isUnknown) this.viewer.reportUnknown(dataset);
+    else this.reportIgnored(hash);
+  }
+
+  private reportIgnored(hash: string): void {
+    const ignored = ignoredParts(hash);
+    if (ignored.length === 0) return;
+    const words = ignored.slice(0, 3).map((word) => (word.length > 40 ? `${word.slice(0, 39)}…` : word));
+    const rest = ignored.length > words.length ? " and more" : "";
+    this.viewer.notices.announce(`Ignored in the URL: ${words.join(", ")}${rest}.`, true);
+  }
+
+  private scheduleUpdate(): void {
+    clearTimeout(this.timer);
+    this.timer = window.setTimeout(() => (this.isDragging ? this.scheduleUpdate() : this.updateAddress()), 300);
+  }
+
+  // A change of dataset or isovalue adds a history entry; other changes replace it.
+  private updateAddress(): void {
+    const now = this.settingsForAddress();
+    const step = `${now.dataset} ${now.isovalue}`;
+    const isStep = this.historyStep !== null && this.historyStep !== step;
+    this.historyStep = step;
+    const address = `#${toAddress(now)}`;
+    if (isStep) history.pushState(null, "", address);
+    else history.replaceState(null, "", address);
+  }
+}
