@@ -76,10 +76,6 @@ void add_view(Command& app, ViewArguments& a) {
     }
     add_request_option(*command, field, [&a, &field](const std::string& text) {
       const FieldError wrong = field.set(field, text, a.query);
-      if (field.name == "min_component" && text == "largest") {
-        a.fields.emplace_back("largest_only", "on");
-        return wrong;
-      }
       const bool is_count = field.name == "max_triangles";
       a.fields.emplace_back(field.name,
                             is_count ? std::to_string(a.query.request.max_triangles) : text);

@@ -390,7 +390,7 @@ for command in generate prepare info plot verify extract serve token; do "$serve
 [ "$("$client" view --dataset a --min-component 12.5)" = "http://127.0.0.1:7480/#dataset=a&min_component=12.5" ] ||
   fail "the viewer's address does not name the hidden components"
 [ "$("$client" view --dataset a --up -y)" = "http://127.0.0.1:7480/#dataset=a&up=-y" ] || fail "view --up is not in the address"
-[ "$("$client" view --min-component largest)" = "http://127.0.0.1:7480/#largest_only=on" ] || fail "view --min-component largest"
+[ "$("$client" view --min-component largest)" = "http://127.0.0.1:7480/#min_component=largest" ] || fail "view --min-component largest"
 ends 2 "--min-component" "$client" view --min-component -1
 [ "$("$client" view --isovalue 1e30)" = "http://127.0.0.1:7480/#isovalue=1e30" ] || fail "a large isovalue is no number in the viewer's address"
 [ "$(MULTITETRA_SERVER=wss://site.org/volumes/ "$client" view --dataset a)" = "https://site.org/volumes/#dataset=a" ] ||

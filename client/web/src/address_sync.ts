@@ -48,13 +48,12 @@ export class AddressSync {
     if (hash.slice(1) === toAddress(this.settingsForAddress())) return;
     const { dataset, ...now } = afterEdit(this.viewer.get(), hash);
     const { list } = this.viewer.surfaces.datasets.get();
-    const isUnknown = dataset !== "" && list !== null && findByName(list, dataset) === null;
-    const wanted = { ...now, dataset: dataset && !isUnknown ? dataset : this.settingsForAddress().dataset };
+    const wanted = { ...now, dataset: dataset || this.settingsForAddress().dataset };
     // Resolved immediately, so that remaining labels are not loaded again.
     const labels = list && wanted.labels ? initialSelection(list, wanted)?.changes : null;
     this.viewer.set({ ...wanted, ...labels });
-    if (isUnknown) this.viewer.reportUnknown(dataset);
-    else this.reportIgnored(hash);
+    const isUnknown = dataset !== "" && list !== null && findByName(list, dataset) === null;
+    if (!isUnknown) this.reportIgnored(hash);
   }
 
   private reportIgnored(hash: string): void {

@@ -9,6 +9,7 @@ import { surfacesOf } from "./state/surfaces";
 
 const version = 1;
 const together = 100; // Milliseconds: changes within this time are sent together.
+const maxPictureWait = 60_000; // Milliseconds.
 
 interface Query {
   multitetra?: unknown;
@@ -25,6 +26,7 @@ export class Embedding {
   constructor(
     private readonly viewer: Viewer,
     private readonly around: Window,
+    private readonly ignoredInAddress: string[] = [], // The names that the first reply to the page has.
     private readonly self: Window = window,
   ) {
     self.addEventListener("message", (event) => {
@@ -48,25 +50,38 @@ export class Embedding {
   private async receive(query: Query | null, origin: string): Promise<void> {
     const { multitetra: kind, id, state, dragging } = query ?? {};
     if (typeof kind !== "string") return; // From another sender.
+    const { settings, ignored } = parseSettings(kind === "set" ? state : null);
+    if (kind === "set") {
+      this.failure = "";
+      this.viewer.set(settings, dragging === true); // Of a first message, events before are not for the page.
+    }
     const isFirst = this.origin === null;
     this.origin = origin;
     if (isFirst) this.postMissed();
     switch (kind) {
-      case "set": {
-        const { settings, ignored } = parseSettings(state);
-        this.viewer.set(settings, dragging === true);
-        return this.post("state", { id, state: this.viewer.get(), ignored });
-      }
+      case "set":
       case "get":
-        return this.post("state", { id, state: this.viewer.get(), ignored: [] });
+        return this.post("state", { id, state: this.viewer.get(), ignored: [...this.ignoredInAddress.splice(0), ...ignored] });
       case "fit":
         return this.viewer.fit();
       case "reset":
         return this.viewer.reset();
       case "picture":
-        return this.post("picture", { id, png: await this.viewer.picture() });
+        return this.postPicture(id);
       default:
         return this.post("error", { id, text: `Unknown message "${kind}"; the messages are set, get, fit, reset and picture.` });
+    }
+  }
+
+  // A picture of a frame that the browser does not draw, or of a very slow surface, would never be complete.
+  private async postPicture(id: unknown): Promise<void> {
+    const late = new Promise<never>((_, reject) => {
+      this.self.setTimeout(() => reject(new Error(`The surface is not complete after ${maxPictureWait / 1000} s.`)), maxPictureWait);
+    });
+    try {
+      this.post("picture", { id, png: await Promise.race([this.viewer.picture(), late]) });
+    } catch (error) {
+      this.post("error", { id, text: `No picture: ${(error as Error).message}` });
     }
   }
 
@@ -81,7 +96,7 @@ export class Embedding {
     if (info) this.postDataset(info);
     surfacesOf(this.viewer.get()).forEach((_, surface) => {
       const { shown, components } = surfaces.progressOf(surface);
-      if (shown) this.post("shown", stepMessage({ ...shown, surface, components }));
+      if (shown && surfaces.isCurrent(surface)) this.post("shown", stepMessage({ ...shown, surface, components }));
     });
     if (this.failure) this.post("error", { text: this.failure });
   }

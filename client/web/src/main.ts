@@ -23,7 +23,8 @@ import { type Entry, entriesOf, isSameSeries } from "./state/series";
 import { History } from "./state/history";
 import { persistentValues } from "./state/browser_storage";
 import { defaults, type Settings } from "./state/settings";
-import { fromAddress } from "./state/url_state";
+import { fromAddress, ignoredParts } from "./state/url_state";
+import { isWeak, maxTrianglesOfWeakDevices, thisDevice } from "./weak_device";
 import { Downloads } from "./downloads";
 import { Viewer } from "./viewer";
 
@@ -97,7 +98,11 @@ const tools = viewTools(actions);
 viewer.frame.append(tools.element, hint);
 app.append(panel.element, bar.element, help.element);
 app.classList.toggle("is-embedded", new URLSearchParams(location.search).has("embed"));
-if (window.parent !== window) new Embedding(viewer, window.parent);
+if (window.parent !== window) {
+  const isFree = fromAddress(location.hash).maxTriangles === undefined;
+  if (isFree && isWeak(thisDevice(viewer.stage.renderer.getContext()))) viewer.set({ maxTriangles: maxTrianglesOfWeakDevices });
+  new Embedding(viewer, window.parent, ignoredParts(location.hash).map((part) => part.split("=")[0]));
+}
 installTooltips();
 installKeyboard(viewer, actions);
 

@@ -134,6 +134,13 @@ export class SurfaceClient implements PreviewClient {
     return this.steps.shown;
   }
 
+  // Whether the shown surface is the one requested last.
+  get isCurrent(): boolean {
+    const latest = (this.next ?? this.requested)?.order;
+    const { shown } = this;
+    return shown?.info.name === latest?.info.name && shown?.request.isovalue === latest?.request.isovalue;
+  }
+
   get drawn(): DrawnTiles {
     return this.steps.drawn;
   }

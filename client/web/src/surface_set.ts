@@ -15,6 +15,7 @@ import { maxTriangles, Surface } from "./scene/surface";
 import type { ShownSurface } from "./shown_surface";
 import { hiddenPartsOf } from "./state/hidden_parts";
 import { noProgress, type Progress, type SurfacesStatus, type SurfaceSize } from "./state/progress";
+import { isSameData } from "./state/series";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { settingsOf, surfacesOf } from "./state/surfaces";
@@ -88,6 +89,15 @@ export class SurfaceSet {
     this.sharedPreviews.close();
   }
 
+  // Resolves when everything visible of the dataset is complete or has failed, or when `isEnough`.
+  async settled(info: () => DatasetInfo | null, isEnough = () => false): Promise<void> {
+    const isUnknown = () => this.datasets.get().list !== null && !info();
+    const isThere = () => isSameData(this.firstShown?.info, info()) || this.progress.get().failure !== null || isUnknown();
+    while (!isEnough() && (!this.isSettled || !isThere())) {
+      await new Promise((resolve) => setTimeout(resolve, 20));
+    }
+  }
+
   // Hidden surfaces are requested when they become visible; the first one always.
   request({ infos, moment, scalars }: Scene, settings: Settings, view: View | null, isDragging: boolean): void {
     this.matchMembers(settings);
@@ -140,6 +150,11 @@ export class SurfaceSet {
 
   progressOf(at: number): Progress {
     return this.members[at]?.client.progress.get() ?? noProgress;
+  }
+
+  // Whether the surface that is shown at this place is the one requested last.
+  isCurrent(at: number): boolean {
+    return this.members[at]?.client.isCurrent ?? false;
   }
 
   // The progress of the first visible surface, and the totals of all drawn ones.

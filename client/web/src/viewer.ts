@@ -32,7 +32,7 @@ import { SceneDecorations } from "./scene/scene_decorations";
 import type { ShownSurface } from "./shown_surface";
 import { Events } from "./state/events";
 import {
-  atTime, type Entry, isSameSeries, findByName, nameOfLabel, settingsOfEntry, initialSelection, timeOf, timesOf, unknownDatasetText,
+  atTime, type Entry, isSameData, isSameSeries, findByName, nameOfLabel, settingsOfEntry, initialSelection, timeOf, timesOf, unknownDatasetText,
 } from "./state/series";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
@@ -82,7 +82,7 @@ export class Viewer {
     this.frame.append(this.canvas);
     this.stage = new Stage(this.canvas);
     const address = serverAddress(server);
-    this.queries = new DatasetQueries(address, () => this.token.get());
+    this.queries = new DatasetQueries(address, () => this.token.get(), (text) => this.notices.announce(text, true));
     this.surfaces = new SurfaceSet(address, () => this.token.get(), this.pool, this.stage, {
       shown: (at, shown, isFirst) => this.reportShown(at, shown, isFirst),
       progress: (surface) => this.events.emit("progress", { surface }),
@@ -133,7 +133,12 @@ export class Viewer {
   set(change: Partial<Settings>, isDragging = false): void {
     const hasEnded = this.isDragging && !isDragging;
     this.isDragging = isDragging;
-    const before = this.settings.get();
+    const [before, info] = [this.settings.get(), this.info];
+    if (change.dataset !== undefined) this.notices.clear();
+    if (change.dataset && this.list.length > 0 && !findByName(this.list, change.dataset)) {
+      this.reportUnknown(change.dataset);
+      change = { ...change, dataset: before.dataset };
+    }
     if (change.followView && !before.followView) this.detail.enable();
     if (change.eye && change.target) this.stage.setView(change.eye, change.target);
     change = { ...change, ...initialCut(change, before, this.stage.view()) };
@@ -144,7 +149,7 @@ export class Viewer {
     this.settings.set(isStaying ? { isovalue: suggestedIsovalue(isStaying), ...change } : change);
     const { dataset, labels, t } = this.settings.get();
     if (labels || t !== before.t || (dataset !== before.dataset && dataset !== this.info?.name)) this.findDataset();
-    if (hasEnded) this.requestSurfaces();
+    if (hasEnded || (this.info === info && (dataset !== before.dataset || t !== before.t))) this.requestSurfaces();
   }
 
   get(): Settings {
@@ -155,7 +160,7 @@ export class Viewer {
   choose(entry: Entry): void {
     if (this.info && isSameSeries(entry.info, this.info)) return;
     this.settings.set({
-      ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], largestOnly: false, eye: null, target: null,
+      ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], eye: null, target: null,
       up: defaults.up, clip: "off", clipNormal: null, places: [], cross: null,
     });
     this.useDataset(entry.info);
@@ -174,12 +179,8 @@ export class Viewer {
   }
 
   // Resolves when everything visible at the current time is complete or has failed.
-  async settled(): Promise<void> {
-    const isUnknown = () => this.surfaces.datasets.get().list !== null && !this.info;
-    const isThere = () => this.surfaces.firstShown?.info === this.info || this.surfaces.progress.get().failure !== null || isUnknown();
-    while (!this.surfaces.isSettled || !isThere()) {
-      await new Promise((resolve) => setTimeout(resolve, 20));
-    }
+  settled(): Promise<void> {
+    return this.surfaces.settled(() => this.info);
   }
 
   // Registers a listener; returns a function that removes it.
@@ -228,7 +229,7 @@ export class Viewer {
 
   // Returns the scene with annotations as PNG, when it is complete, on the page's background or transparent.
   async picture(options: PictureOptions = {}): Promise<Blob> {
-    if (this.surfaces.progress.get().phase !== "lost") await this.settled();
+    await this.surfaces.settled(() => this.info, () => this.surfaces.progress.get().phase === "lost");
     return pngOf(this.drawn(options));
   }
 
@@ -258,7 +259,7 @@ export class Viewer {
     this.surfaces.connect();
   }
 
-  reportUnknown(dataset: string): void {
+  private reportUnknown(dataset: string): void {
     const words = unknownDatasetText(this.list, dataset);
     this.notices.announce(words);
     this.events.emit("failed", words);
@@ -336,7 +337,6 @@ export class Viewer {
 
   private useDataset(now: DatasetInfo): void {
     const { info: before } = this;
-    const isOther = before?.name !== now.name || before.contentId !== now.contentId;
     const isMember = before !== null && before.name !== now.name && isSameSeries(before, now);
     this.info = now;
     this.notices.clear();
@@ -351,7 +351,7 @@ export class Viewer {
     this.orientation.setDataset(now);
     this.orientation.show(this.settings.get().axes);
     this.events.emit("dataset", now);
-    if (!isOther) return; // After a lost connection: the stream resumes by itself.
+    if (isSameData(before, now)) return; // After a lost connection: the stream resumes by itself.
     if (before) this.measuring.clear();
     this.measuring.show(now, this.settings.get().places);
     const { low, high } = worldBox(now);
@@ -389,7 +389,7 @@ export class Viewer {
     this.samples.updateSlices();
     for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.measuring.surfaceReplaced(tiles);
     if (at === 0 && shown.facts.isFinal && this.detail.recordDuration(this.surfaces.progress.get().complete) && this.get().followView) this.requestSurfaces();
-    this.events.emit("shown", { ...shown.facts, surface: at, components: this.surfaces.progressOf(at).components });
+    if (this.surfaces.isCurrent(at)) this.events.emit("shown", { ...shown.facts, surface: at, components: this.surfaces.progressOf(at).components });
   }
 
   private receivePick(place: Picked): void {

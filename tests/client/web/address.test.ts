@@ -22,13 +22,16 @@ describe("Address", () => {
       clipFlipped: true, filled: false, slice: "z", sliceAt: 0.75, layout: "four", cross: [1, -2.5, 3], sliceColors: "viridis", level: 40, colorBy: "a dose", colors: "coolwarm", fieldLevel: -1, fieldWindow: 2.5, fieldLog: true, noValueColor: "#102030", samplesLog: true, windowWidth: 400, axes: false, logScale: false, theme: "light", playing: true, speed: 24, loop: false,
       surfaces: [
         { isovalue: 400.5, error: null, color: "#f0e6d2", opacity: 1, visible: true },
-        { dataset: "a, b; 100 %", isovalue: -1e-7, error: 0.5, color: "#00ff7f", opacity: 0.25, visible: false, minComponent: 30, material: "matcap", hiddenParts: [[1, 2, -3], [0.5, 0, 0]], largestOnly: true },
+        { dataset: "a, b; 100 %", isovalue: -1e-7, error: 0.5, color: "#00ff7f", opacity: 0.25, visible: false, minComponent: 30, material: "matcap", hiddenParts: [[1, 2, -3], [0.5, 0, 0]] },
+        { isovalue: 1, error: null, color: "#00ff7f", opacity: 1, visible: true, minComponent: "largest" },
       ],
       labels: "1-9,-4", labelNames: [{ label: 3, name: "liver; left" }],
-      color: "#123456", material: "skin", opacity: 0.5, visible: false, minComponent: 12.5, hiddenParts: [[1, -2, 3], [4, 5, 6]], largestOnly: true, projection: "orthographic", occlusion: false, eye: [1, -2, 3.25], target: [0, 0, 1],
+      color: "#123456", material: "skin", opacity: 0.5, visible: false, minComponent: 12.5, hiddenParts: [[1, -2, 3], [4, 5, 6]], projection: "orthographic", occlusion: false, eye: [1, -2, 3.25], target: [0, 0, 1],
       transparentAir: false, up: [0, -0.6, 0.8], places: [{ world: [1, -2.5, 3], bound: 0.25 }, { world: [0, 0, 1e-3], bound: null, note: "the tip; 50 %, or so" }],
     };
     expect(fromAddress(`#${toAddress(settings)}`)).toEqual(settings);
+    expect(toAddress({ ...defaults, minComponent: "largest" })).toBe("min_component=largest");
+    expect(fromAddress("min_component=largest")).toEqual({ minComponent: "largest" });
     const ball = { kind: "ball", centre: [1, 2, 3], radius: 4, error: 0.5 } as const;
     const overrides = toAddress({ ...defaults, region: { ...ball, centre: [1, 2, 3] } });
     expect(overrides).toBe("region=ball:1,2,3,4=0.5");
@@ -50,7 +53,7 @@ describe("Address", () => {
       "#wireframe=perhaps", "#max_triangles=1e99", "#theme=__proto__",
       "#color=red", "#opacity=1.5", "#surfaces=much", "#surfaces=1,ff0000,2", "#surfaces=1,ff0000,1,-1",
       "#surfaces=1,ff0000,1,,seen", "#surfaces=1,ff0000;2", `#surfaces=${Array(1024).fill("1,ff0000").join(";")}`,
-      "#surfaces=1,ff0000,1,,,%25E0", "#surfaces=1,ff0000,1,,,,-1", "#surfaces=1,ff0000,1,,,,,gold", "#surfaces=1,ff0000,1,,,,,,,most", "#largest_only=most", "#material=gold", "#surfaces=1,ff0000,1,,,,many",
+      "#surfaces=1,ff0000,1,,,%25E0", "#surfaces=1,ff0000,1,,,,-1", "#surfaces=1,ff0000,1,,,,,gold", "#surfaces=1,ff0000,1,,,,most", "#largest_only=true", "#material=gold", "#surfaces=1,ff0000,1,,,,many",
       "#min_component=-1", "#min_component=2e6", "#min_component=dust", "#t=soon", "#speed=0", "#loop=2", "#no_value_color=grey",
       "#layout=five", "#cross=1,2", "#cross=1,2,x", "#up=w", "#up=0,0,0", "#up=1,2", "#places=1,2", "#places=1,2,3,-1", "#places=1,2,3,4,5,6", "#places=1,2,3;4,5,6;7,8,9;1,1,1",
     ]) {

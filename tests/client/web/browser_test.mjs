@@ -529,7 +529,7 @@ async function hidesSmallComponents(page) {
   assert.deepEqual([before > 0, sent], [true, before], "the server is asked nothing");
   // Only the largest component remains at another quality.
   await page.click('[aria-label="Keep the largest part of the surface"]');
-  await page.waitForFunction(() => /largest_only=true/.test(location.hash));
+  await page.waitForFunction(() => /min_component=largest/.test(location.hash));
   await page.click('[aria-label="Qualities"] button:text-is("Draft")');
   await complete(page, ({ digest }) => digest !== whole.digest);
   await page.waitForFunction(() => /(^|, )1 of \d+ components shown$/.test(document.querySelector(".seal").textContent), null, { timeout: patience });
@@ -872,7 +872,7 @@ async function exchangesMessages(page) {
   // A page on the server's own host with the viewer in a frame.
   const around = `${server.page}around.html`;
   await page.route(around, (route) => route.fulfill({ contentType: "text/html", body:
-    '<title>around</title><iframe src="/?embed#dataset=gyroid&error=2" width="700" height="500"></iframe>' }));
+    '<title>around</title><iframe src="/?embed#dataset=gyroid&error=2&isovalue=abc" width="700" height="500"></iframe>' }));
   await page.goto(around);
   const frame = page.frameLocator("iframe");
   await frame.locator(".stage canvas").waitFor();
@@ -895,6 +895,8 @@ async function exchangesMessages(page) {
   }));
   const answer = (id) => said.find((one) => one.id === id);
   assert.equal(answer("first").state.dataset, "gyroid");
+  assert.deepEqual(answer("first").ignored, ["isovalue"]);
+  assert.equal(answer("first").state.maxTriangles, 500_000, "this browser draws without a graphics card");
   assert.equal(answer("second").state.isovalue, 0.25);
   assert.deepEqual(answer("second").ignored, ["nonsense", "opacity"]);
   assert.match(answer("third").text, /Unknown message "dance"; the messages are set, get/);
@@ -917,4 +919,19 @@ async function exchangesMessages(page) {
   const shown = late.find(({ multitetra }) => multitetra === "shown");
   assert(shown.isFinal && shown.triangles > 0 && shown.surface === 0, JSON.stringify(shown));
   assert.match(late.find(({ multitetra }) => multitetra === "error").text, /nosuch/);
+  // Naming the shown dataset again resolves the failure; surfaces of replaced isovalues are not reported.
+  const back = await page.evaluate(() => new Promise((resolve) => {
+    const heard = [];
+    const say = (message) => document.querySelector("iframe").contentWindow.postMessage(message, location.origin);
+    window.addEventListener("message", ({ data }) => {
+      heard.push(data);
+      if (data.id === "refused") say({ multitetra: "set", id: "back", state: { dataset: "gyroid", isovalue: 0.4, minComponent: 3 } });
+      if (data.multitetra === "shown" && data.isFinal && data.isovalue === 0.4) resolve(heard);
+    });
+    say({ multitetra: "set", id: "refused", state: { dataset: "nosuch" } });
+  }));
+  assert.match(back.find(({ multitetra }) => multitetra === "error").text, /nosuch/);
+  assert.equal(back.find(({ id }) => id === "refused").state.dataset, "gyroid");
+  assert.deepEqual([...new Set(back.filter(({ multitetra }) => multitetra === "shown").map(({ isovalue }) => isovalue))], [0.4]);
+  assert(await frame.locator(".notice").isHidden(), "the failure is no longer shown");
 }

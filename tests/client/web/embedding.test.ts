@@ -2,17 +2,67 @@ import { Embedding } from "../../../client/web/src/embedding";
 import { defaults } from "../../../client/web/src/state/settings";
 import type { Viewer } from "../../../client/web/src/viewer";
 
-test("ForwardsDraggingOfSettings", () => {
+const facts = { isovalue: 3, spacing: 1 };
+
+// A frame with a page around it; `said` has the messages to the page.
+function framed(parts: object = {}, ignoredInAddress: string[] = []) {
   const set: unknown[] = [];
-  const viewer = { on: () => {}, get: () => defaults, set: (...words: unknown[]) => set.push(words), info: null, surfaces: {
-    progressOf: () => ({ shown: null, components: null }),
-  } };
-  const page = { postMessage: () => {} } as unknown as Window;
-  const frame = new EventTarget();
-  new Embedding(viewer as unknown as Viewer, page, frame as unknown as Window);
-  for (const more of [{ dragging: true }, {}]) {
-    const data = { multitetra: "set", state: { isovalue: 3 }, ...more };
-    frame.dispatchEvent(Object.assign(new Event("message"), { source: page, origin: "https://a.example", data }));
-  }
-  expect(set).toEqual([[{ isovalue: 3 }, true], [{ isovalue: 3 }, false]]);
+  const listeners = new Map<string, (what: unknown) => void>();
+  const surfaces = { progressOf: () => ({ shown: facts, components: null }), isCurrent: () => true };
+  const viewer = {
+    on: (kind: string, listener: (what: unknown) => void) => listeners.set(kind, listener), get: () => defaults,
+    set: (...words: unknown[]) => set.push(words), info: null, surfaces, ...parts,
+  };
+  const said: { multitetra: string; [name: string]: unknown }[] = [];
+  const page = { postMessage: (message: (typeof said)[number]) => said.push(message) } as unknown as Window;
+  const frame = Object.assign(new EventTarget(), { setTimeout });
+  new Embedding(viewer as unknown as Viewer, page, ignoredInAddress, frame as unknown as Window);
+  const say = (message: object) => frame.dispatchEvent(Object.assign(new Event("message"), { source: page, origin: "https://a.example", data: message }));
+  return { set, say, said, emit: (kind: string, what: unknown) => listeners.get(kind)!(what) };
+}
+
+describe("Embedding", () => {
+  test("ForwardsDraggingOfSettings", () => {
+    const { set, say } = framed();
+    for (const more of [{ dragging: true }, {}]) say({ multitetra: "set", state: { isovalue: 3 }, ...more });
+    expect(set).toEqual([[{ isovalue: 3 }, true], [{ isovalue: 3 }, false]]);
+  });
+
+  test("ReportsAFailureAgainAfterTheNextSet", () => {
+    const { say, said, emit } = framed();
+    say({ multitetra: "get" });
+    for (let i = 0; i < 2; ++i) {
+      say({ multitetra: "set", state: { dataset: "nope" } });
+      emit("failed", "No dataset named nope.");
+      emit("failed", "No dataset named nope.");
+    }
+    expect(said.filter(({ multitetra }) => multitetra === "error").length).toBe(2);
+  });
+
+  test("SendsNoSurfaceThatIsReplaced", () => {
+    let isCurrent = true;
+    const surfaces = { progressOf: () => ({ shown: facts, components: null }), isCurrent: () => isCurrent };
+    const { say, said } = framed({ surfaces, set: () => (isCurrent = false) });
+    say({ multitetra: "set", state: { isovalue: 4 } });
+    expect(said.map(({ multitetra }) => multitetra)).toEqual(["ready", "state"]);
+  });
+
+  test("ReportsIgnoredNamesOfTheAddressOnce", () => {
+    const { say, said } = framed({}, ["isovalue"]);
+    say({ multitetra: "set", state: { error: NaN } });
+    say({ multitetra: "get" });
+    expect(said.filter(({ multitetra }) => multitetra === "state").map(({ ignored }) => ignored)).toEqual([["isovalue", "error"], []]);
+  });
+
+  test("RepliesToEveryPicture", async () => {
+    const { say, said } = framed({ picture: () => Promise.reject(new Error("the context is lost")) });
+    say({ multitetra: "picture", id: 7 });
+    await vi.waitFor(() => expect(said.at(-1)).toEqual({ multitetra: "error", id: 7, text: "No picture: the context is lost" }));
+    vi.useFakeTimers();
+    const hidden = framed({ picture: () => new Promise(() => {}) });
+    hidden.say({ multitetra: "picture", id: 8 });
+    await vi.advanceTimersByTimeAsync(60_000);
+    vi.useRealTimers();
+    expect(hidden.said.at(-1)).toEqual({ multitetra: "error", id: 8, text: "No picture: The surface is not complete after 60 s." });
+  });
 });

@@ -1,6 +1,8 @@
 import { readFileSync } from "node:fs";
 
 import { ExpectedSizes } from "../../../client/web/src/expected_sizes";
+import { expectedText } from "../../../client/web/src/panel/expected_text";
+import type { StepFacts } from "../../../client/web/src/state/progress";
 import { inTriangleRange, minEstimateFactor, maxEstimateFactor } from "../../../client/web/src/shared/quantities";
 import { dataset, request } from "./golden_stream";
 
@@ -61,6 +63,24 @@ describe("ExpectedSizes", () => {
     expect(sizes.isAllowed(size(500_000))).toBe(true);
     expect(sizes.isAllowed(size(500_001))).toBe(false);
     expect(sizes.withBudget(order(0.1)).request.maxTriangles).toBe(200_000n);
+  });
+});
+
+describe("ExpectedText", () => {
+  const drawn = (more: object) => ({ isFinal: true, shell: null, triangles: 200_000, ...more }) as StepFacts;
+  const textOf = (shown: StepFacts | null) => expectedText(size(250_000), shown).replaceAll("\u202f", " ");
+
+  test("IsTheEstimateOfASimplifiedSurface", () => {
+    expect(expectedText(null, null)).toBe("");
+    expect(textOf(null)).toBe("180 000 to 380 000 triangles, about 488 KiB");
+    expect(textOf(drawn({}))).toBe(textOf(null));
+  });
+
+  test("NamesADrawnFullResolution", () => {
+    const shell = { values: 0, levelsPerOctave: 0, spacing: 1 };
+    expect(textOf(drawn({ shell, triangles: 2_516_852 }))).toBe(
+      "2 516 852 triangles are drawn, the full resolution, which arrives sooner. Fetched as a file: 180 000 to 380 000 triangles, about 488 KiB");
+    expect(textOf(drawn({ shell, triangles: 2_516_852, isFinal: false }))).toBe(textOf(null));
   });
 });
 

@@ -16,6 +16,21 @@ describe("parseSettings", () => {
     expect(parseSettings({ ...defaults })).toEqual({ settings: defaults, ignored: [] });
   });
 
+  test("FillsInDefaultsOfSurfaces", () => {
+    expect(parseSettings({ surfaces: [{ isovalue: 3 }, { isovalue: 4, opacity: 0.5, minComponent: "largest" }] })).toEqual({ ignored: [], settings: { surfaces: [
+      { isovalue: 3, error: null, color: "#d9775f", opacity: 1, visible: true },
+      { isovalue: 4, error: null, color: "#7fb3d5", opacity: 0.5, visible: true, minComponent: "largest" },
+    ] } });
+  });
+
+  test("ReportsIgnoredFieldsOfSurfaces", () => {
+    const surfaces = [{ isovalue: 3, opacity: 2, visible: "no", colour: "#ffffff" }, { color: "#ffffff" }, { isovalue: NaN }, null];
+    expect(parseSettings({ surfaces })).toEqual({
+      settings: { surfaces: [{ isovalue: 3, error: null, color: "#d9775f", opacity: 1, visible: true }] },
+      ignored: ["surfaces[0].opacity", "surfaces[0].visible", "surfaces[0].colour", "surfaces[1].isovalue", "surfaces[2].isovalue", "surfaces[3].isovalue"],
+    });
+  });
+
   test("GuideListsAllSettings", () => {
     const guide = readFileSync(new URL("../../../client/web/EMBEDDING.md", import.meta.url), "utf8");
     const fields = guide.slice(guide.indexOf("Fields of `state`"), guide.indexOf("## As a module"));
@@ -27,6 +42,7 @@ describe("parseSettings", () => {
     const { settings, ignored } = parseSettings(overrides);
     expect(settings).toEqual({});
     expect(ignored.sort()).toEqual(["__proto__", "clip", "error", "eye", "isovlaue", "region", "surfaces", "theme"]);
+    for (const value of [NaN, Infinity]) expect(parseSettings({ isovalue: value, eye: value })).toEqual({ settings: {}, ignored: ["isovalue", "eye"] });
     for (const nothing of [null, 7, "isovalue", undefined]) expect(parseSettings(nothing)).toEqual({ settings: {}, ignored: [] });
   });
 });

@@ -204,6 +204,15 @@ describe("SurfaceClient", () => {
     expect(openStream()).toBeDefined();
   });
 
+  test("IsCurrentOnlyWithTheLatestIsovalue", () => {
+    const { client } = keptAndWanted(settings);
+    expect(client.isCurrent).toBe(true);
+    client.request(dataset(), { ...settings, isovalue: 0.2 }, null, { moment });
+    expect(client.isCurrent).toBe(false);
+    client.request(dataset(), settings, null, { moment });
+    expect(client.isCurrent).toBe(true);
+  });
+
   test("HidesSmallComponentsWithoutRequests", async () => {
     const { client, shows, settles } = keptAndWanted(settings);
     expect(shows).toEqual([null]);

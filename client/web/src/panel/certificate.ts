@@ -4,6 +4,7 @@ import { lengthText } from "../stream/dataset";
 import { h } from "../shared/elements";
 import { counted, grouped, inDigits } from "../shared/quantities";
 import { componentsText, hidesAny } from "./component_filter";
+import { isFullResolution } from "./expected_text";
 
 // Returns whether the final surface has no triangles.
 export function isEmpty(shown: StepFacts): boolean {
@@ -91,8 +92,9 @@ export function errorExplanation(shown: StepFacts): string {
 function errorAnywhere(shown: StepFacts): string {
   const world = lengthText(shown.errorWorld, shown);
   if (shown.isCertified) {
+    const why = isFullResolution(shown) ? " It may be less than allowed: the full resolution arrived sooner than a simplified surface." : "";
     return `No point of this surface is farther than this (${world}) from the full-resolution ` +
-      "surface, nor vice versa; rounding to the lattice is added.";
+      `surface, nor vice versa; rounding to the lattice is added.${why}`;
   }
   if (!shown.preservesTopology) {
     return `The allowed error (${world}); features up to ${inDigits(shown.tolerance, 3)} voxels ` +

@@ -41,8 +41,8 @@ export function isovaluePart(change: Change): IsovaluePart {
     onChange: (logScale) => change({ logScale }),
   });
   const filter = componentFilter("the surface", {
-    hide: (minComponent) => change({ minComponent, largestOnly: false }), showHidden: () => change({ hiddenParts: [] }),
-    keepLargest: (largestOnly) => change({ largestOnly }),
+    hide: (minComponent) => change({ minComponent }), showHidden: () => change({ hiddenParts: [] }),
+    keepLargest: (isOn) => change({ minComponent: isOn ? "largest" : 0 }),
   });
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Suggested isovalues" });
   const chip = (value: number, of: DatasetInfo) => {

@@ -2,6 +2,7 @@
 // selected ones.
 import type { DatasetInfo, Label } from "../protocol/messages";
 import { findByName, labelName, labelOf, maxInitialLabels, renamedLabel, withLabelName } from "../state/series";
+import { hiddenPartsOf } from "../state/hidden_parts";
 import type { Progress } from "../state/progress";
 import type { Settings } from "../state/settings";
 import { type SurfaceSettings, surfacesOf, withAllSurfaces } from "../state/surfaces";
@@ -138,7 +139,7 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
       row.show(one, label);
     });
     filter.show({
-      minComponent: Math.max(0, ...found.map(({ one }) => one.minComponent ?? 0)),
+      minComponent: Math.max(0, ...found.map(({ one }) => hiddenPartsOf(one).minComponent)),
       places: found.flatMap(({ one }) => one.hiddenParts ?? []),
     });
     const shown = found.filter(({ one }) => one.visible);

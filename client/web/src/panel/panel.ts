@@ -1,13 +1,13 @@
 // The side panel: all settings, in the order in which they are needed.
 import type { DatasetInfo } from "../protocol/messages";
-import type { Progress, SurfaceSize } from "../state/progress";
+import type { Progress, StepFacts, SurfaceSize } from "../state/progress";
 import { timesOf } from "../state/series";
 import { defaults, type Settings } from "../state/settings";
 import type { Store } from "../state/store";
 import { type AccuracyPart, accuracyPart } from "./accuracy_section";
 import { bookmarksPart, type BookmarksEvents } from "./bookmarks_section";
 import { h } from "../shared/elements";
-import { inBytes, inTriangleRange } from "../shared/quantities";
+import { expectedText } from "./expected_text";
 import type { HistogramView } from "./histogram";
 import { type SeriesPart, seriesPart } from "./series_section";
 import { type FieldPart, fieldPart } from "./field_section";
@@ -43,7 +43,9 @@ export class Panel {
   // Elements that apply only to labels.
   private readonly ofLabels: HTMLElement[];
   private readonly expected = h("p", { class: "expected", "data-tip":
-    "The server's estimate of the size of the surface with these settings." });
+    "The server's estimate for these settings. The view shows the full resolution instead where that arrives sooner." });
+  private size: SurfaceSize | null = null;
+  private shown: StepFacts | null = null; // Of the first surface.
   private info: DatasetInfo | null = null;
 
   constructor(
@@ -98,9 +100,8 @@ export class Panel {
   }
 
   showExpected(size: SurfaceSize | null): void {
-    this.expected.textContent = size
-      ? `${inTriangleRange(size.triangles, size.budget)}, about ${inBytes(size.bytes)}`
-      : "\u00a0"; // Keeps the line's height.
+    this.size = size;
+    this.drawExpected();
   }
 
   // Called when a surface was clicked.
@@ -121,7 +122,15 @@ export class Panel {
   showSurface(surface: number, progress: Progress): void {
     this.surfaces.showProgress(surface, progress);
     this.labels.showProgress(surface, progress);
-    if (surface === 0) this.field.showProgress(progress);
+    if (surface !== 0) return;
+    this.field.showProgress(progress);
+    if (progress.shown === this.shown) return;
+    this.shown = progress.shown;
+    this.drawExpected();
+  }
+
+  private drawExpected(): void {
+    this.expected.textContent = expectedText(this.size, this.shown) || "\u00a0"; // Keeps the line's height.
   }
 
   private show(): void {

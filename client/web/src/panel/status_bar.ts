@@ -2,6 +2,7 @@
 // Progress is that of the first visible surface, totals are of all; the state is complete only when all are.
 import type { DrawnSurface, SurfacesStatus, SurfaceSize } from "../state/progress";
 import { accuracyInUnits, certificateOf, errorExplanation, isEmpty, leastAccurate, certificateSummary, trianglesOf, errorSummary } from "./certificate";
+import { isFullResolution } from "./expected_text";
 import { h } from "../shared/elements";
 import { grouped, inBytes, inSeconds, inTriangleRange } from "../shared/quantities";
 
@@ -154,9 +155,10 @@ export class StatusBar {
     const triangles = drawn.reduce((sum, surface) => sum + trianglesOf(surface), 0);
     const isPreview = shown && expected && isFirst && drawn.length === 1 && (isStreaming || !shown.isFinal);
     const label = drawn.length > 1 ? `triangles of ${drawn.length} surfaces` : "triangles";
-    // A preview may have more triangles: it is not simplified.
-    const coming = expected && `${triangles < expected.triangles ? "of" : "soon"} ${inTriangleRange(expected.triangles, expected.budget)}`;
-    this.triangles.show(shown && grouped(triangles), isPreview ? coming ?? label : label);
+    const coming = expected && (shown?.shell && triangles > expected.triangles ? "triangles, not simplified"
+      : `${triangles < expected.triangles ? "of" : "soon"} ${inTriangleRange(expected.triangles, expected.budget)}`);
+    const isFull = drawn.length === 1 && isFullResolution(drawn[0].shown);
+    this.triangles.show(shown && grouped(triangles), isPreview ? coming ?? label : isFull ? "triangles, full resolution" : label);
   }
 
   private showCertificate(drawn: DrawnSurface[]): void {

@@ -121,8 +121,8 @@ function surfaceRow(
     ...materials.map((word) => h("option", { value: word }, word[0].toUpperCase() + word.slice(1))));
   material.addEventListener("change", () => change({ material: materials.find((word) => word === material.value) }));
   const filter = componentFilter(name, {
-    hide: (minComponent) => change({ minComponent, largestOnly: false }), showHidden: () => change({ hiddenParts: [] }),
-    keepLargest: (largestOnly) => change({ largestOnly }),
+    hide: (minComponent) => change({ minComponent }), showHidden: () => change({ hiddenParts: [] }),
+    keepLargest: (isOn) => change({ minComponent: isOn ? "largest" : 0 }),
   });
   const state = h("span", { class: "surface-state" });
   const dataset = h("span", { class: "surface-dataset", hidden: true });

@@ -1,5 +1,6 @@
 // The hidden components of a surface: small ones, individually picked ones, or all but the largest.
 import type { Vec3 } from "../stream/dataset";
+import type { MinComponent } from "./settings";
 
 export interface HiddenParts {
   minComponent: number; // In samples: components whose bounding box has a shorter diagonal are hidden. 0: none.
@@ -20,7 +21,7 @@ export function isSameHiddenParts(a: HiddenParts, b: HiddenParts): boolean {
 }
 
 // Returns the hidden parts of a surface in the settings.
-export function hiddenPartsOf(surface: { minComponent?: number; hiddenParts?: readonly Vec3[]; largestOnly?: boolean }): HiddenParts {
-  const { minComponent = 0, hiddenParts = [], largestOnly = false } = surface;
-  return { minComponent, places: hiddenParts, largestOnly };
+export function hiddenPartsOf({ minComponent = 0, hiddenParts = [] }: { minComponent?: MinComponent; hiddenParts?: readonly Vec3[] }): HiddenParts {
+  const largestOnly = minComponent === "largest";
+  return { minComponent: largestOnly ? 0 : minComponent, places: hiddenParts, largestOnly };
 }

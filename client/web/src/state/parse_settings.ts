@@ -1,18 +1,22 @@
 // Parses settings from outside, such as an embedding page or a notebook. Names and forms are those of Settings; invalid
-// values are skipped and their names returned.
-import { defaults, type Settings } from "./settings";
+// values are skipped and their names returned. Missing fields of a surface have defaults.
+import { type AdditionalSurface, defaults, type Settings } from "./settings";
+import { surfaceColors } from "./surfaces";
 import { fromAddress, toAddress } from "./url_state";
 
 export interface ParsedSettings {
   settings: Partial<Settings>;
-  ignored: string[]; // Names.
+  ignored: string[]; // Names: "error", "surfaces[1].opacity".
 }
 
 export function parseSettings(given: unknown): ParsedSettings {
   const found: ParsedSettings = { settings: {}, ignored: [] };
   if (typeof given !== "object" || given === null) return found;
   for (const [name, value] of Object.entries(given)) {
-    const read = Object.hasOwn(defaults, name) ? settingFrom(name as keyof Settings, value) : undefined;
+    const isList = name === "surfaces" && Array.isArray(value);
+    const checked = isList ? surfacesFrom(value, found.ignored) : value;
+    if (isList && value.length > 0 && checked.length === 0) continue; // No entry is valid.
+    const read = Object.hasOwn(defaults, name) ? settingFrom(name as keyof Settings, checked) : undefined;
     if (read) Object.assign(found.settings, read);
     else found.ignored.push(name);
   }
@@ -20,12 +24,43 @@ export function parseSettings(given: unknown): ParsedSettings {
 }
 
 // Addresses omit defaults; other values are written to an address and parsed again, which checks their range.
-function settingFrom(name: keyof Settings, value: unknown): Partial<Settings> | undefined {
-  if (JSON.stringify(value) === JSON.stringify(defaults[name])) return { [name]: defaults[name] };
+function settingFrom<K extends keyof Settings>(name: K, value: unknown): Partial<Settings> | undefined {
+  const usual = defaults[name];
+  const isUsual = value === usual || (Array.isArray(value) && JSON.stringify(value) === JSON.stringify(usual));
+  if (isUsual) return { [name]: usual };
   try {
     const read = fromAddress(toAddress({ ...defaults, [name]: value }));
     return Object.hasOwn(read, name) ? { [name]: read[name] } : undefined;
   } catch {
     return undefined; // Malformed settings.
   }
+}
+
+// Skips entries without a valid isovalue.
+function surfacesFrom(entries: readonly unknown[], ignored: string[]): AdditionalSurface[] {
+  return entries.flatMap((entry, at) => {
+    const color = surfaceColors[(at + 1) % surfaceColors.length];
+    const surface: AdditionalSurface = { isovalue: NaN, error: null, color, opacity: 1, visible: true };
+    for (const [name, value] of Object.entries(entry ?? {})) {
+      const read = value === undefined ? {} : surfaceFieldFrom(name, value);
+      if (read) Object.assign(surface, read);
+      else ignored.push(`surfaces[${at}].${name}`);
+    }
+    const isMissing = Number.isNaN(surface.isovalue);
+    const name = `surfaces[${at}].isovalue`;
+    if (isMissing && !ignored.includes(name)) ignored.push(name);
+    return isMissing ? [] : [surface];
+  });
+}
+
+const surfaceFields: Required<AdditionalSurface> = {
+  isovalue: 0, error: null, color: surfaceColors[0], opacity: 1, visible: true, dataset: "", minComponent: 0, hiddenParts: [], material: "neutral",
+};
+
+function surfaceFieldFrom(name: string, value: unknown): Partial<AdditionalSurface> | undefined {
+  if (!Object.hasOwn(surfaceFields, name)) return undefined;
+  const [read] = settingFrom("surfaces", [{ ...surfaceFields, [name]: value }])?.surfaces ?? [];
+  const field = name as keyof AdditionalSurface;
+  if (!read || typeof (read[field] ?? surfaceFields[field]) !== typeof value) return undefined;
+  return read[field] === undefined ? {} : { [field]: read[field] };
 }

@@ -96,6 +96,11 @@ export function rangeOf(list: readonly DatasetInfo[], info: DatasetInfo): { min:
   return { min: Math.min(...all.map(({ min }) => min)), max: Math.max(...all.map(({ max }) => max)) };
 }
 
+// Whether both are the same dataset, prepared once; the list of a later connection has other objects.
+export function isSameData(a: DatasetInfo | null | undefined, b: DatasetInfo | null | undefined): boolean {
+  return !!a && a.name === b?.name && a.contentId === b.contentId;
+}
+
 export function isSameSeries(a: DatasetInfo, b: DatasetInfo): boolean {
   return a.name === b.name || (!!a.member && a.member.series === b.member?.series);
 }
@@ -188,15 +193,15 @@ function withLabels({ labels: members }: Series, { labels, surfaces }: Settings)
   return { ...firstOnly({ ...defaults, ...first }), dataset, isovalue, surfaces: others, labels: "" };
 }
 
-type FirstOnly = Pick<Settings, "color" | "opacity" | "visible" | "minComponent" | "hiddenParts" | "material" | "largestOnly">;
+type FirstOnly = Pick<Settings, "color" | "opacity" | "visible" | "minComponent" | "hiddenParts" | "material">;
 
 // Picks the settings of the first surface.
-function firstOnly({ color, opacity, visible, minComponent, hiddenParts, material, largestOnly }: FirstOnly): FirstOnly {
-  return { color, opacity, visible, minComponent, hiddenParts, material, largestOnly };
+function firstOnly({ color, opacity, visible, minComponent, hiddenParts, material }: FirstOnly): FirstOnly {
+  return { color, opacity, visible, minComponent, hiddenParts, material };
 }
 
-function lookOf({ isovalue, error, color, opacity, minComponent = 0, hiddenParts = [], material = "neutral", largestOnly = false }: AdditionalSurface): string {
-  return JSON.stringify([isovalue, error, color, opacity, minComponent, hiddenParts, material, largestOnly]);
+function lookOf({ isovalue, error, color, opacity, minComponent = 0, hiddenParts = [], material = "neutral" }: AdditionalSurface): string {
+  return JSON.stringify([isovalue, error, color, opacity, minComponent, hiddenParts, material]);
 }
 
 function surfaceOfLabel({ name: dataset, member }: DatasetInfo, visible: boolean): AdditionalSurface {

@@ -29,6 +29,9 @@ export const maxHiddenParts = 64; // Per surface.
 export const maxNoteLength = 80; // Characters of a note or a label's name.
 export const maxPlaces = 3; // Measured at a time: two lengths and an angle.
 
+// In samples: components whose bounding box has a shorter diagonal are hidden; or all but the one with the longest.
+export type MinComponent = number | "largest";
+
 // A place that the user picked to measure.
 export interface MeasuredPlace {
   world: [number, number, number];
@@ -44,10 +47,9 @@ export interface AdditionalSurface {
   color: string; // "#rrggbb"
   opacity: number; // 0 to 1 (opaque).
   visible: boolean;
-  minComponent?: number; // In samples, as for the first surface; default: 0.
+  minComponent?: MinComponent; // As for the first surface; default: 0.
   hiddenParts?: readonly [number, number, number][]; // As for the first surface; default: none.
   material?: Material; // Default: neutral.
-  largestOnly?: boolean; // As for the first surface; default: no.
 }
 
 export interface LabelName {
@@ -73,13 +75,12 @@ export interface Settings {
   labels: string; // The visible labels of a segmentation, in the form of label_ranges.ts, until they become surfaces; then empty.
   labelNames: readonly LabelName[]; // Names given by the user.
   // Display.
-  color: string; // This and the next six are of the first surface.
+  color: string; // This and the next five are of the first surface.
   material: Material;
   opacity: number;
   visible: boolean;
-  minComponent: number; // In samples: components whose bounding box has a shorter diagonal are hidden. 0: none.
+  minComponent: MinComponent; // 0: none is hidden.
   hiddenParts: readonly [number, number, number][]; // World coordinates: the component nearest to each is hidden.
-  largestOnly: boolean; // Shows only the component with the largest bounding box.
   colorBy: string; // The dataset whose values color the surfaces; empty: none.
   colors: ColorMap; // This and the next four: the color scale of those values.
   fieldLevel: number | null;
@@ -140,7 +141,6 @@ export const defaults: Settings = {
   visible: true,
   minComponent: 0,
   hiddenParts: [],
-  largestOnly: false,
   colorBy: "",
   colors: "viridis",
   fieldLevel: null,

@@ -15,19 +15,19 @@ export const maxMinComponent = 1e6; // In samples, as everywhere in the project.
 const outerOpacity = 0.35;
 
 // Distinguishable for color-blind users; the first two are bone and skin.
-const colors = ["#e0cdb4", "#d9775f", "#7fb3d5", "#e6c65c", "#8fc9a3", "#b7a3d9", "#d99bc4", "#9aa5b3"];
+export const surfaceColors = ["#e0cdb4", "#d9775f", "#7fb3d5", "#e6c65c", "#8fc9a3", "#b7a3d9", "#d99bc4", "#9aa5b3"];
 
 export function surfacesOf(settings: Settings): SurfaceSettings[] {
-  const { isovalue, error, color, opacity, visible, minComponent, hiddenParts, material, largestOnly } = settings;
-  return [{ isovalue, error, color, opacity, visible, minComponent, hiddenParts, material, largestOnly }, ...settings.surfaces];
+  const { isovalue, error, color, opacity, visible, minComponent, hiddenParts, material } = settings;
+  return [{ isovalue, error, color, opacity, visible, minComponent, hiddenParts, material }, ...settings.surfaces];
 }
 
 // Returns the settings of one surface alone; null: there is no such surface.
 export function settingsOf(settings: Settings, at: number): Settings | null {
   const own = surfacesOf(settings)[at];
   if (!own) return null;
-  const { minComponent, hiddenParts, material, largestOnly } = defaults; // The first one's settings do not apply to others.
-  return { ...settings, minComponent, hiddenParts, material, largestOnly, ...own, error: own.error ?? settings.error, surfaces: defaults.surfaces };
+  const { minComponent, hiddenParts, material } = defaults; // The first one's settings do not apply to others.
+  return { ...settings, minComponent, hiddenParts, material, ...own, error: own.error ?? settings.error, surfaces: defaults.surfaces };
 }
 
 // Hidden parts belong to one isovalue: a change of it shows all parts.
@@ -59,7 +59,7 @@ export function withAllSurfaces(
 export function withAddedSurface(settings: Settings, isovalue: number, suggested: number): Partial<Settings> {
   const used = surfacesOf(settings);
   if (used.length >= maxSurfaces) return {};
-  const color = colors.find((one) => used.every((surface) => surface.color !== one)) ?? colors[0];
+  const color = surfaceColors.find((one) => used.every((surface) => surface.color !== one)) ?? surfaceColors[0];
   const isOuter = isovalue < (settings.isovalue ?? suggested);
   const surface = { isovalue, error: null, color, opacity: isOuter ? outerOpacity : 1, visible: true };
   const surfaces = [...settings.surfaces, surface];
@@ -73,9 +73,9 @@ export function withoutSurface(settings: Settings, at: number): Partial<Settings
   const [next, ...rest] = settings.surfaces;
   if (!next) return {};
   const { dataset, ...look } = next;
-  const { minComponent, hiddenParts, material, largestOnly } = { ...defaults, ...look };
+  const { minComponent, hiddenParts, material } = { ...defaults, ...look };
   const own = dataset || settings.dataset;
   // Keep the dataset of surfaces that used the first one's.
   const kept = rest.map((one) => (own === settings.dataset || one.dataset ? one : { ...one, dataset: settings.dataset }));
-  return { ...look, minComponent, hiddenParts, material, largestOnly, dataset: own, error: next.error ?? settings.error, surfaces: kept };
+  return { ...look, minComponent, hiddenParts, material, dataset: own, error: next.error ?? settings.error, surfaces: kept };
 }

@@ -7,7 +7,7 @@
 //
 // Invalid settings are ignored and reported, so no address breaks the page.
 import { colorMaps } from "../shared/color_maps";
-import { defaults, type AdditionalSurface, type LabelName, materials, type MeasuredPlace, maxHiddenParts, maxNoteLength, maxPlaces, type Region, type Settings } from "./settings";
+import { defaults, type AdditionalSurface, type LabelName, materials, type MeasuredPlace, maxHiddenParts, maxNoteLength, maxPlaces, type MinComponent, type Region, type Settings } from "./settings";
 import { isLabelRanges } from "./label_ranges";
 import { maxMinComponent, maxLabels } from "./surfaces";
 
@@ -87,9 +87,8 @@ export function fromAddress(text: string): Partial<Settings> {
   set("material", word("material", ...materials));
   set("opacity", number("opacity", 0, 1));
   set("visible", yes("visible"));
-  set("minComponent", number("minComponent", 0, maxMinComponent));
+  set("minComponent", minComponentFrom(parameters.get("minComponent")));
   set("hiddenParts", partsFrom(parameters.get("hiddenParts"), ";", ","));
-  set("largestOnly", yes("largestOnly"));
   set("surfaces", surfacesFrom(parameters.get("surfaces") ?? null));
   set("labels", isLabelRanges(parameters.get("labels") ?? "") ? parameters.get("labels") : undefined);
   set("labelNames", labelNamesFrom(parameters.get("labelNames") ?? null));
@@ -153,7 +152,7 @@ const plainNames = [
   "maxTriangles", "simplify", "shading", "wireframe", "coloring", "clip", "clipAt", "clipFlipped", "filled",
   "slice", "sliceAt", "transparentAir", "layout", "sliceColors", "level", "windowWidth", "colorBy", "colors", "fieldLevel",
   "fieldWindow", "fieldLog", "samplesLog", "axes",
-  "projection", "occlusion", "material", "opacity", "visible", "minComponent", "largestOnly", "logScale", "playing", "speed", "loop", "theme",
+  "projection", "occlusion", "material", "opacity", "visible", "minComponent", "logScale", "playing", "speed", "loop", "theme",
 ] as const;
 
 function short(value: number): string {
@@ -161,15 +160,14 @@ function short(value: number): string {
 }
 
 // "300.5,d9775f,0.4": isovalue, color, opacity; then, each optional: error, "hidden", dataset (with separators
-// percent-encoded), size of the smallest visible component in samples, material, hidden parts "1:2:3/4:5:6", and
-// "largest" if only the largest component is shown.
+// percent-encoded), size of the smallest visible component in samples or "largest", material, hidden parts
+// "1:2:3/4:5:6".
 function surfaceText(surface: AdditionalSurface): string {
   const { dataset = "", isovalue, error, color, opacity, visible, minComponent = 0, material = "neutral", hiddenParts = [] } = surface;
   const words = [
     isovalue, color.slice(1), opacity === 1 ? "" : short(opacity), error === null ? "" : short(error),
-    visible ? "" : "hidden", dataset.replace(/[,;%]/g, encodeURIComponent), minComponent === 0 ? "" : short(minComponent),
+    visible ? "" : "hidden", dataset.replace(/[,;%]/g, encodeURIComponent), minComponent === 0 ? "" : typeof minComponent === "number" ? short(minComponent) : minComponent,
     material === "neutral" ? "" : material, hiddenParts.map((part) => part.map(short).join(":")).join("/"),
-    surface.largestOnly ? "largest" : "",
   ];
   return words.join(",").replace(/,+$/, "");
 }
@@ -177,7 +175,7 @@ function surfaceText(surface: AdditionalSurface): string {
 function surfacesFrom(text: string | null): AdditionalSurface[] | undefined {
   if (!text) return undefined;
   const surfaces = text.split(";").map((one): AdditionalSurface | null => {
-    const [value, colorText, opacityText, errorText, hidden, name, leastText, materialText, partsText, largest] = one.split(",");
+    const [value, colorText, opacityText, errorText, hidden, name, leastText, materialText, partsText] = one.split(",");
     const [isovalue] = numbersFrom(value, 1) ?? [];
     const [opacity] = numbersFrom(opacityText || "1", 1) ?? [];
     const [error] = errorText ? (numbersFrom(errorText, 1) ?? [NaN]) : [null];
@@ -186,16 +184,15 @@ function surfacesFrom(text: string | null): AdditionalSurface[] | undefined {
     if (!(opacity >= 0 && opacity <= 1) || (error !== null && !(error >= 0))) return null;
     const dataset = nameFrom(name ?? "");
     if (dataset === undefined) return null;
-    const [minComponent] = numbersFrom(leastText || "0", 1) ?? [];
-    if (minComponent === undefined || !(minComponent >= 0 && minComponent <= maxMinComponent)) return null;
+    const minComponent = minComponentFrom(leastText || "0");
+    if (minComponent === undefined) return null;
     const material = materials.find((word) => word === (materialText || "neutral"));
     const hiddenParts = partsText ? partsFrom(partsText, "/", ":") : [];
-    if (!material || !hiddenParts || (largest && largest !== "largest")) return null;
+    if (!material || !hiddenParts) return null;
     const surface = { isovalue, error, color, opacity, visible: hidden !== "hidden" };
     return {
-      ...(dataset ? { dataset } : {}), ...surface, ...(minComponent > 0 ? { minComponent } : {}),
+      ...(dataset ? { dataset } : {}), ...surface, ...(minComponent ? { minComponent } : {}),
       ...(material !== "neutral" ? { material } : {}), ...(hiddenParts.length > 0 ? { hiddenParts } : {}),
-      ...(largest ? { largestOnly: true } : {}),
     };
   });
   return surfaces.length < maxLabels && surfaces.every((one) => one !== null) ? surfaces : undefined;
@@ -256,6 +253,12 @@ function nameFrom(text: string): string | undefined {
   } catch {
     return undefined;
   }
+}
+
+function minComponentFrom(text: string | undefined): MinComponent | undefined {
+  if (text === "largest") return text;
+  const [samples] = numbersFrom(text, 1) ?? [];
+  return samples !== undefined && samples >= 0 && samples <= maxMinComponent ? samples : undefined;
 }
 
 function colorFrom(text: string | null | undefined): string | undefined {

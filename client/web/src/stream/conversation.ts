@@ -72,8 +72,8 @@ const policies = {
   all: StepPolicy.PROGRESSIVE, previews: StepPolicy.PREVIEWS_ONLY, coarse: StepPolicy.PREVIEWS_ONLY, final: StepPolicy.FINAL_ONLY,
 };
 const maxCachedTiles = 8192;
-const firstRetry = 500;
-const maxRetry = 15_000;
+export const firstRetry = 500;
+export const maxRetry = 15_000;
 const maxWait = 600_000; // The longest accepted delay of a server.
 
 export class Conversation {
@@ -348,7 +348,7 @@ export class Conversation {
   private receiveConnectionError({ code, text, retryAfter }: ErrorReply): Effect[] {
     this.wait = delayOf(retryAfter);
     // The connection ends; only some reasons are temporary.
-    const isFatal = code !== ErrorCode.UNAVAILABLE && code !== ErrorCode.LIMIT_EXCEEDED;
+    const isFatal = !isTemporary(code);
     this.hasGivenUp = isFatal;
     return [{ kind: "failure", text, isFatal, code }];
   }
@@ -370,6 +370,11 @@ export class Conversation {
       return { kind: "stream", stream: this.stream, order: this.order!, effect, isNew };
     });
   }
+}
+
+// Returns whether another connection may succeed after this one was ended with the code.
+export function isTemporary(code: ErrorCode): boolean {
+  return code === ErrorCode.UNAVAILABLE || code === ErrorCode.LIMIT_EXCEEDED;
 }
 
 // Converts the server's delay in seconds to milliseconds.

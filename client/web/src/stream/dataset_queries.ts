@@ -1,8 +1,10 @@
 // Queries for samples: a slice, or the field at places. They use a connection of their own, opened with the first
-// query, so that tiles do not delay replies.
+// query, so that tiles do not delay replies. Queries without a reply are repeated after a lost connection, also if the
+// server closed it because the page was too busy to send its first message in time.
 import {
   create, HelloSchema, type ProbedPlace, ProbeSchema, type ServerKind, SliceSchema, PayloadCodec,
 } from "../protocol/messages";
+import { firstRetry, isTemporary, maxRetry } from "./conversation";
 import type { Vec3 } from "./dataset";
 import { Link } from "./link";
 
@@ -37,12 +39,14 @@ export class DatasetQueries {
   private waiting: { id: bigint; asked: PendingQuery }[] = [];
   private lastId = 0n;
   private phase: "none" | "greeting" | "ready" = "none";
+  private failures = 0; // Connections lost since the last reply.
 
-  constructor(address: string, private readonly token: () => string) {
+  // `retrying` is called when a repeated attempt has failed, too.
+  constructor(address: string, private readonly token: () => string, private readonly retrying: (text: string) => void = () => {}) {
     this.link = new Link(address, {
       opened: () => this.sendHello(),
       received: (message) => this.receive(message),
-      closed: () => this.failAll("The connection to the server was lost."),
+      closed: () => this.reconnect(),
       blocked: () => this.failAll("Cannot connect to the server."),
     });
   }
@@ -112,15 +116,17 @@ export class DatasetQueries {
         break;
       case "sliceReply":
       case "probeReply":
+        this.failures = 0;
         this.running.get(message.value.requestId)?.resolve(message);
         this.running.delete(message.value.requestId);
         break;
       case "error": {
-        const { requestId, text } = message.value;
+        const { requestId, code, text } = message.value;
         if (requestId === 0n) {
           this.link.close();
-          return this.failAll(text);
+          return isTemporary(code) ? this.reconnect() : this.failAll(text);
         }
+        this.failures = 0;
         this.running.get(requestId)?.reject(new Error(text));
         this.running.delete(requestId);
         break;
@@ -129,7 +135,17 @@ export class DatasetQueries {
     this.sendNext();
   }
 
-  // The next query reconnects.
+  // Repeats the queries without a reply; without any, the next query connects.
+  private reconnect(): void {
+    this.waiting.unshift(...[...this.running].map(([id, asked]) => ({ id, asked })));
+    this.running.clear();
+    this.phase = this.waiting.length > 0 ? "greeting" : "none";
+    if (this.phase === "none") return;
+    this.link.connectIn(Math.min(maxRetry, firstRetry * 2 ** this.failures));
+    if (++this.failures > 1) this.retrying("The server did not answer; trying again.");
+  }
+
+  // The next query connects.
   private failAll(text: string): void {
     this.phase = "none";
     const asked = [...this.running.values(), ...this.waiting.map((one) => one.asked)];
