@@ -50,7 +50,7 @@ void MessageConnection::enforce_limits(Clock::time_point now) {
   if (hello_.is_past(now)) {
     hello_.clear();
     if (!conversation_->is_welcomed()) {
-      end({ErrorCode::kUnavailable, "Hello was not received in time."});
+      end({ErrorCode::kUnavailable, "The first message did not arrive in time."});
       return;  // The linger time begins now.
     }
   }

@@ -840,11 +840,17 @@ async function runsTheExample(page) {
   const guide = readFileSync(new URL("../../../client/web/EMBEDDING.md", import.meta.url), "utf8");
   const [block] = guide.match(/^ {4}<!doctype html>\n(?: {4}.*\n)+/m);
   const text = block.replaceAll(/^ {4}/gm, "").replaceAll("https://volumes.example/", server.page)
-    .replace("dataset=head&isovalue=500.5", "dataset=gyroid&isovalue=0.25");
+    .replace("dataset=head&isovalue=500.5", "dataset=gyroid&isovalue=0.25")
+    .replace('max="1000"', 'max="1" step="any"');
   const around = `${server.page}around.html`;
   await page.route(around, (route) => route.fulfill({ contentType: "text/html", body: text }));
   await page.goto(around);
-  await page.waitForFunction(() => / triangles within [0-9.]+ voxels$/.test(document.querySelector("#facts").textContent), null, { timeout: patience });
+  const facts = () => page.textContent("p");
+  await page.waitForFunction(() => / triangles within [0-9.]+ voxels$/.test(document.querySelector("p").textContent), null, { timeout: patience });
+  const before = await facts();
+  await page.fill("input", "0.6"); // As the user moves it: input, then change.
+  await page.waitForFunction((text) => document.querySelector("p").textContent !== text, before, { timeout: patience });
+  assert.match(await facts(), / triangles within [0-9.]+ voxels$/);
 }
 
 async function hidesTools(page) {

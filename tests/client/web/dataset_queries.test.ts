@@ -25,7 +25,7 @@ vi.mock("../../../client/web/src/stream/link", () => ({
 const grid = { origin: [0, 0, 0] as const, right: [1, 0, 0] as const, down: [0, 1, 0] as const, width: 1, height: 1 };
 const send = (message: ServerKind) => link.events!.received(message);
 const welcome = () => send({ case: "welcome", value: create(WelcomeSchema, { version: 1 }) });
-const fail = (code: ErrorCode) => send({ case: "error", value: create(ErrorReplySchema, { requestId: 0n, code, text: "Hello was not received in time." }) });
+const fail = (code: ErrorCode) => send({ case: "error", value: create(ErrorReplySchema, { requestId: 0n, code, text: "The first message did not arrive in time." }) });
 const slices = () => link.sent.filter((one) => one.case === "slice").map(({ value }) => value as Slice);
 
 function asked() {
@@ -62,7 +62,7 @@ describe("DatasetQueries", () => {
   test("FailIfTheTokenIsRefused", async () => {
     const { slice } = asked();
     fail(ErrorCode.UNAUTHENTICATED);
-    await expect(slice).rejects.toThrow("Hello");
+    await expect(slice).rejects.toThrow("first message");
     expect(link.waits).toEqual([]);
   });
 });
