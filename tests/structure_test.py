@@ -60,7 +60,7 @@ THIRD_PARTY = {
     r"boost/": ["common/net", "server/http"],
     r"CLI/": [],
     r"draco/": [],
-    r"gdcm|hdf5|expat\.h|tiff|png\.h|blosc\.h|zstd\.h|lz4\.h|bzlib\.h|zlib\.h|curl/": [],
+    r"gdcm|hdf5|libaec\.h|expat\.h|tiff|png\.h|blosc\.h|zstd\.h|lz4\.h|bzlib\.h|zlib\.h|curl/": [],
     r"google/protobuf|\.pb\.h": ["common/wire"],
     r"spdlog/": [],
     r"openssl/": [],

@@ -60,6 +60,30 @@ Result<DatasetInfo> chosen(const std::string& name, const std::vector<DatasetInf
                                               names(datasets) + "." + did_you_mean(name, known));
 }
 
+DatasetInfo usable_dataset(const SurfaceOrder& order, const ConnectedServer& connected) {
+  auto info = chosen(order.dataset, connected.datasets);
+  if (info) return *std::move(info);
+  const bool is_usage = info.error().code == ErrorCode::kInvalidArgument;
+  throw ExitError(is_usage ? kUsage : kFailed, info.error().text);
+}
+
+DatasetRequest request_for(DatasetInfo info, const SurfaceOrder& order,
+                           const ConnectedServer& connected) {
+  auto requests = value_or_usage_error(requests_from(order.surface, info));
+  auto scalars = value_or_usage_error(scalars_for(order.surface.query));
+  std::string color_unit;
+  for (const DatasetInfo& values : connected.datasets) {
+    if (!scalars || values.name != scalars->dataset) continue;
+    const auto fits = check_colors(order.surface.query, info, values);
+    if (!fits) throw ExitError(kUsage, fits.error().text);
+    color_unit = values.meaning.value_unit;
+  }
+  Notices notices;
+  for (const IsosurfaceRequest& request : requests) notices.add(request_notices(request, info));
+  return {std::move(info), std::move(requests), std::move(scalars), std::move(notices),
+          std::move(color_unit)};
+}
+
 }  // namespace
 
 ConnectedServer connected_to(const ServerArguments& arguments, const RetryOptions& retry_options) {
@@ -91,29 +115,31 @@ void add_order_options(Command& command, SurfaceOrder& order,
 
 ConnectedRequest ordered(const SurfaceOrder& order, const RetryOptions& retries) {
   ConnectedServer connected = connected_to(order.server, retries);
-  auto info = chosen(order.dataset, connected.datasets);
-  if (!info) {
-    const bool is_usage = info.error().code == ErrorCode::kInvalidArgument;
-    throw ExitError(is_usage ? kUsage : kFailed, info.error().text);
-  }
-  auto requests = value_or_usage_error(requests_from(order.surface, *info));
-  auto scalars = value_or_usage_error(scalars_for(order.surface.query));
-  std::string color_unit;
-  for (const DatasetInfo& values : connected.datasets) {
-    if (!scalars || values.name != scalars->dataset) continue;
-    const auto fits = check_colors(order.surface.query, *info, values);
-    if (!fits) throw ExitError(kUsage, fits.error().text);
-    color_unit = values.meaning.value_unit;
-  }
-  Notices notices;
-  for (const IsosurfaceRequest& request : requests) notices.add(request_notices(request, *info));
-  return {connected.server,     std::move(connected.client), *std::move(info),
-          std::move(requests),  std::move(scalars),          std::move(notices),
-          std::move(color_unit)};
+  DatasetRequest request = request_for(usable_dataset(order, connected), order, connected);
+  return {std::move(request), connected.server, std::move(connected.client)};
 }
 
-void share_budget(ConnectedRequest& surface) {
-  const auto shared = surface.client.share_budget(surface.info.name, surface.requests);
+ConnectedRequests ordered_datasets(const SurfaceOrder& order, const RetryOptions& retries) {
+  ConnectedServer connected = connected_to(order.server, retries);
+  std::vector<DatasetInfo> members;
+  for (const DatasetInfo& info : connected.datasets) {
+    if (info.name == order.dataset) {
+      members.clear();
+      break;
+    }
+    if (info.member && info.member->series == order.dataset) members.push_back(info);
+  }
+  const bool is_series = !members.empty();
+  if (!is_series) members.push_back(usable_dataset(order, connected));
+  std::vector<DatasetRequest> datasets;
+  for (DatasetInfo& info : members) {
+    datasets.push_back(request_for(std::move(info), order, connected));
+  }
+  return {connected.server, std::move(connected.client), std::move(datasets), is_series};
+}
+
+void share_budget(Client& client, DatasetRequest& surface) {
+  const auto shared = client.share_budget(surface.info.name, surface.requests);
   if (!shared) exit_with(shared.error());
 }
 

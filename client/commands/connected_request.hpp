@@ -39,9 +39,8 @@ struct SurfaceOrder {
 void add_order_options(Command& command, SurfaceOrder& order,
                        std::initializer_list<FieldGroup> fields);
 
-struct ConnectedRequest {
-  Endpoint server;
-  Client client;
+// An order for one dataset.
+struct DatasetRequest {
   DatasetInfo info;
   std::vector<IsosurfaceRequest> requests;  // At least one; each with the whole budget.
   // The colors of every surface; nullopt: no colors.
@@ -50,10 +49,24 @@ struct ConnectedRequest {
   std::string color_unit = {};  // The unit of the colored values; empty: unknown.
 };
 
+struct ConnectedRequest : DatasetRequest {
+  Endpoint server;
+  Client client;
+};
 [[nodiscard]] ConnectedRequest ordered(const SurfaceOrder& order,
                                        const RetryOptions& retries = {.most = 0});
 
+struct ConnectedRequests {
+  Endpoint server;
+  Client client;
+  std::vector<DatasetRequest> datasets;  // At least one.
+  bool is_series = false;
+};
+// As ordered(), or with a request for each dataset of a series if the order names a series.
+[[nodiscard]] ConnectedRequests ordered_datasets(const SurfaceOrder& order,
+                                                 const RetryOptions& retries);
+
 // Divides the common budget among the requests, in proportion to sizes estimated by the server.
-void share_budget(ConnectedRequest& surface);
+void share_budget(Client& client, DatasetRequest& surface);
 
 }  // namespace multitetra

@@ -1,5 +1,6 @@
 #include "client/commands/fetch_command.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <optional>
@@ -26,65 +27,99 @@ namespace {
 
 // One of the fetched surfaces and its output files.
 struct Part {
-  std::string name;       // With several surfaces: "isovalue 500.5"; otherwise empty.
-  std::string mesh_file;  // A GLB contains all parts.
+  std::size_t dataset = 0;                // Its place among the datasets of a series.
+  std::size_t request = 0;                // Its place among the isovalues.
+  std::string isovalue;                   // "isovalue 500.5" if there are several; otherwise empty.
+  std::string mesh_file;                  // A GLB contains all parts.
   std::filesystem::path steps_directory;  // Empty: steps are not written.
 };
 
-// Returns one part per isovalue. With several, names of files with one part include its isovalue.
-std::vector<Part> parts_of(const FetchArguments& arguments, MeshFormat format) {
-  const std::filesystem::path file = arguments.mesh;
-  const std::filesystem::path steps = arguments.steps_directory;
+// Returns one part per dataset of a series and isovalue; without names for one dataset. Names of
+// files with one part include those of which there are several.
+std::vector<Part> parts_of(const FetchArguments& arguments, MeshFormat format,
+                           const std::vector<std::string>& names = {}) {
   const std::vector<double>& isovalues = arguments.order.surface.query.isovalues;
-  if (isovalues.size() < 2) return {{.name = {}, .mesh_file = file, .steps_directory = steps}};
   std::vector<Part> parts;
-  for (const double isovalue : isovalues) {
-    const std::string number = shortest_text(isovalue);
-    const std::string own = file.stem().string() + "_" + number + file.extension().string();
-    parts.push_back({.name = "isovalue " + number,
-                     .mesh_file = format == MeshFormat::kGlb ? file : file.parent_path() / own,
-                     .steps_directory = steps.empty() ? steps : steps / ("isovalue_" + number)});
+  for (std::size_t dataset = 0; dataset < std::max<std::size_t>(1, names.size()); ++dataset) {
+    for (std::size_t i = 0; i < std::max<std::size_t>(1, isovalues.size()); ++i) {
+      Part part{.dataset = dataset,
+                .request = i,
+                .isovalue = {},
+                .mesh_file = arguments.mesh,
+                .steps_directory = arguments.steps_directory};
+      const auto add = [&](const std::string& name, const std::string& folder) {
+        if (format != MeshFormat::kGlb) part.mesh_file = file_of_part(part.mesh_file, name);
+        if (!part.steps_directory.empty()) part.steps_directory /= folder;
+      };
+      if (!names.empty()) add(names[dataset], names[dataset]);
+      if (isovalues.size() > 1) {
+        const std::string number = shortest_text(isovalues[i]);
+        part.isovalue = "isovalue " + number;
+        add(number, "isovalue_" + number);
+      }
+      parts.push_back(std::move(part));
+    }
   }
   return parts;
+}
+
+void require_outputs_of(const FetchArguments& arguments, const std::vector<Part>& parts) {
+  std::vector<NamedFile> outputs;
+  for (const Part& part : parts) {
+    const bool is_shared = !outputs.empty() && outputs.back().file == part.mesh_file;
+    if (!is_shared) outputs.push_back({"--output", part.mesh_file});
+  }
+  outputs.push_back({"--report", arguments.report});
+  require_outputs(outputs, {{"--threshold-grid", arguments.order.surface.threshold_grid},
+                            {"--token-file", arguments.order.server.token_file},
+                            {"--ca", arguments.order.server.ca_file}});
+}
+
+// Returns the name of a part in files.
+SurfaceName name_of(const Part& part, const DatasetInfo& info, bool is_series) {
+  SurfaceName name = surface_name(info);
+  if (part.isovalue.empty()) return name;
+  name.text = is_series ? name.text + ", " + part.isovalue : part.isovalue;
+  return name;
 }
 
 // Writes steps, final meshes and reports.
 class Output {
  public:
-  Output(const FetchArguments& arguments, MeshFormat format, const DatasetInfo& info)
-      : arguments_(arguments), info_(info), format_(format) {}
+  Output(const FetchArguments& arguments, MeshFormat format)
+      : arguments_(arguments), format_(format) {}
 
-  void step(const FetchedStep& fetched, const Part& part) const {
-    if (!arguments_.quiet) std::cerr << step_line(fetched, info_) << std::endl;
+  void step(const FetchedStep& fetched, const Part& part, const DatasetInfo& info) const {
+    if (!arguments_.quiet) std::cerr << step_line(fetched, info) << std::endl;
     if (part.steps_directory.empty()) return;
     const std::string suffix = std::filesystem::path(part.mesh_file).extension().string();
     const std::string name = "step_" + std::to_string(fetched.step->begin.step) + suffix;
-    const OutputSurface surface = surface_of(fetched);
-    write_file(part.steps_directory / name, file_of(surface));
+    const OutputSurface surface = surface_of(fetched, info);
+    write_file(part.steps_directory / name, file_of(surface, surface_name(info)));
   }
   // Returns the step's mesh as written to files.
-  [[nodiscard]] OutputSurface surface_of(const FetchedStep& fetched) const {
-    OutputSurface surface = output_surface(fetched.step->mesh, arguments_.order.surface, info_);
+  [[nodiscard]] OutputSurface surface_of(const FetchedStep& fetched,
+                                         const DatasetInfo& info) const {
+    OutputSurface surface = output_surface(fetched.step->mesh, arguments_.order.surface, info);
     paint(surface.mesh, fetched.step->begin, arguments_.order.surface.query.colors);
     return surface;
   }
-  void final_steps(std::span<const Part> parts, std::span<const OutputSurface> surfaces) const {
-    if (parts.size() > 1 && format_ == MeshFormat::kGlb) {
+  void final_steps(std::span<const Part> parts, std::span<const SurfaceName> names,
+                   std::span<const OutputSurface> surfaces) const {
+    if (format_ == MeshFormat::kGlb) {
       std::vector<ScenePart> scene;
       for (std::size_t i = 0; i < parts.size(); ++i) {
-        scene.push_back({.name = parts[i].name, .mesh = &surfaces[i].mesh});
+        scene.push_back({.name = names[i], .mesh = &surfaces[i].mesh});
       }
       return write_file(arguments_.mesh, scene_glb(scene, surfaces.front().world));
     }
     for (std::size_t i = 0; i < parts.size(); ++i) {
-      write_file(parts[i].mesh_file, file_of(surfaces[i]));
+      write_file(parts[i].mesh_file, file_of(surfaces[i], names[i]));
     }
   }
   // Also called for a failed fetch, with the steps received.
-  void report(std::span<const FetchReport> reports) const {
-    const std::string text = arguments_.order.surface.query.isovalues.size() < 2
-                                 ? json_report(reports[0])
-                                 : json_report(reports);
+  void report(std::span<const FetchReport> reports, bool are_several) const {
+    const std::string text = are_several ? json_report(reports) : json_report(reports[0]);
     if (!arguments_.report.empty()) write_file(arguments_.report, text);
     if (arguments_.json) {
       std::cout << text;
@@ -94,9 +129,10 @@ class Output {
   }
 
  private:
-  [[nodiscard]] std::string file_of(const OutputSurface& surface) const {
+  [[nodiscard]] std::string file_of(const OutputSurface& surface, const SurfaceName& name) const {
     return mesh_file(surface.mesh, format_,
-                     {.lattice = surface.lattice,
+                     {.name = name,
+                      .lattice = surface.lattice,
                       .min_component = surface.min_component,
                       .world = surface.world});
   }
@@ -107,7 +143,6 @@ class Output {
   }
 
   const FetchArguments& arguments_;
-  const DatasetInfo& info_;
   MeshFormat format_;
 };
 
@@ -178,13 +213,13 @@ FetchedStep for_report(const FetchedStep& fetched) {
 
 // Fetches and checks one surface.
 ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Part& part,
-                                       ConnectedRequest& surface, const Output& output,
-                                       KeptTiles& kept, FetchReport& report) {
+                                       Client& client, DatasetRequest& surface,
+                                       const Output& output, KeptTiles& kept, FetchReport& report) {
   const DatasetInfo& info = surface.info;
-  const auto final_step = surface.client.fetch(
+  const auto final_step = client.fetch(
       info, report.open,
       [&](const FetchedStep& step) {
-        output.step(step, part);
+        output.step(step, part, info);
         report.steps.push_back(for_report(step));
       },
       kept.fetch_options(report));
@@ -203,7 +238,7 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
   if (has_report && final_step->step->begin.request.simplify) {
     report.self_intersecting_triangles = lattice_intersections(mesh).triangles;
   }
-  OutputSurface written = output.surface_of(*final_step);
+  OutputSurface written = output.surface_of(*final_step, info);
   const std::string left_out = removed_text(written);
   if (!left_out.empty()) surface.notices.add("The file has " + left_out + ".");
   const std::string accuracy = accuracy_text(*final_step->step);
@@ -220,34 +255,39 @@ int fetch(const FetchArguments& arguments) {
                                 "\" has no mesh file suffix; use .ply, .stl, .obj, .glb, "
                                 ".drc or .vtp.");
   }
-
-  const std::vector<Part> parts = parts_of(arguments, *format);
-  std::vector<NamedFile> outputs = {{"--output", arguments.mesh}, {"--report", arguments.report}};
-  if (parts.front().mesh_file != arguments.mesh) {
-    outputs.erase(outputs.begin());
-    for (const Part& part : parts) outputs.push_back({"--output", part.mesh_file});
+  std::vector<Part> parts = parts_of(arguments, *format);
+  require_outputs_of(arguments, parts);
+  ConnectedRequests connected = ordered_datasets(arguments.order, retry_options(arguments));
+  if (connected.is_series) {
+    std::vector<std::string> names;
+    for (const DatasetRequest& surface : connected.datasets) {
+      if (surface.requests.front().max_triangles != 0 || surface.requests.front().max_bytes != 0) {
+        throw ExitError(kUsage,
+                        "--max-triangles and --max-bytes are for one dataset, not a series.");
+      }
+      names.push_back(surface.info.name);
+    }
+    parts = parts_of(arguments, *format, names);
+    require_outputs_of(arguments, parts);
+  } else {
+    share_budget(connected.client, connected.datasets.front());
   }
-  require_outputs(outputs, {{"--threshold-grid", arguments.order.surface.threshold_grid},
-                            {"--token-file", arguments.order.server.token_file},
-                            {"--ca", arguments.order.server.ca_file}});
-
   for (const Part& part : parts) {
     if (!part.steps_directory.empty()) std::filesystem::create_directories(part.steps_directory);
   }
-
-  ConnectedRequest surface = ordered(arguments.order, retry_options(arguments));
-  share_budget(surface);
-  const DatasetInfo& info = surface.info;
-  const Output output(arguments, *format, info);
+  const Output output(arguments, *format);
   KeptTiles kept(arguments);
   const bool has_previews = arguments.previews || !arguments.steps_directory.empty();
   std::vector<FetchReport> reports;
   std::vector<OutputSurface> surfaces;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
+  std::vector<SurfaceName> names;
+  const bool are_several = parts.size() > 1;
+  for (const Part& part : parts) {
+    DatasetRequest& surface = connected.datasets[part.dataset];
     reports.push_back(
-        {.server = surface.server,
-         .open = {.dataset = info.name,
-                  .request = surface.requests[i],
+        {.server = connected.server,
+         .open = {.dataset = surface.info.name,
+                  .request = surface.requests[part.request],
                   .steps = has_previews ? StepPolicy::kProgressive : StepPolicy::kFinalOnly,
                   .cached_tile_digests = {},
                   .scalars = surface.scalars},
@@ -255,27 +295,33 @@ int fetch(const FetchArguments& arguments) {
          .coordinates = std::string(name(arguments.order.surface.query.coordinates)),
          .mesh_file = {},
          .steps = {}});
-    auto part = fetch_part(arguments, parts[i], surface, output, kept, reports.back());
-    if (!part) {
-      reports.back().error = part.error().error;
-      output.report(reports);
-      exit_with(part.error());
+    auto fetched =
+        fetch_part(arguments, part, connected.client, surface, output, kept, reports.back());
+    if (!fetched) {
+      reports.back().error = fetched.error().error;
+      output.report(reports, are_several);
+      exit_with(fetched.error());
     }
-    surfaces.push_back(*std::move(part));
+    surfaces.push_back(*std::move(fetched));
+    names.push_back(name_of(part, surface.info, connected.is_series));
     reports.back().notices = surface.notices.texts();
   }
+  // Some labels of a series may be empty.
+  const bool has_any = std::any_of(surfaces.begin(), surfaces.end(),
+                                   [](const auto& surface) { return surface.components > 0; });
+  const bool may_be_empty = arguments.order.surface.allow_empty || (connected.is_series && has_any);
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (surfaces[i].components > 0 || arguments.order.surface.allow_empty) continue;
-    output.report(reports);
+    if (surfaces[i].components > 0 || may_be_empty) continue;
+    output.report(reports, are_several);
     throw ExitError(kEmptySurface, not_written_text(parts[i].mesh_file));
   }
-  output.final_steps(parts, surfaces);
+  output.final_steps(parts, names, surfaces);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     reports[i].components_written = surfaces[i].components;
     reports[i].triangles_written = surfaces[i].mesh.triangles.size();
     reports[i].mesh_file = parts[i].mesh_file;
   }
-  output.report(reports);
+  output.report(reports, are_several);
   return kOk;
 }
 
@@ -289,7 +335,7 @@ void add_fetch(Command& app, FetchArguments& a) {
   command
       ->add_option("-o,--output", a.mesh,
                    "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp. Several surfaces are parts of "
-                   "one .glb, or one file each, with the isovalue in its name")
+                   "one .glb, or one file each, with the dataset or isovalue in its name")
       ->required()
       ->type_name("FILE");
   command
@@ -316,20 +362,22 @@ void add_fetch(Command& app, FetchArguments& a) {
       ->type_name("DIR");
   command->add_flag("--json", a.json, "Print the JSON report");
   command->footer(
-      std::string("Examples:\n"
-                  "  multitetra-client fetch --dataset head -o head.ply\n"
-                  "  multitetra-client fetch --dataset head --error 0 --resume head.tiles "
-                  "-o head.ply\n"
-                  "  multitetra-client fetch --dataset head --isovalue 1200.5 --error 0.5 "
-                  "-o bone.glb --report bone.json\n"
-                  "  multitetra-client fetch --dataset head --isovalue 500.5,1200.5 "
-                  "-o skin_and_bone.glb\n"
-                  "  multitetra-client fetch --dataset density --color-by temperature --colors "
-                  "coolwarm -o density.glb\n"
-                  "  multitetra-client fetch --server wss://example.org --token-file token "
-                  "--dataset head -o head.ply\n"
-                  "  multitetra-client fetch --server tcp://example.org:7410 --dataset head "
-                  "--error 2 --unit world --save-steps steps -o head.stl\n") +
+      std::string(
+          "Examples:\n"
+          "  multitetra-client fetch --dataset head -o head.ply\n"
+          "  multitetra-client fetch --dataset head --error 0 --resume head.tiles "
+          "-o head.ply\n"
+          "  multitetra-client fetch --dataset head --isovalue 1200.5 --error 0.5 "
+          "-o bone.glb --report bone.json\n"
+          "  multitetra-client fetch --dataset head --isovalue 500.5,1200.5 "
+          "-o skin_and_bone.glb\n"
+          "  multitetra-client fetch --dataset organs -o organs.glb    (a series: all labels)\n"
+          "  multitetra-client fetch --dataset density --color-by temperature --colors "
+          "coolwarm -o density.glb\n"
+          "  multitetra-client fetch --server wss://example.org --token-file token "
+          "--dataset head -o head.ply\n"
+          "  multitetra-client fetch --server tcp://example.org:7410 --dataset head "
+          "--error 2 --unit world --save-steps steps -o head.stl\n") +
       kExitCodes);
 }
 

@@ -245,7 +245,7 @@ int snapshot(const SnapshotArguments& arguments) {
   require_outputs({{"--output", arguments.picture}},
                   {{"--threshold-grid", arguments.order.surface.threshold_grid}});
   ConnectedRequest surface = ordered(arguments.order);
-  share_budget(surface);
+  share_budget(surface.client, surface);
   Taken taken = taken_surfaces(arguments, surface);
   const bool is_any_empty =
       std::any_of(taken.surfaces.begin(), taken.surfaces.end(),

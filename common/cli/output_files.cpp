@@ -19,6 +19,10 @@ bool are_same(const fs::path& a, const fs::path& b) {
 
 }  // namespace
 
+fs::path file_of_part(const fs::path& output, const std::string& part) {
+  return output.parent_path() / (output.stem().string() + "_" + part + output.extension().string());
+}
+
 void require_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs) {
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const auto& [option, file] = outputs[i];

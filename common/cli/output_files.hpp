@@ -19,4 +19,8 @@ struct NamedFile {
 void require_outputs(const std::vector<NamedFile>& outputs,
                      const std::vector<NamedFile>& inputs = {});
 
+// Returns the file of one of several surfaces: organs_liver.ply for organs.ply and liver.
+[[nodiscard]] std::filesystem::path file_of_part(const std::filesystem::path& output,
+                                                 const std::string& part);
+
 }  // namespace multitetra

@@ -5,6 +5,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "common/request/surface_name.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -117,7 +119,11 @@ std::string key_of(const DatasetInfo& info) {
   key.add(info.outside.has_value());
   key.add(info.outside.value_or(0));
   key.add(info.margin);
-  return key.take() + info.name;
+  const SurfaceName name = surface_name(info);  // In files.
+  key.add(name.label.has_value());
+  key.add(name.label.value_or(0));
+  key.add(name.text.size());
+  return key.take() + name.text + info.name;
 }
 
 }  // namespace multitetra

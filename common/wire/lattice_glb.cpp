@@ -23,7 +23,8 @@ std::array<LatticePoint, 2> lattice_bounds(const LatticeMesh& mesh) {
 
 }  // namespace
 
-std::string lattice_glb(const LatticeMesh& mesh, const OctreeCube& cube, const Vec3& grid_step) {
+std::string lattice_glb(const LatticeMesh& mesh, const OctreeCube& cube, const Vec3& grid_step,
+                        const SurfaceName& name) {
   nlohmann::json json = empty_gltf();
   if (mesh.triangles.empty()) return glb_beginning(json, 0);
   const DracoPrimitive draco = encode_draco_primitive(mesh, cube);
@@ -61,6 +62,7 @@ std::string lattice_glb(const LatticeMesh& mesh, const OctreeCube& cube, const V
   const double y = delta * grid_step[1];
   const double z = delta * grid_step[2];
   json["nodes"] = {{{"mesh", 0}, {"matrix", {x, 0, 0, 0, 0, 0, -y, 0, 0, z, 0, 0, 0, 0, 0, 1}}}};
+  name_node(json["nodes"][0], name);
   json["scenes"][0]["nodes"] = {0};
   const std::size_t padded = (draco.bytes.size() + 3) / 4 * 4;
   std::string file = glb_beginning(json, padded);

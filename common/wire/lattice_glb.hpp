@@ -10,13 +10,14 @@
 #include "common/base/affine.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/octree_cube.hpp"
+#include "common/request/surface_name.hpp"
 
 namespace multitetra {
 
 // `grid_step` is the length of a grid step along each axis, z up. Includes the mesh's normals,
-// which must be in grid coordinates, if it has any. An empty mesh gives a scene without a mesh;
-// otherwise has the requirements of encode_tile().
+// which must be in grid coordinates, if it has any. `name` is the node's, see name_node(). An empty
+// mesh gives a scene without a mesh; otherwise has the requirements of encode_tile().
 [[nodiscard]] std::string lattice_glb(const LatticeMesh& mesh, const OctreeCube& cube,
-                                      const Vec3& grid_step);
+                                      const Vec3& grid_step, const SurfaceName& name = {});
 
 }  // namespace multitetra

@@ -50,8 +50,9 @@ void append(std::string& bytes, const T& value) {
 
 // ---- the formats
 
-std::string ply(const PositionedMesh& mesh, const std::string& title) {
+std::string ply(const PositionedMesh& mesh, const std::string& title, const std::string& name) {
   std::string file = "ply\nformat binary_little_endian 1.0\ncomment " + title + "\n";
+  if (!name.empty()) file += "comment name " + name + "\n";
   file += "element vertex " + std::to_string(mesh.positions.size()) +
           "\nproperty float x\nproperty float y\nproperty float z\n";
   if (!mesh.normals.empty()) file += "property float nx\nproperty float ny\nproperty float nz\n";
@@ -114,8 +115,9 @@ void append_lines(std::string& file, std::string_view name, const std::vector<Po
   }
 }
 
-std::string obj(const PositionedMesh& mesh, const std::string& title) {
+std::string obj(const PositionedMesh& mesh, const std::string& title, const std::string& name) {
   std::string file = "# " + title + "\n";
+  if (!name.empty()) file += "o " + name + "\n";
   file.reserve(file.size() + 40 * (mesh.positions.size() + mesh.normals.size()) +
                (mesh.normals.empty() ? 30 : 60) * mesh.triangles.size());
   append_lines(file, "v", mesh.positions);
@@ -153,15 +155,16 @@ std::string mesh_file(const PositionedMesh& mesh, MeshFormat format, const MeshF
   std::string title(kMeshFileTitle);
   if (facts.lattice) title += ", lattice " + std::to_string(*facts.lattice);
   if (facts.min_component > 0) title += ", min_component " + shortest_text(facts.min_component);
+  if (facts.name.label) title += ", label " + shortest_text(*facts.name.label);
   switch (format) {
     case MeshFormat::kPly:
-      return ply(mesh, title);
+      return ply(mesh, title, facts.name.text);
     case MeshFormat::kStl:
       return stl(mesh, title);
     case MeshFormat::kObj:
-      return obj(mesh, title);
+      return obj(mesh, title, facts.name.text);
     case MeshFormat::kGlb:
-      return scene_glb(std::array{ScenePart{.mesh = &mesh}}, facts.world);
+      return scene_glb(std::array{ScenePart{.name = facts.name, .mesh = &mesh}}, facts.world);
     case MeshFormat::kVtp:
       return vtp_file(mesh);
     case MeshFormat::kDrc:

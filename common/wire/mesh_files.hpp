@@ -12,6 +12,7 @@
 
 #include "common/mesh/mesh.hpp"
 #include "common/request/physical_meaning.hpp"
+#include "common/request/surface_name.hpp"
 
 namespace multitetra {
 
@@ -20,6 +21,8 @@ inline constexpr std::string_view kMeshFileTitle = "Multi-Tetra isosurface";
 
 // Facts appended to it, for programs that compare the mesh with its volume.
 struct MeshFileFacts {
+  // ", label NUMBER". The text is a comment of PLY, the object of OBJ and the node of GLB files.
+  SurfaceName name = {};
   // ", lattice R": the vertices lie at multiples of 2^-R grid steps.
   std::optional<int> lattice = std::nullopt;
   // ", min_component SAMPLES": removed components with a shorter bounding-box diagonal; 0: none.
@@ -39,7 +42,7 @@ enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc, kVtp };
 // without a mesh), except DRC, which has no such form and gives no bytes. All formats but STL,
 // which has normals of triangles, include the mesh's normals; without them GLB gets smooth normals.
 // GLB has a double-sided material. PLY, GLB (see scene_file.hpp) and VTP include scalars and
-// colors; PLY, STL and OBJ include `facts`. DRC is quantized to 20 bits over the bounding box.
+// colors; PLY, STL, OBJ and GLB include `facts`. DRC is quantized to 20 bits over the bounding box.
 // Throws std::system_error if the mesh exceeds a limit of the format (GLB: 4 GiB).
 [[nodiscard]] std::string mesh_file(const PositionedMesh& mesh, MeshFormat format,
                                     const MeshFileFacts& facts = {});

@@ -228,6 +228,7 @@ struct ErrorReply {
 
 struct Pong {
   std::uint64_t value = 0;
+  bool requires_token = false;  // Before Welcome: a Hello without a token is refused.
 };
 
 struct EstimateReply {

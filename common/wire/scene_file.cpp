@@ -104,8 +104,8 @@ class SceneWriter {
                 {{{"attributes", attributes}, {"indices", indices}, {"material", number}}}}}));
     // Column-major: (x, y, z) -> (x, z, -y), z up to y up.
     json_["nodes"].push_back(
-        named(part, {{"mesh", number},
-                     {"matrix", {unit, 0, 0, 0, 0, 0, -unit, 0, 0, unit, 0, 0, 0, 0, 0, 1}}}));
+        {{"mesh", number}, {"matrix", {unit, 0, 0, 0, 0, 0, -unit, 0, 0, unit, 0, 0, 0, 0, 0, 1}}});
+    name_node(json_["nodes"].back(), part.name);
     json_["scenes"][0]["nodes"].push_back(number);
   }
 
@@ -154,7 +154,7 @@ class SceneWriter {
   }
 
   static nlohmann::json named(const ScenePart& part, nlohmann::json what) {
-    if (!part.name.empty()) what["name"] = part.name;
+    if (!part.name.text.empty()) what["name"] = part.name.text;
     return what;
   }
 
@@ -188,7 +188,7 @@ std::string levels_glb(std::span<const LevelOfDetail> levels, double unit_metres
   SceneWriter scene;
   for (std::size_t i = 0; i < levels.size(); ++i) {
     assert(!levels[i].mesh->triangles.empty());
-    scene.add({.name = "level_" + std::to_string(i), .mesh = levels[i].mesh}, 0, unit_metres);
+    scene.add({.name = {"level_" + std::to_string(i)}, .mesh = levels[i].mesh}, 0, unit_metres);
   }
   if (!levels.empty()) scene.make_levels(levels);
   return std::move(scene).file();

@@ -8,6 +8,7 @@
 
 #include "common/mesh/mesh.hpp"
 #include "common/request/physical_meaning.hpp"
+#include "common/request/surface_name.hpp"
 
 namespace multitetra {
 
@@ -15,17 +16,17 @@ namespace multitetra {
 [[nodiscard]] std::array<double, 3> part_color(std::size_t number);
 
 struct ScenePart {
-  // The name of its node, mesh and material; empty: none.
-  std::string name = {};
+  // The name of its node, mesh and material; the node's extras have the label's number ("label").
+  SurfaceName name = {};
   const PositionedMesh* mesh = nullptr;  // Not null. A mesh without triangles gets no node.
 };
 
 // Returns the bytes of the file. Each node has a matrix that converts z-up to glTF's y-up and
 // leaves the positions unchanged. Meshes without normals get smooth normals. Colors become COLOR_0,
 // in linear light as glTF requires. Scalars become _SCALAR if every vertex has one, as glTF has no
-// NaN. Materials are double-sided, with a different color for each part. Throws std::system_error
-// different colors. The asset's extras have what is known of the positions' world: "length_unit"
-// and "space". Throws std::system_error beyond glTF's 4 GiB.
+// NaN. Materials are double-sided, with a different color for each part. The asset's extras have
+// what is known of the positions' world: "length_unit" and "space". Throws std::system_error beyond
+// glTF's 4 GiB.
 [[nodiscard]] std::string scene_glb(std::span<const ScenePart> parts,
                                     const PhysicalMeaning& world = {});
 

@@ -239,6 +239,7 @@ ErrorReply read(const v1::ErrorReply& wire) {
 
 void write(const Pong& pong, v1::ServerMessage& message) {
   message.mutable_pong()->set_value(pong.value);
+  message.mutable_pong()->set_requires_token(pong.requires_token);
 }
 
 void write(const EstimateReply& reply, v1::ServerMessage& message) {
@@ -321,7 +322,7 @@ tl::expected<ServerMessage, ParseError> parse_server_message(std::string_view by
     case v1::ServerMessage::kError:
       return read(wire.error());
     case v1::ServerMessage::kPong:
-      return Pong{wire.pong().value()};
+      return Pong{.value = wire.pong().value(), .requires_token = wire.pong().requires_token()};
     case v1::ServerMessage::kEstimateReply:
       return checked(read(wire.estimate_reply(), checks), wire.estimate_reply().request_id());
     case v1::ServerMessage::kSliceReply:

@@ -226,7 +226,8 @@ int extract(const ExtractArguments& arguments) {
   }
   progress.begin("file");
   write_file(arguments.output, mesh_file(output.mesh, format,
-                                         {.lattice = output.lattice,
+                                         {.name = surface_name(info),
+                                          .lattice = output.lattice,
                                           .min_component = output.min_component,
                                           .world = output.world}));
   if (has_model_file) {

@@ -1,6 +1,5 @@
 #include "server/programs/extract_series.hpp"
 
-#include <filesystem>
 #include <iostream>
 #include <stdexcept>
 #include <utility>
@@ -40,18 +39,6 @@ std::vector<DatasetPtr> opened(const std::string& folder) {
   return datasets;
 }
 
-// Returns the name of the surface in files and reports: the label's name if it has one.
-std::string name_of(const DatasetInfo& info) {
-  const bool has_name = info.member && info.member->label && !info.member->label->name.empty();
-  return has_name ? info.member->label->name : info.name;
-}
-
-// The file of a dataset's surface, where each has its own.
-std::filesystem::path file_of(const std::filesystem::path& output, const DatasetInfo& info) {
-  return output.parent_path() /
-         (output.stem().string() + "_" + info.name + output.extension().string());
-}
-
 struct ExtractedSurface {
   const DatasetInfo* info = nullptr;
   MeshTopology topology;
@@ -62,7 +49,8 @@ struct ExtractedSurface {
 };
 
 Json json_of(const ExtractedSurface& surface) {
-  Json report = {{"dataset", surface.info->name}, {"name", name_of(*surface.info)}};
+  Json report = {{"dataset", surface.info->name}, {"name", surface_name(*surface.info).text}};
+  if (const auto label = surface_name(*surface.info).label) report["label"] = *label;
   report.update(multitetra::json_of(surface.topology));
   report["simplification_bound_world"] = surface.bound;
   report["common_triangles"] = surface.common_triangles;
@@ -76,21 +64,22 @@ void write_surfaces(const ExtractSeriesArguments& arguments,
   if (arguments.format != MeshFormat::kGlb) {
     for (const ExtractedSurface& surface : surfaces) {
       write_file(surface.file, mesh_file(surface.output.mesh, arguments.format,
-                                         {.lattice = surface.output.lattice,
+                                         {.name = surface_name(*surface.info),
+                                          .lattice = surface.output.lattice,
                                           .min_component = surface.output.min_component}));
     }
     return;
   }
   std::vector<ScenePart> parts;
   for (const ExtractedSurface& surface : surfaces) {
-    parts.push_back({.name = name_of(*surface.info), .mesh = &surface.output.mesh});
+    parts.push_back({.name = surface_name(*surface.info), .mesh = &surface.output.mesh});
   }
   write_file(arguments.output, scene_glb(parts, surfaces.front().output.world));
 }
 
 void print_facts(const ExtractedSurface& surface) {
   const auto count = [](std::int64_t number) { return static_cast<std::uint64_t>(number); };
-  std::cout << surface.file << ": \"" << name_of(*surface.info) << "\", "
+  std::cout << surface.file << ": \"" << surface_name(*surface.info).text << "\", "
             << human_count_of(count(surface.topology.triangles), "triangle") << ", "
             << human_count(surface.common_triangles) << " of them shared with neighbors, "
             << human_count_of(count(surface.topology.components), "component") << ", "
@@ -125,7 +114,7 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
     surfaces[i].info = &datasets[i]->info;
     surfaces[i].file = arguments.format == MeshFormat::kGlb
                            ? arguments.output
-                           : file_of(arguments.output, datasets[i]->info).string();
+                           : file_of_part(arguments.output, datasets[i]->info.name).string();
     if (arguments.format != MeshFormat::kGlb) outputs.push_back({"--output", surfaces[i].file});
   }
   if (arguments.format == MeshFormat::kGlb) outputs.push_back({"--output", arguments.output});
@@ -150,7 +139,8 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
     is_empty = is_empty && one.output.components == 0;
     if (one.topology.triangles == 0) notices.add(empty_surface_text(*request, *one.info));
     const std::string removed = removed_text(one.output);
-    if (!removed.empty()) notices.add("\"" + name_of(*one.info) + "\" has " + removed + ".");
+    if (!removed.empty())
+      notices.add("\"" + surface_name(*one.info).text + "\" has " + removed + ".");
   }
   if (is_empty && !surface.allow_empty) {
     progress.finish();

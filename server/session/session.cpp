@@ -131,7 +131,10 @@ Actions Session::answer(const Cancel& cancel) {
   return {StopStream{cancel.request_id, StreamOutcome::kCancelled}};
 }
 
-Actions Session::answer(const Ping& ping) { return {Send{Pong{.value = ping.value}}}; }
+Actions Session::answer(const Ping& ping) {
+  const bool requires_token = !is_welcomed_ && access_ && !access_->rights_of("");
+  return {Send{Pong{.value = ping.value, .requires_token = requires_token}}};
+}
 
 Actions Session::answer(const Estimate& estimate) { return ask(estimate); }
 

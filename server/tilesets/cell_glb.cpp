@@ -31,7 +31,7 @@ void turn_to_grid(std::vector<UnitVector>& normals, const Affine& grid_to_world)
 
 std::string cell_glb(LatticeMesh mesh, const DatasetInfo& info, const OctreeCube& cell) {
   turn_to_grid(mesh.normals, grid_to_world(info));
-  return lattice_glb(mesh, cell, grid_step_metres(info));
+  return lattice_glb(mesh, cell, grid_step_metres(info), surface_name(info));
 }
 
 }  // namespace multitetra

@@ -9,7 +9,8 @@
 
 namespace multitetra {
 
-// Returns lattice_glb() in metres. The mesh's normals, if any, are in world space, as in tiles.
+// Returns lattice_glb() in metres, with the dataset's surface_name(). The mesh's normals, if any,
+// are in world space, as in tiles.
 [[nodiscard]] std::string cell_glb(LatticeMesh mesh, const DatasetInfo& info,
                                    const OctreeCube& cell);
 

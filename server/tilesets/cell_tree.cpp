@@ -17,7 +17,7 @@ namespace multitetra {
 namespace {
 
 // Increase it when a cell's content changes for the same dataset.
-constexpr const char* kTreeForm = "1 ";
+constexpr const char* kTreeForm = "2 ";
 
 constexpr int kLeafExponent = 6;            // Smaller cells would be mostly border.
 constexpr int kLargestWholeExponent = 8;    // Larger cells would cost more than a first preview.

@@ -3,6 +3,7 @@
 #   gateway_options_test.sh FOLDER-OF-PROGRAMS
 set -euo pipefail
 gateway=$(realpath "$1")/multitetra-gateway
+compose=$(realpath "$(dirname "$0")/../../docker/compose.yaml")
 source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 
 cat >gateway.toml <<'TOML'
@@ -21,6 +22,42 @@ done
 cmp config again || fail "--print-config does not read what it prints"
 MULTITETRA_UPSTREAM=tcp://a:1,tcp://b:2 "$gateway" --print-config | grep -q 'upstream=\["tcp://a:1", "tcp://b:2"\]' ||
   fail "a list in the environment is not taken"
+
+# docker/compose.yaml: every variable of a service is an option of its program, and what services refer to exists.
+python3 - "$compose" >services <<'EOPY' || fail "compose.yaml: $(cat services)"
+import sys
+try:
+    import yaml
+except ImportError:
+    print("missing")
+    sys.exit()
+compose = yaml.safe_load(open(sys.argv[1]))
+for name, service in compose["services"].items():
+    networks = service["networks"]
+    assert set(networks) <= set(compose["networks"]) and set(service.get("secrets", [])) <= set(compose["secrets"]), name
+    assert set(service.get("depends_on", [])) <= set(compose["services"]), name
+    if service["image"] == "multitetra":
+        command = " ".join(service.get("entrypoint", ["multitetra-server", "serve"]))
+        print(command, *(f"{key}={value}" for key, value in service["environment"].items()), sep="\t")
+addresses = [n["inside"]["ipv4_address"] for n in (s["networks"] for s in compose["services"].values()) if isinstance(n, dict)]
+assert len(set(addresses)) == len(addresses), addresses
+EOPY
+if grep -qx missing services; then
+  echo "!! python3-yaml is not installed: docker/compose.yaml is NOT TESTED." >&2
+else
+  [ "$(cut -f1 services | tr '\n' ' ')" = "multitetra-server serve multitetra-gateway " ] || fail "other programs: $(cat services)"
+fi
+while IFS=$'\t' read -r command variables; do
+  [ "$command" != missing ] || continue
+  IFS=$'\t' read -ra variables <<<"$variables"
+  # shellcheck disable=SC2086
+  env MULTITETRA_DATASETS=/data "${variables[@]}" "$(dirname "$gateway")"/$command --print-config >printed ||
+    fail "compose.yaml: $command refuses ${variables[*]}"
+  for variable in "${variables[@]}"; do
+    key=${variable%%=*} key=${key#MULTITETRA_} key=${key,,} key=${key//_/-}
+    grep -q "^$key=" printed || fail "compose.yaml: $command has no option $key"
+  done
+done <services
 
 echo 'max-conections = 1' >typo.toml
 ends 2 'no option "max-conections"' "$gateway" --upstream tcp://127.0.0.1:1 --config typo.toml

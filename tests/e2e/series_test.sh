@@ -49,13 +49,15 @@ grep -q '"surface_samples"' facts.json || fail "no volume: $(cat facts.json)"
 says organs/organs.label7.mtd 'suggested isovalues 0.5'
 # Meshes of all labels: in one file with their names, or one each. Those that touch share triangles.
 ends 0 '"rest of it"' "$server" extract organs --error 0.5 -o organs.glb
-python3 - organs.glb <<'EOPY'
+parts_of() {  # parts_of FILE.glb: prints the name of each node and the number of its label.
+  python3 - "$1" <<'EOPY'
 import json, struct, sys
 data = open(sys.argv[1], "rb").read()
 scene = json.loads(data[20:20 + struct.unpack("<I", data[12:16])[0]])
-names = [node.get("name") for node in scene["nodes"]]
-assert names == ["liver", "rest of it"], names
+print(", ".join(f"{node.get('name')} {node.get('extras', {}).get('label')}" for node in scene["nodes"]))
 EOPY
+}
+[ "$(parts_of organs.glb)" = "liver 3, rest of it 7" ] || fail "other parts: $(parts_of organs.glb)"
 ends 0 "common_triangles" "$server" extract organs --error 0.5 -o organs.stl --json
 for key in open_edges nonmanifold_edges; do
   [ "$(grep -c "\"$key\": 0" out)" = 2 ] || fail "$key: $(cat out)"
@@ -168,7 +170,24 @@ assert all(d["member"]["label"]["samples"] > 0 for d in datasets), datasets
 assert {d["member"]["series"] for d in datasets} == {"organs"}
 EOPY
 "$client" list --server "$url" | grep -F "\"organs\", label 3 (hepar, #010203)" >/dev/null || fail "list does not print members: $("$client" list --server "$url")"
-ends 1 '"organs" is a series of datasets; choose one of them' "$client" fetch --server "$url" --dataset organs -o x.ply
+ends 1 '"organs" is a series of datasets; choose one of them' "$client" estimate --server "$url" --dataset organs
+# All labels of a series: parts of one GLB, or a file each, as `extract` names them; also over HTTP.
+"$client" fetch --server "$url" --dataset organs --error 0.5 -o fetched.glb --json --quiet >fetched.json
+[ "$(parts_of fetched.glb)" = "hepar 3, rest of it 7" ] || fail "other parts: $(parts_of fetched.glb)"
+[ "$(grep -c '"mesh_file": "fetched.glb"' fetched.json)" = 2 ] || fail "the report of a series: $(cat fetched.json)"
+"$client" fetch --server "$url" --dataset organs --error 0.5 -o fetched.ply --save-steps fetched_steps --quiet
+for label in 3 7; do
+  [ -s "fetched_organs.label$label.ply" ] && [ -s "fetched_steps/organs.label$label/step_0.ply" ] || fail "no file for each label: $(ls)"
+done
+grep -aq '^comment name hepar$' fetched_organs.label3.ply || fail "no name in $(head -4 fetched_organs.label3.ply)"
+[ ! -e fetched.ply ] || fail "a file of no label"
+ends 2 "are for one dataset, not a series" "$client" fetch --server "$url" --dataset organs --max-triangles 100 -o x.ply
+ends 6 "is not written" "$client" fetch --server "$url" --dataset organs --isovalue 7 -o x.ply
+curl -sf "$http/v1/datasets/organs.label3/isosurface?format=glb" >label.glb
+[ "$(parts_of label.glb)" = "hepar 3" ] || fail "over HTTP: $(parts_of label.glb)"
+tile=$(curl -sf "$http/v1/3dtiles/organs.label3/iso/0.5/tileset.json" | python3 -c 'import json, sys; print(json.load(sys.stdin)["root"]["content"]["uri"])')
+curl -sf "$http/v1/3dtiles/organs.label3/iso/0.5/$tile" >tile.glb
+[ "$(parts_of tile.glb)" = "hepar 3" ] || fail "a tile over HTTP: $(parts_of tile.glb)"
 "$client" fetch --server "$url" --dataset organs.label3 --isovalue 0.5 --error 0 --color-by organs.label7 -o colored.ply --report report.json --quiet
 [ "$(digest report.json)" = "$(digest inner.json)" ] || fail "a fetched label is not the extracted one"
 grep -aq "property float" colored.ply || fail "no values of the other label at the vertices"

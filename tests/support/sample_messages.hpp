@@ -365,7 +365,7 @@ inline ServerMessage server_message(std::size_t kind, Random& random) {
                                   .text = text(80, random),
                                   .retry_after = std::abs(number(random))}};
     case 7:
-      return Pong{random()};
+      return Pong{.value = random(), .requires_token = random() % 2 == 0};
     case 9: {
       const auto width = static_cast<std::uint32_t>(1 + up_to(9, random));
       const auto height = static_cast<std::uint32_t>(1 + up_to(9, random));
@@ -453,7 +453,9 @@ inline bool same(const StreamEnd& a, const StreamEnd& b) {
 inline bool same(const ErrorReply& a, const ErrorReply& b) {
   return std::tie(a.request_id, a.error) == std::tie(b.request_id, b.error);
 }
-inline bool same(const Pong& a, const Pong& b) { return a.value == b.value; }
+inline bool same(const Pong& a, const Pong& b) {
+  return a.value == b.value && a.requires_token == b.requires_token;
+}
 inline bool same(const Estimate& a, const Estimate& b) {
   return std::tie(a.request_id, a.dataset, a.request, a.priority) ==
          std::tie(b.request_id, b.dataset, b.request, b.priority);

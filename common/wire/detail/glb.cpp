@@ -30,11 +30,16 @@ nlohmann::json surface_material() {
             {"roughnessFactor", 0.6}}}};
 }
 
+void name_node(nlohmann::json& node, const SurfaceName& name) {
+  if (!name.text.empty()) node["name"] = name.text;
+  if (name.label) node["extras"]["label"] = static_cast<std::int64_t>(*name.label);
+}
+
 std::string glb_beginning(const nlohmann::json& json, std::size_t binary) {
   constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
   constexpr std::uint32_t kBinaryChunk = 0x004E4942;
   assert(binary % 4 == 0);
-  std::string text = json.dump();
+  std::string text = json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   text.resize((text.size() + 3) / 4 * 4, ' ');
   const std::size_t total = 20 + text.size() + (binary == 0 ? 0 : 8 + binary);
   if (total > std::numeric_limits<std::uint32_t>::max()) {

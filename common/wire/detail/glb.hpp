@@ -6,12 +6,16 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/request/surface_name.hpp"
+
 namespace multitetra {
 
 // Returns the asset information and an empty scene.
 [[nodiscard]] nlohmann::json empty_gltf();
 // Returns a double-sided, matte material.
 [[nodiscard]] nlohmann::json surface_material();
+// Gives a node its name, and its extras the number of its label ("label"), as far as there are any.
+void name_node(nlohmann::json& node, const SurfaceName& name);
 // Returns the file up to its binary chunk, whose `binary` bytes (a multiple of 4) the caller
 // appends: a 12-byte header, a JSON chunk padded with spaces and, unless `binary` is 0, the header
 // of the binary chunk. Reserves space for it. Throws std::system_error beyond glTF's 4 GiB.

@@ -59,20 +59,23 @@ asio::awaitable<Result<LinkPtr>> UpstreamLink::connect(asio::any_io_executor exe
   co_return lost_link("it sent no Welcome");
 }
 
-asio::awaitable<Result<void>> UpstreamLink::ping(asio::any_io_executor executor, Endpoint server,
+asio::awaitable<Result<Pong>> UpstreamLink::ping(asio::any_io_executor executor, Endpoint server,
                                                  LinkOptions options) {
   const auto link = std::make_shared<UpstreamLink>(executor, std::move(server), options);
   link->limit_connecting();
-  auto alive = co_await link->open();
-  if (alive) {
-    link->send(Ping{});
-    const auto answer = co_await link->receive_any();
-    if (!answer) alive = tl::unexpected(answer.error());
-    const auto* const error = answer ? std::get_if<ErrorReply>(&*answer) : nullptr;
-    if (error && error->error.code == ErrorCode::kUnavailable) alive = tl::unexpected(error->error);
+  const auto opened = co_await link->open();
+  if (!opened) {
+    link->close();
+    co_return tl::unexpected(opened.error());
   }
+  link->send(Ping{});
+  const auto answer = co_await link->receive_any();
   link->close();
-  co_return alive;
+  if (!answer) co_return tl::unexpected(answer.error());
+  const auto* const error = std::get_if<ErrorReply>(&*answer);
+  if (error && error->error.code == ErrorCode::kUnavailable) co_return tl::unexpected(error->error);
+  const auto* const pong = std::get_if<Pong>(&*answer);
+  co_return pong ? *pong : Pong{};
 }
 
 // Connection errors are kUnavailable, as another server may serve the request.

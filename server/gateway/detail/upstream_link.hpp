@@ -32,7 +32,7 @@ class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
 
   // Pings the server on a separate connection without a token. Returns kUnavailable after a
   // timeout.
-  [[nodiscard]] static asio::awaitable<Result<void>> ping(asio::any_io_executor executor,
+  [[nodiscard]] static asio::awaitable<Result<Pong>> ping(asio::any_io_executor executor,
                                                           Endpoint server, LinkOptions options);
 
   UpstreamLink(asio::any_io_executor executor, Endpoint server, const LinkOptions& options);

@@ -139,22 +139,23 @@ void UpstreamPool::monitor_upstreams() {
   }
 }
 
-asio::awaitable<void> UpstreamPool::ping(std::size_t upstream) {
+asio::awaitable<bool> UpstreamPool::ping(std::size_t upstream) {
   LinkOptions options = link_options();
   const auto alive =
       co_await UpstreamLink::ping(executor_, options_.upstreams[upstream], std::move(options));
   record_attempt(upstream, alive.has_value(), alive ? "" : alive.error().text);
+  co_return alive && !alive->requires_token;
 }
 
 // Reconnects after a pause, or when the server may be retried. A server that requires a client's
-// token refuses the gateway once; afterwards it is pinged after each silence.
+// token is only pinged, after each silence.
 asio::awaitable<void> UpstreamPool::monitor(std::size_t upstream) {
   Upstream& one = upstreams_[upstream];
   while (!is_stopped_) {
     Clock::time_point next = Clock::now() + options_.silence_timeout;
-    if (one.requires_token) {
-      co_await ping(upstream);
-    } else {
+    bool may_connect = options_.secrets.token.has_value();
+    if (!may_connect) may_connect = co_await ping(upstream);
+    if (may_connect && !one.requires_token) {
       const UpstreamClient no_client;  // A named variable, for the reason given below.
       const auto link = co_await link_to(upstream, no_client);
       one.requires_token = !link && link.error().code == ErrorCode::kUnauthenticated;

@@ -104,7 +104,7 @@ class UpstreamPool {
     std::uint64_t lost_streams = 0;
     LinkPtr watched = nullptr;
     std::unique_ptr<asio::steady_timer> timer = nullptr;  // Expires at the next attempt.
-    bool requires_token = false;  // The server refused a gateway without a token.
+    bool requires_token = false;  // Refused the gateway; another gateway does not say so before.
     bool is_known_open = false;   // That it requires none was logged.
   };
   struct CachedCatalogue {
@@ -122,8 +122,8 @@ class UpstreamPool {
   [[nodiscard]] asio::awaitable<Result<LinkPtr>> link_to(std::size_t upstream,
                                                          UpstreamClient client);
   [[nodiscard]] LinkOptions link_options() const;
-  // Pings a server that requires a client's token; this needs no token.
-  [[nodiscard]] asio::awaitable<void> ping(std::size_t upstream);
+  // Returns whether the server is reachable and does not say that it requires a token.
+  [[nodiscard]] asio::awaitable<bool> ping(std::size_t upstream);
   // The datasets that one server offers for a token.
   struct Listing {
     std::vector<DatasetInfo> datasets;

@@ -100,7 +100,8 @@ std::string file_of(const std::vector<PositionedMesh>& meshes, const std::vector
   assert(format == MeshFormat::kGlb);
   std::vector<ScenePart> parts;
   for (std::size_t i = 0; i < meshes.size(); ++i) {
-    parts.push_back({.name = "isovalue " + shortest_text(isovalues[i]), .mesh = &meshes[i]});
+    parts.push_back({.name = {"isovalue " + shortest_text(isovalues[i]), facts.name.label},
+                     .mesh = &meshes[i]});
   }
   return scene_glb(parts, facts.world);
 }
@@ -137,9 +138,9 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
   add_facts(header, all);
   const PhysicalMeaning world = form.is_in_world ? info.meaning : PhysicalMeaning();
   add_world(header, world);
-  const std::string bytes =
-      file_of(meshes, isovalues, form.format,
-              {.lattice = lattice, .min_component = shortest, .world = world});
+  const std::string bytes = file_of(
+      meshes, isovalues, form.format,
+      {.name = surface_name(info), .lattice = lattice, .min_component = shortest, .world = world});
   meshes.clear();
   auto reservation = place.reservation(bytes.size());
   if (!reservation) return tl::unexpected(reservation.error());

@@ -254,6 +254,19 @@ TEST(MeshFile, WritesUnitAndSpaceOfTheWorldAsGlb) {
       (nlohmann::json{{"length_unit", "µm"}, {"space", "RAS"}}));
 }
 
+TEST(MeshFile, NamesTheSurfaceAndItsLabel) {
+  const MeshFileFacts liver{.name = {.text = "the liver", .label = 17}, .lattice = 5};
+  const std::string ply = mesh_file(world_mesh(), MeshFormat::kPly, liver);
+  EXPECT_NE(ply.find(", lattice 5, label 17\ncomment name the liver\nelement"), std::string::npos);
+  EXPECT_EQ(read_ply(ply).triangles, world_mesh().triangles);
+  const std::string obj = mesh_file(world_mesh(), MeshFormat::kObj, liver);
+  EXPECT_NE(obj.find(", lattice 5, label 17\no the liver\nv "), std::string::npos);
+  const Glb glb = read_glb(mesh_file(world_mesh(), MeshFormat::kGlb, liver));
+  const nlohmann::json& node = glb.json.at("nodes").at(0);
+  EXPECT_EQ(node.at("name"), "the liver");
+  EXPECT_EQ(node.at("extras"), (nlohmann::json{{"label", 17}}));
+}
+
 TEST(MeshFile, WritesValidGltfWithTheUpAxisConverted) {
   const Glb glb = read_glb(mesh_file(world_mesh(), MeshFormat::kGlb));
   EXPECT_EQ(glb.json.at("asset").at("version"), "2.0");

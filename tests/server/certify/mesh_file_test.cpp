@@ -96,8 +96,10 @@ TEST_F(MeshFile, NamesLatticeAndRemovedComponents) {
                                      {"a.stl", MeshFormat::kStl},
                                      {"a.obj", MeshFormat::kObj}}) {
     SCOPED_TRACE(name);
-    const TriangleMesh cleaned =
-        read(name, mesh_file(mesh, format, {.lattice = 7, .min_component = 12.5}));
+    const TriangleMesh cleaned = read(
+        name,
+        mesh_file(mesh, format,
+                  {.name = {.text = "liver", .label = 17}, .lattice = 7, .min_component = 12.5}));
     EXPECT_EQ(cleaned.lattice, 7);
     EXPECT_EQ(cleaned.min_component, 12.5);
     const TriangleMesh whole = read(name, mesh_file(mesh, format));

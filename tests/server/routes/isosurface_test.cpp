@@ -33,6 +33,7 @@ class CountedSteps : public FakeSteps {
         info_(FakeSteps::info()) {
     info_.content_id = 42;
     info_.suggested_isovalues = {0.5};
+    info_.member = SeriesMember{.series = "organs", .label = Label{.value = 17, .name = "liver"}};
     info_.meaning = {.space = WorldSpace::kLps, .length_unit = "µm", .value_unit = ""};
   }
   [[nodiscard]] const DatasetInfo& info() const override { return info_; }
@@ -60,6 +61,14 @@ TEST_F(IsosurfaceTest, NamesUnitAndAxesOfItsWorld) {
   const auto indices = client_.get(path + "&coordinates=index");
   EXPECT_EQ(indices.count("Multitetra-Length-Unit") + indices.count("Multitetra-Space"), 0U);
   EXPECT_EQ(indices.body().find("length_unit"), std::string::npos);
+}
+
+TEST_F(IsosurfaceTest, NamesItsLabel) {
+  const std::string path = "/v1/datasets/octahedron/isosurface?isovalue=0.5&format=";
+  EXPECT_NE(client_.get(path + "glb").body().find(R"("extras":{"label":17})"), std::string::npos);
+  EXPECT_NE(client_.get(path + "glb").body().find(R"("name":"liver")"), std::string::npos);
+  EXPECT_NE(client_.get(path + "ply").body().find("comment name liver\n"), std::string::npos);
+  EXPECT_NE(client_.get(path + "obj").body().find(", label 17\no liver\n"), std::string::npos);
 }
 
 TEST_F(IsosurfaceTest, ReturnsAFileInEveryFormat) {

@@ -22,7 +22,7 @@ struct Describe {
     }
     if (std::holds_alternative<Welcome>(send.message)) return "welcome";
     if (const auto* pong = std::get_if<Pong>(&send.message)) {
-      return "pong " + std::to_string(pong->value);
+      return "pong " + std::to_string(pong->value) + (pong->requires_token ? " with token" : "");
     }
     if (const auto* list = std::get_if<DatasetList>(&send.message)) {
       return "list " + std::to_string(list->request_id) + " of " +
@@ -104,6 +104,19 @@ TEST(Session, AnswersPingsBeforeHello) {
   EXPECT_EQ(words(session.receive(Ping{7})), Words{"pong 7"});
   EXPECT_FALSE(session.is_welcomed());
   EXPECT_EQ(words(session.receive(Hello{})), Words{"welcome"});
+}
+
+TEST(Session, SaysBeforeHelloWhetherItRequiresAToken) {
+  auto guarded = std::make_shared<AccessList>();
+  guarded->add({.digest = digest_of_token("good"), .rights = AccessRights("alice", {"*"})});
+  auto open = std::make_shared<AccessList>(*guarded);
+  open->add_anonymous(AccessRights("anonymous", {"*"}));
+  const auto catalogue = std::make_shared<DatasetCatalogue>();
+  Session session(catalogue, {}, guarded);
+  EXPECT_EQ(words(session.receive(Ping{7})), Words{"pong 7 with token"});
+  EXPECT_EQ(words(session.receive(Hello{.token = "good"})), Words{"welcome"});
+  EXPECT_EQ(words(session.receive(Ping{8})), Words{"pong 8"});
+  EXPECT_EQ(words(Session(catalogue, {}, open).receive(Ping{7})), Words{"pong 7"});
 }
 
 TEST(Session, AcceptsVersionRangesThatContainItsOwn) {

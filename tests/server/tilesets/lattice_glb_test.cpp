@@ -22,13 +22,15 @@ TEST(LatticeGlb, KeepsEveryVertexExactly) {
     const TiledSurface surface = extractor.extract(final_step(request));
     LatticeMesh mesh = weld(surface.tiles, kDefaultLatticeResolution);
     mesh.normals.assign(mesh.vertices.size(), {0, 0.6F, 0.8F});
-    const ReadGlb glb = read_glb(lattice_glb(mesh, cube, {1, 2, 3}));
+    const ReadGlb glb = read_glb(lattice_glb(mesh, cube, {1, 2, 3}, {"liver", 17}));
     EXPECT_EQ(digest(mesh_in(glb)).hex(), digest(mesh).hex());
     EXPECT_TRUE(glb.json["meshes"][0]["primitives"][0]["attributes"].contains("NORMAL"));
     // The matrix scales lattice steps to lengths and turns z up into y up: (0, 0, 32) is at y = 3.
     const auto& matrix = glb.json["nodes"][0]["matrix"];
     EXPECT_EQ(matrix[9], 3.0 / 32);
     EXPECT_EQ(matrix[6], -2.0 / 32);
+    EXPECT_EQ(glb.json["nodes"][0]["name"], "liver");
+    EXPECT_EQ(glb.json["nodes"][0]["extras"], (nlohmann::json{{"label", 17}}));
   }
 }
 

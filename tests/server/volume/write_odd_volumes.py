@@ -440,12 +440,59 @@ def hdf5():
     for name, filters, data, skipped in (
             ("deflate", layouts["deflate"], zlib.compress(short), 0), ("shuffle", layouts["shuffle"], zlib.compress(short), 0),
             ("more", layouts["deflate"], zlib.compress(bytes(2 * 2 * 4 * 9 + 2)), 0), ("none", {}, short, 0),
-            ("skipped-filter", layouts["deflate"], short, 1)):
+            ("skipped-filter", layouts["deflate"], short, 1),
+            ("scale-offset", {"scaleoffset": 0}, b"\x0a" + bytes(60), 0), ("scale-offset-header", {"scaleoffset": 0}, bytes(9), 0),
+            ("scale-offset-deflate", {"scaleoffset": 0, "compression": "gzip"}, zlib.compress(b"\x0a" + bytes(60)), 0)):
         path = folder / f"short-{name}.h5"
         with h5py.File(path, "w") as file:
             dataset = file.create_dataset("v", data=volume, chunks=(2, 4, 9), **filters)
             dataset.id.write_direct_chunk((4, 4, 0), data, skipped)
         refuse(f"hdf5-short-{name}", path, "bytes that its shape requires")
+    # A chunk of the stored size less some bytes, where the filter's own bytes count.
+    def shorten(dataset, bytes_left_out):
+        data = dataset.id.read_direct_chunk((4, 4, 0))[1]
+        dataset.id.write_direct_chunk((4, 4, 0), data[:-bytes_left_out])
+
+    twelve_bits = h5py.h5t.STD_I16LE.copy()
+    twelve_bits.set_precision(12)
+    for name, number, bytes_left_out, sentence in (("nbit", h5py.h5z.FILTER_NBIT, 3, "bytes that its shape requires"),
+                                                   ("szip", None, 20, "bytes that its shape requires"),
+                                                   ("zstd", 32015, 0, "packed with HDF5 filter 32015")):
+        for is_short in (False, True):
+            path = folder / f"{'short' if is_short else 'whole'}-{name}.h5"
+            with h5py.File(path, "w") as file:
+                creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+                creation.set_chunk((2, 4, 9))
+                if name == "szip":
+                    creation.set_szip(h5py.h5z.SZIP_EC_OPTION_MASK, 8)
+                else:
+                    creation.set_filter(number, h5py.h5z.FLAG_OPTIONAL, ())
+                kind = twelve_bits if name == "nbit" else h5py.h5t.STD_I16LE
+                h5py.h5d.create(file.id, b"v", kind, h5py.h5s.create_simple(SHAPE), creation)
+                file["v"][:] = volume
+                if is_short and bytes_left_out:
+                    shorten(file["v"], bytes_left_out)
+                elif is_short:
+                    file["v"].id.write_direct_chunk((4, 4, 0), bytes(143))  # Of the size of a whole one, it would stay unpacked.
+            if is_short:
+                refuse(f"hdf5-short-{name}", path, sentence)
+            else:
+                read(f"hdf5-{name}", path, volume)
+    for name, filters in (("scale-offset", {"scaleoffset": 0}),
+                          ("scale-offset-more", {"scaleoffset": 0, "shuffle": True, "compression": "gzip"})):
+        with h5py.File(folder / f"{name}.h5", "w") as file:
+            file.create_dataset("v", data=volume, chunks=(2, 4, 9), **filters)
+        read(f"hdf5-{name}", folder / f"{name}.h5", volume)
+    # A chunk that the file claims to be wider than what LZF unpacks to.
+    wide = (folder / "lzf.h5").read_bytes().replace(struct.pack("<4I", 2, 7, 9, 2), struct.pack("<4I", 2, 7, 16, 2))
+    refuse("hdf5-lzf-wide", write("wide.h5", wide), "bytes that its shape requires")
+    with h5py.File(folder / "scale.h5", "w") as file:
+        file["v"] = volume
+        scale = file.create_dataset("z", data=numpy.arange(6.0), chunks=(6,), compression="gzip")
+        scale.make_scale()
+        file["v"].dims[0].attach_scale(scale)
+        scale.id.write_direct_chunk((0,), zlib.compress(bytes(16)))
+    refuse("hdf5-short-dimension", str(folder / "scale.h5") + ":/v", "bytes that its shape requires")
     with h5py.File(folder / "block.h5", "w", userblock_size=512) as file:
         file["v"] = volume.astype("f2")
     read("hdf5-user-block", folder / "block.h5", volume)
@@ -487,6 +534,27 @@ def hdf5():
             refuse(f"hdf5-virtual-{name}", path, sentence)
         if not sentence or sentence == "--follow":
             read(f"hdf5-virtual-{name}-followed", path, volume, options="follow" if sentence else "")
+
+    # Sources with short chunks: the one of the last slices, and not read; slices of a stack, one of them short.
+    with h5py.File(folder / "virtual/short.h5", "w") as file:
+        dataset = file.create_dataset("v", data=volume, chunks=(2, 4, 9), compression="gzip")
+        dataset.id.write_direct_chunk((4, 4, 0), zlib.compress(short))
+        for i in range(6):
+            dataset = file.create_dataset(f"slice{i}", data=volume[i], chunks=(4, 9), compression="gzip")
+        dataset.id.write_direct_chunk((4, 0), zlib.compress(short))
+    for name, slices, is_stack in (("short", 6, False), ("part", 4, False), ("short-slice", 6, True), ("slices", 5, True)):
+        layout = h5py.VirtualLayout(shape=(slices, *SHAPE[1:]), dtype="i2")
+        for i in range(slices if is_stack else 0):
+            layout[i] = h5py.VirtualSource("short.h5", f"slice{i}", shape=SHAPE[1:], dtype="i2")
+        if not is_stack:
+            layout[:] = h5py.VirtualSource("short.h5", "v", shape=SHAPE, dtype="i2")[:slices]
+        path = folder / f"virtual/of-{name}.h5"
+        with h5py.File(path, "w", libver="latest") as file:
+            file.create_virtual_dataset("v", layout)
+        if slices == 6:
+            refuse(f"hdf5-virtual-{name}", path, "bytes that its shape requires")
+        else:
+            read(f"hdf5-virtual-{name}", path, volume[:slices])
 
     # External links.
     for name, target, sentence in (("near", "own.h5", None), ("out", "../far.h5", "--follow")):

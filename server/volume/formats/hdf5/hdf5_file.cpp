@@ -128,19 +128,41 @@ std::string chosen_dataset(const fs::path& path, hid_t file, const VolumeChoice&
 
 // ---- its placement
 
+struct ReadScale {
+  fs::path file;
+  AxisCoordinates coordinates = {};
+  std::string refusal = {};  // An exception may not pass libhdf5.
+};
+
 herr_t read_scale(hid_t, unsigned, hid_t scale, void* into) {
-  auto& result = *static_cast<AxisCoordinates*>(into);
+  auto& result = *static_cast<ReadScale*>(into);
   const std::vector<hsize_t> dims = hdf5_dims(scale);
   if (dims.size() != 1 || dims[0] < 1 || dims[0] > static_cast<hsize_t>(kMaxSide)) return 1;
   const Hdf5Id creation(H5Dget_create_plist(scale), &H5Pclose);
   const bool is_elsewhere =
       H5Pget_external_count(creation.get()) > 0 || H5Pget_layout(creation.get()) == H5D_VIRTUAL;
   if (is_elsewhere) return 1;  // Ignores scales in other files.
-  result.values.resize(dims[0]);
-  if (H5Dread(scale, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, result.values.data()) < 0)
-    result.values.clear();
-  result.unit = hdf5_text(scale, "units");
+  try {
+    Hdf5ChunkSizes(result.file, scale, false).require_whole(scale, whole_box(dims));
+  } catch (const VolumeFileError& problem) {
+    result.refusal = problem.what();
+    return 1;
+  }
+  std::vector<double>& values = result.coordinates.values;
+  values.resize(dims[0]);
+  if (H5Dread(scale, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
+    values.clear();
+  result.coordinates.unit = hdf5_text(scale, "units");
   return 1;
+}
+
+// Returns the first scale of a dimension; without values if there is none.
+AxisCoordinates scale_of(const fs::path& path, hid_t dataset, unsigned dimension) {
+  ReadScale scale{.file = path};
+  if (H5DSget_num_scales(dataset, dimension) <= 0) return {};
+  H5DSiterate_scales(dataset, dimension, nullptr, &read_scale, &scale);
+  if (!scale.refusal.empty()) throw VolumeFileError(scale.refusal);
+  return std::move(scale.coordinates);
 }
 
 void place_volume(const fs::path& path, hid_t dataset, std::size_t rank, ImageHeader& header,
@@ -155,9 +177,7 @@ void place_volume(const fs::path& path, hid_t dataset, std::size_t rank, ImageHe
       scale.unit = "um";
       continue;
     }
-    const auto dimension = static_cast<unsigned>(rank - 1 - axis);
-    if (H5DSget_num_scales(dataset, dimension) <= 0) continue;
-    H5DSiterate_scales(dataset, dimension, nullptr, &read_scale, &scale);
+    scale = scale_of(path, dataset, static_cast<unsigned>(rank - 1 - axis));
     const bool is_whole = scale.values.size() == static_cast<std::size_t>(header.dims[axis]);
     if (!is_whole || scale.values.size() < 2) scale = {};
   }
@@ -165,11 +185,10 @@ void place_volume(const fs::path& path, hid_t dataset, std::size_t rank, ImageHe
 }
 
 // Returns the times from the scale of the first dimension.
-SourceTimes times_along(hid_t dataset, hsize_t count) {
+SourceTimes times_along(const fs::path& path, hid_t dataset, hsize_t count) {
   SourceTimes times{.count = static_cast<std::int64_t>(std::min<hsize_t>(count, hsize_t{1} << 62))};
-  if (count < 2 || H5DSget_num_scales(dataset, 0) <= 0) return times;
-  AxisCoordinates scale;
-  H5DSiterate_scales(dataset, 0, nullptr, &read_scale, &scale);
+  if (count < 2) return times;
+  AxisCoordinates scale = scale_of(path, dataset, 0);
   const bool are_times =
       scale.values.size() == count && std::all_of(scale.values.begin(), scale.values.end(),
                                                   [](double t) { return std::isfinite(t); });
@@ -192,7 +211,7 @@ std::vector<hsize_t> leading_indices(const fs::path& path, const std::vector<hsi
     std::optional<std::int64_t> chosen;
     if (d <= 1) chosen = is_channel ? choice.channel : choice.time;
     if (d <= 1 && is_channel) channels = static_cast<std::int64_t>(dims[d]);
-    if (d == 0 && !is_channel) times = times_along(dataset, dims[d]);
+    if (d == 0 && !is_channel) times = times_along(path, dataset, dims[d]);
     const std::string dimension = "its dimension " + std::to_string(d + 1);
     const FileEntries entries = {
         .count = static_cast<std::int64_t>(std::min<hsize_t>(dims[d], hsize_t{1} << 62)),
@@ -209,26 +228,26 @@ std::vector<hsize_t> leading_indices(const fs::path& path, const std::vector<hsi
 class Hdf5Slices : public StoredSlices {
  public:
   Hdf5Slices(fs::path path, Hdf5Id file, Hdf5Id dataset, std::vector<hsize_t> at,
-             std::vector<hsize_t> dims, StoredType type)
+             std::vector<hsize_t> dims, StoredType type, bool allow_external_files)
       : path_(std::move(path)),
         file_(std::move(file)),
         dataset_(std::move(dataset)),
         at_(std::move(at)),
         dims_(std::move(dims)),
         type_(type),
-        chunk_sizes_(path_, dataset_.get()) {}
+        chunk_sizes_(path_, dataset_.get(), allow_external_files) {}
 
   void read(std::size_t first, std::size_t count, std::byte* into) override {
     const std::size_t rank = dims_.size();
-    std::vector<hsize_t> start = at_;
-    std::vector<hsize_t> extent(rank, 1);
+    Hdf5Box box{.start = at_, .extent = std::vector<hsize_t>(rank, 1)};
+    auto& [start, extent] = box;
     extent[rank - 1] = dims_[rank - 1];
     extent[rank - 2] = dims_[rank - 2];
     if (rank >= 3) {
       start[rank - 3] = first;
       extent[rank - 3] = count;
     }
-    chunk_sizes_.require_whole(dataset_.get(), start, extent);
+    chunk_sizes_.require_whole(dataset_.get(), box);
     const Hdf5Id space(H5Dget_space(dataset_.get()), &H5Sclose);
     const Hdf5Id memory(H5Screate_simple(static_cast<int>(rank), extent.data(), nullptr),
                         &H5Sclose);
@@ -313,8 +332,9 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
     at = leading_indices(path, dims, choice, dataset.get(), volume.contents.times, volume.channels);
     if (choice.first) add_fields_of_shape(file.get(), dims, volume.contents);
   }
-  volume.slices = std::make_unique<Hdf5Slices>(path, std::move(file), std::move(dataset),
-                                               std::move(at), dims, *type);
+  volume.slices =
+      std::make_unique<Hdf5Slices>(path, std::move(file), std::move(dataset), std::move(at), dims,
+                                   *type, choice.allow_external_files);
   return volume;
 }
 

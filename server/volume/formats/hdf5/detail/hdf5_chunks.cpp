@@ -1,54 +1,154 @@
 #include "server/volume/formats/hdf5/detail/hdf5_chunks.hpp"
 
+#include <libaec.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <array>
-#include <cstring>
+#include <cstdint>
 #include <limits>
-#include <span>
+#include <optional>
+#include <utility>
 
 #include "server/volume/formats/detail/input_file.hpp"
-#include "server/volume/formats/hdf5/detail/hdf5_object.hpp"
+#include "server/volume/formats/hdf5/detail/hdf5_lzf.hpp"
 
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kChecksumBytes = 4;
+namespace fs = std::filesystem;
 
-// Unpacks without storing. Returns whether exactly `expected` bytes come out.
-bool inflates_to(std::span<const std::byte> packed, std::size_t expected) {
-  z_stream stream{};
-  if (packed.size() > std::numeric_limits<uInt>::max() || inflateInit(&stream) != Z_OK)
-    return false;
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(packed.data()));
-  stream.avail_in = static_cast<uInt>(packed.size());
-  std::array<Bytef, 65536> plain;
-  int state = Z_OK;
-  while (state == Z_OK && stream.total_out <= expected) {
-    stream.next_out = plain.data();
-    stream.avail_out = static_cast<uInt>(plain.size());
-    state = inflate(&stream, Z_NO_FLUSH);
-  }
-  const bool is_whole = state == Z_STREAM_END && stream.total_out == expected;
-  inflateEnd(&stream);
-  return is_whole;
+using Bytes = std::vector<std::byte>;
+
+constexpr std::size_t kChecksumBytes = 4;
+constexpr std::size_t kScaleOffsetHeaderBytes = 21;
+
+std::uint32_t little_endian(const Bytes& bytes) {
+  std::uint32_t number = 0;
+  for (unsigned i = 0; i < 4; ++i) number |= std::to_integer<std::uint32_t>(bytes[i]) << (8 * i);
+  return number;
 }
 
-// libhdf5 stores the unpacked size first, little-endian.
-bool szip_holds(std::span<const std::byte> packed, std::size_t expected) {
-  if (packed.size() < 4) return false;
-  std::size_t size = 0;
-  for (std::size_t i = 0; i < 4; ++i) size |= std::to_integer<std::size_t>(packed[i]) << (8 * i);
-  return size == expected;
+std::size_t bytes_of_bits(std::uint64_t bits) { return static_cast<std::size_t>((bits + 7) / 8); }
+
+// Returns nullopt if the data are damaged or unpack to more than `most` bytes.
+std::optional<Bytes> inflated(const Bytes& packed, std::size_t most) {
+  z_stream stream{};
+  constexpr std::size_t kMost = std::numeric_limits<uInt>::max();
+  if (packed.size() > kMost || inflateInit(&stream) != Z_OK) return std::nullopt;
+  Bytes plain(std::min(most, kMost));
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(packed.data()));
+  stream.avail_in = static_cast<uInt>(packed.size());
+  stream.next_out = reinterpret_cast<Bytef*>(plain.data());
+  stream.avail_out = static_cast<uInt>(plain.size());
+  const int state = inflate(&stream, Z_FINISH);
+  plain.resize(stream.total_out);
+  inflateEnd(&stream);
+  return state == Z_STREAM_END ? std::optional(std::move(plain)) : std::nullopt;
+}
+
+// Returns the unpacked size, which libhdf5 stores first; nullopt if that is above `most` or the
+// data end before. libhdf5 leaves what is missing uninitialized. `values` has flags, the samples of
+// a block, bits, and the samples of a line; lines are padded to whole blocks.
+std::optional<std::size_t> szip_size(const Bytes& packed, const std::vector<unsigned>& values,
+                                     std::size_t most) {
+  constexpr unsigned kPreprocessed = 32;
+  constexpr unsigned kBigEndian = 16;
+  if (packed.size() < 4 || values.size() < 4 || values[1] == 0 || values[3] == 0) {
+    return std::nullopt;
+  }
+  const std::size_t size = little_endian(packed);
+  const bool is_bytewise = values[2] == 32 || values[2] == 64;
+  aec_stream stream{};
+  stream.bits_per_sample = is_bytewise ? 8 : values[2];
+  stream.block_size = values[1];
+  stream.rsi = (values[3] - 1) / values[1] + 1;
+  stream.flags = ((values[0] & kBigEndian) != 0 ? AEC_DATA_MSB : 0U) |
+                 ((values[0] & kPreprocessed) != 0 ? AEC_DATA_PREPROCESS : 0U);
+  const std::size_t sample = stream.bits_per_sample > 16 ? 4 : stream.bits_per_sample > 8 ? 2 : 1;
+  const std::size_t lines = (size / sample + values[3] - 1) / values[3];
+  if (size > most || stream.rsi > most / values[1]) return std::nullopt;
+  const bool is_padded = values[3] % values[1] != 0;
+  Bytes plain(is_padded ? lines * stream.rsi * values[1] * sample : size);
+  stream.next_in = reinterpret_cast<const unsigned char*>(packed.data() + 4);
+  stream.avail_in = packed.size() - 4;
+  stream.next_out = reinterpret_cast<unsigned char*>(plain.data());
+  stream.avail_out = plain.size();
+  const int state = aec_buffer_decode(&stream);
+  return state == AEC_OK && stream.total_out == plain.size() ? std::optional(size) : std::nullopt;
+}
+
+// Returns the unpacked size; nullopt if the samples need more bytes than there are. `values` has
+// the flag of plain data, the number of samples, their class, bytes, byte order and bits.
+std::optional<std::size_t> nbit_size(const Bytes& packed, const std::vector<unsigned>& values) {
+  constexpr unsigned kAtomicClass = 1;
+  if (values.size() > 1 && values[1] != 0) return packed.size();
+  if (values.size() < 8 || values[3] != kAtomicClass) return std::nullopt;
+  const std::uint64_t bits = std::uint64_t{values[2]} * values[6];
+  if (packed.size() < bytes_of_bits(bits)) return std::nullopt;
+  return std::size_t{values[2]} * values[4];
+}
+
+// The same. `values` has the kind and a factor, the number of samples, their class and bytes. The
+// data begin with the bits of a sample.
+std::optional<std::size_t> scale_offset_size(const Bytes& packed,
+                                             const std::vector<unsigned>& values) {
+  if (values.size() < 5) return std::nullopt;
+  const unsigned most_bits = 8 * values[4];
+  if (values[0] == H5Z_SO_INT && values[1] == most_bits) return packed.size();
+  if (packed.size() < kScaleOffsetHeaderBytes) return std::nullopt;
+  const std::uint32_t bits = little_endian(packed);
+  const std::size_t needed = bytes_of_bits(std::uint64_t{values[2]} * bits);
+  if (bits > most_bits || packed.size() - kScaleOffsetHeaderBytes < needed) return std::nullopt;
+  return std::size_t{values[2]} * values[4];
+}
+
+// The bytes that no whole sample has come last, unchanged.
+Bytes unshuffled(const Bytes& bytes, std::size_t sample_bytes) {
+  Bytes plain = bytes;
+  const std::size_t samples = sample_bytes == 0 ? 0 : bytes.size() / sample_bytes;
+  for (std::size_t i = 0; i < samples; ++i) {
+    for (std::size_t byte = 0; byte < sample_bytes; ++byte) {
+      plain[i * sample_bytes + byte] = bytes[byte * samples + i];
+    }
+  }
+  return plain;
+}
+
+// Returns nullopt if they have no sample in common.
+std::optional<Hdf5Box> common_part(const Hdf5Box& a, const Hdf5Box& b) {
+  Hdf5Box part = a;
+  for (std::size_t d = 0; d < a.start.size(); ++d) {
+    part.start[d] = std::max(a.start[d], b.start[d]);
+    const hsize_t end = std::min(a.start[d] + a.extent[d], b.start[d] + b.extent[d]);
+    if (part.start[d] >= end) return std::nullopt;
+    part.extent[d] = end - part.start[d];
+  }
+  return part;
 }
 
 }  // namespace
 
-Hdf5ChunkSizes::Hdf5ChunkSizes(const std::filesystem::path& file, hid_t dataset)
-    : file_(file), dims_(hdf5_dims(dataset)) {
+Hdf5ChunkSizes::Hdf5ChunkSizes(fs::path file, hid_t dataset, bool allow_external_files)
+    : file_(std::move(file)),
+      allow_external_files_(allow_external_files),
+      dims_(hdf5_dims(dataset)) {
   const Hdf5Id creation(H5Dget_create_plist(dataset), &H5Pclose);
-  if (H5Pget_layout(creation.get()) != H5D_CHUNKED) return;
+  const H5D_layout_t layout = H5Pget_layout(creation.get());
+  if (layout == H5D_VIRTUAL) {
+    for (Hdf5Mapping& mapping : hdf5_mappings(file_, dataset, allow_external_files)) {
+      sources_.push_back({.mapping = std::move(mapping)});
+    }
+  }
+  const bool is_external = H5Pget_external_count(creation.get()) > 0;
+  if (layout == H5D_COMPACT || (layout == H5D_CONTIGUOUS && !is_external)) {
+    const hsize_t stored = H5Dget_storage_size(dataset);  // 0: never written.
+    if (stored < hdf5_bytes(dataset) && (stored > 0 || layout == H5D_COMPACT)) {
+      fail_reading(file_, "its dataset has fewer bytes than its shape requires",
+                   "Get a complete copy of the file");
+    }
+  }
+  if (layout != H5D_CHUNKED) return;
   const Hdf5Id type(H5Dget_type(dataset), &H5Tclose);
   std::vector<hsize_t> chunk(dims_.size());
   H5Pget_chunk(creation.get(), static_cast<int>(chunk.size()), chunk.data());
@@ -60,14 +160,12 @@ Hdf5ChunkSizes::Hdf5ChunkSizes(const std::filesystem::path& file, hid_t dataset)
   const int filters = H5Pget_nfilters(creation.get());
   for (int i = 0; i < filters; ++i) {
     unsigned flags = 0;
-    std::size_t values = 0;
-    const H5Z_filter_t id = H5Pget_filter2(creation.get(), static_cast<unsigned>(i), &flags,
-                                           &values, nullptr, 0, nullptr, nullptr);
-    Filter filter{.packing = Packing::kOther, .is_checksum = id == H5Z_FILTER_FLETCHER32};
-    if (id == H5Z_FILTER_SHUFFLE || filter.is_checksum) filter.packing = Packing::kPlain;
-    if (id == H5Z_FILTER_DEFLATE) filter.packing = Packing::kDeflate;
-    if (id == H5Z_FILTER_SZIP) filter.packing = Packing::kSzip;
-    filters_.push_back(filter);
+    std::array<unsigned, 32> values{};
+    std::size_t count = values.size();
+    const H5Z_filter_t id = H5Pget_filter2(creation.get(), static_cast<unsigned>(i), &flags, &count,
+                                           values.data(), 0, nullptr, nullptr);
+    const auto end = values.begin() + static_cast<std::ptrdiff_t>(std::min(count, values.size()));
+    filters_.push_back({.id = id, .values = {values.begin(), end}});
   }
   if (!filters_.empty()) {
     chunk_ = std::move(chunk);
@@ -84,15 +182,15 @@ Hdf5ChunkSizes::Hdf5ChunkSizes(const std::filesystem::path& file, hid_t dataset)
   }
 }
 
-void Hdf5ChunkSizes::require_whole(hid_t dataset, const std::vector<hsize_t>& start,
-                                   const std::vector<hsize_t>& extent) {
+void Hdf5ChunkSizes::require_whole(hid_t dataset, const Hdf5Box& box) {
+  for (Source& source : sources_) require_whole_source(source, box);
   if (chunk_.empty()) return;
   const std::size_t rank = dims_.size();
   std::vector<hsize_t> first(rank);
   std::vector<hsize_t> end(rank);
   for (std::size_t d = 0; d < rank; ++d) {
-    first[d] = start[d] / chunk_[d];
-    end[d] = (start[d] + extent[d] - 1) / chunk_[d] + 1;
+    first[d] = box.start[d] / chunk_[d];
+    end[d] = (box.start[d] + box.extent[d] - 1) / chunk_[d] + 1;
   }
   if (rank >= 3) {
     const std::size_t d = rank - 3;
@@ -109,43 +207,110 @@ void Hdf5ChunkSizes::require_whole(hid_t dataset, const std::vector<hsize_t>& st
   }
 }
 
+// Checks the part of a source that supplies samples of the box; if that is no box, all that the
+// source supplies.
+void Hdf5ChunkSizes::require_whole_source(Source& source, const Hdf5Box& box) {
+  const Hdf5Mapping& mapping = source.mapping;
+  const std::optional<Hdf5Box> part = common_part(box, mapping.in_virtual);
+  if (!part || source.is_checked) return;
+  const Hdf5Id file = open_hdf5_file(mapping.file);
+  const std::optional<Hdf5Id> dataset =
+      open_hdf5_dataset(mapping.file, file.get(), mapping.dataset, allow_external_files_);
+  if (!dataset) return;  // Has the fill value.
+  if (!source.sizes) {
+    source.sizes =
+        std::make_unique<Hdf5ChunkSizes>(mapping.file, dataset->get(), allow_external_files_);
+  }
+  const Hdf5Box whole = whole_box(hdf5_dims(dataset->get()));
+  const bool has_bounds = mapping.in_source.start.size() == whole.start.size();
+  Hdf5Box wanted = has_bounds ? mapping.in_source : whole;
+  source.is_checked = !has_bounds || !mapping.is_box;
+  for (std::size_t d = 0; !source.is_checked && d < wanted.start.size(); ++d) {
+    const std::size_t in_virtual = d + part->start.size() - wanted.start.size();
+    wanted.start[d] += part->start[in_virtual] - mapping.in_virtual.start[in_virtual];
+    wanted.extent[d] = part->extent[in_virtual];
+  }
+  const std::optional<Hdf5Box> stored = common_part(wanted, whole);
+  if (stored) source.sizes->require_whole(dataset->get(), *stored);
+}
+
 void Hdf5ChunkSizes::require_whole_chunk(hid_t dataset, const std::vector<hsize_t>& at) {
   hsize_t bytes = 0;
   // Chunks that were never written have the fill value.
   if (H5Dget_chunk_storage_size(dataset, at.data(), &bytes) < 0 || bytes == 0) return;
   if (bytes > file_bytes_) fail(at);
-  std::vector<std::byte> packed(static_cast<std::size_t>(bytes));
+  Bytes chunk(static_cast<std::size_t>(bytes));
   unsigned skipped = 0;
-  if (H5Dread_chunk(dataset, H5P_DEFAULT, at.data(), &skipped, packed.data()) < 0) fail(at);
+  if (H5Dread_chunk(dataset, H5P_DEFAULT, at.data(), &skipped, chunk.data()) < 0) fail(at);
   if (are_partial_chunks_plain_) {
     for (std::size_t d = 0; d < at.size(); ++d) {
       if (at[d] + chunk_[d] > dims_[d]) skipped = ~0u;
     }
   }
-  if (!is_whole(packed, skipped)) fail(at);
+  if (!is_whole(std::move(chunk), skipped)) fail(at);
 }
 
-bool Hdf5ChunkSizes::is_whole(const std::vector<std::byte>& packed, unsigned skipped) const {
-  std::span<const std::byte> left(packed);
-  std::size_t expected = chunk_bytes_;  // Size after unpacking the current filter.
-  const auto is_used = [&](std::size_t i) { return i >= 32 || ((skipped >> i) & 1) == 0; };
-  for (std::size_t i = filters_.size(); i-- > 0;) {
-    if (!is_used(i)) continue;
-    if (filters_[i].packing == Packing::kOther) return true;
-    if (filters_[i].is_checksum) {
-      if (left.size() < kChecksumBytes) return false;
-      left = left.first(left.size() - kChecksumBytes);
-    }
-    if (filters_[i].packing == Packing::kPlain) continue;
-    for (std::size_t inner = 0; inner < i; ++inner) {
-      if (!is_used(inner)) continue;
-      if (filters_[inner].packing != Packing::kPlain) return true;
-      if (filters_[inner].is_checksum) expected += kChecksumBytes;
-    }
-    return filters_[i].packing == Packing::kDeflate ? inflates_to(left, expected)
-                                                    : szip_holds(left, expected);
+bool Hdf5ChunkSizes::is_whole(Bytes chunk, unsigned skipped) const {
+  std::vector<const Filter*> used;
+  for (std::size_t i = 0; i < filters_.size(); ++i) {
+    if (i >= 32 || ((skipped >> i) & 1) == 0) used.push_back(&filters_[i]);
   }
-  return left.size() == expected;
+  const auto reads_contents = [](const Filter* filter) {
+    return filter->id == H5Z_FILTER_DEFLATE || filter->id == H5Z_FILTER_SZIP ||
+           filter->id == H5Z_FILTER_SCALEOFFSET;
+  };
+  const auto keeps_contents = [](const Filter& filter) {
+    return filter.id == H5Z_FILTER_DEFLATE || filter.id == H5Z_FILTER_SHUFFLE ||
+           filter.id == H5Z_FILTER_FLETCHER32;
+  };
+  bool has_contents = true;
+  while (!used.empty()) {
+    const Filter& filter = *used.back();
+    used.pop_back();
+    const bool needs_contents = std::any_of(used.begin(), used.end(), reads_contents);
+    if (reads_contents(&filter) && !has_contents) refuse(filter);
+    if (!unpack(filter, needs_contents, chunk)) return false;
+    has_contents = has_contents && keeps_contents(filter);
+  }
+  return chunk.size() == chunk_bytes_;
+}
+
+bool Hdf5ChunkSizes::unpack(const Filter& filter, bool needs_contents, Bytes& bytes) const {
+  const std::size_t most = chunk_bytes_ + chunk_bytes_ / 8 + 4096;  // Of data for a second filter.
+  const std::vector<unsigned>& values = filter.values;
+  const auto has_size = [&](std::optional<std::size_t> size) {
+    if (size && *size <= most) bytes.resize(*size);
+    return size && *size <= most;
+  };
+  switch (filter.id) {
+    case H5Z_FILTER_DEFLATE: {
+      auto plain = inflated(bytes, most);
+      if (plain) bytes = *std::move(plain);
+      return plain.has_value();
+    }
+    case H5Z_FILTER_SZIP:
+      return has_size(szip_size(bytes, values, most));
+    case H5Z_FILTER_SHUFFLE:
+      if (needs_contents && !values.empty()) bytes = unshuffled(bytes, values[0]);
+      return true;
+    case H5Z_FILTER_FLETCHER32:
+      return bytes.size() >= kChecksumBytes && has_size(bytes.size() - kChecksumBytes);
+    case H5Z_FILTER_NBIT:
+      return has_size(nbit_size(bytes, values));
+    case H5Z_FILTER_SCALEOFFSET:
+      return has_size(scale_offset_size(bytes, values));
+    case kHdf5Lzf:  // Our filter refuses other sizes.
+      return values.size() > 2 && has_size(values[2]);
+    default:
+      refuse(filter);
+  }
+}
+
+void Hdf5ChunkSizes::refuse(const Filter& filter) const {
+  fail_reading(file_,
+               "its chunks are packed with HDF5 filter " + std::to_string(filter.id) +
+                   ", whose sizes cannot be checked",
+               "Repack the file, as with h5repack -f GZIP=4");
 }
 
 void Hdf5ChunkSizes::fail(const std::vector<hsize_t>& at) const {

@@ -8,8 +8,6 @@
 namespace multitetra {
 namespace {
 
-constexpr H5Z_filter_t kLzfFilter = 32000;
-
 // A libhdf5 filter. `values[2]` is the size of a chunk; `buffer` was allocated by malloc().
 std::size_t lzf_filter(unsigned flags, std::size_t count, const unsigned* values, std::size_t bytes,
                        std::size_t* buffer_bytes, void** buffer) {
@@ -62,7 +60,7 @@ std::size_t unpack_lzf(const unsigned char* in, std::size_t size, unsigned char*
 
 void register_hdf5_lzf() {
   static const H5Z_class2_t kClass = {.version = H5Z_CLASS_T_VERS,
-                                      .id = kLzfFilter,
+                                      .id = kHdf5Lzf,
                                       .encoder_present = 0,
                                       .decoder_present = 1,
                                       .name = "lzf",

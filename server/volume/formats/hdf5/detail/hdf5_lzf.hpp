@@ -5,6 +5,8 @@
 
 namespace multitetra {
 
+inline constexpr int kHdf5Lzf = 32000;
+
 // Unpacks `size` bytes into at most `room` bytes. Returns their number, or 0 if the packed bytes
 // are damaged or unpack to more.
 [[nodiscard]] std::size_t unpack_lzf(const unsigned char* in, std::size_t size, unsigned char* out,

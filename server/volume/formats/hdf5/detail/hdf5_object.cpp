@@ -62,13 +62,19 @@ std::string sized_text(const Get& get) {
   return text.substr(0, length > 0 ? static_cast<std::size_t>(length) : 0);
 }
 
+// Returns the file that contains a dataset, which a link in `opened` may have led to.
+fs::path file_of(hid_t dataset, const fs::path& opened) {
+  const Hdf5Id own(H5Iget_file_id(dataset), &H5Fclose);
+  const std::string real =
+      sized_text([&](char* text, std::size_t size) { return H5Fget_name(own.get(), text, size); });
+  return real.empty() ? opened : fs::path(real);
+}
+
 void check_external_storage(const fs::path& file, hid_t dataset, hid_t creation,
                             bool allow_external_files) {
   const int count = H5Pget_external_count(creation);
   if (count <= 0) return;
-  const Hdf5Id type(H5Dget_type(dataset), &H5Tclose);
-  hsize_t needed = H5Tget_size(type.get());
-  for (const hsize_t length : hdf5_dims(dataset)) needed *= length;
+  hsize_t needed = hdf5_bytes(dataset);
   for (int i = 0; i < count; ++i) {
     std::array<char, 4096> name{};
     off_t offset = 0;
@@ -118,49 +124,52 @@ std::vector<std::string> source_names(const std::string& pattern, const fs::path
   return names;
 }
 
-void check_sources(const fs::path& file, hid_t dataset, hid_t creation, bool allow_external_files,
-                   int depth) {
-  std::size_t count = 0;
-  H5Pget_virtual_count(creation, &count);
-  if (depth == kDeepest || count > kMaxSources) {
-    fail_reading(file, "its virtual dataset has too many sources, or nested sources",
-                 "Copy it into one dataset");
+// Returns the bounds of a selection; `is_whole` if it has all samples in them. Empty if unlimited.
+Hdf5Box bounds_of(hid_t space, bool& is_whole) {
+  const int rank = H5Sget_simple_extent_ndims(space);
+  Hdf5Box box;
+  std::vector<hsize_t> end(rank > 0 ? static_cast<std::size_t>(rank) : 0);
+  box.start.resize(end.size());
+  is_whole = false;
+  if (rank <= 0 || H5Sget_select_bounds(space, box.start.data(), end.data()) < 0) return {};
+  hsize_t samples = 1;
+  for (std::size_t d = 0; d < end.size(); ++d) {
+    if (end[d] == H5S_UNLIMITED) return {};
+    box.extent.push_back(end[d] - box.start[d] + 1);
+    samples *= box.extent[d];
   }
-  std::string seen_file;
-  std::string seen_name;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::string pattern = sized_text([&](char* text, std::size_t size) {
-      return H5Pget_virtual_filename(creation, i, text, size);
-    });
-    const std::string name = sized_text([&](char* text, std::size_t size) {
-      return H5Pget_virtual_dsetname(creation, i, text, size);
-    });
-    if (pattern == seen_file && name == seen_name) continue;
-    seen_file = pattern;
-    seen_name = name;
-    const bool is_counted = name.find("%b") != std::string::npos;
-    const auto check = [&](hid_t in, const fs::path& in_file) {
-      if (is_counted) return;  // Blocks may be missing.
-      LinkGuard guard{.file = in_file, .allow_external_files = allow_external_files};
-      const Hdf5Id source = opened_guarded(in, name, guard);
-      if (!source) {
-        fail_reading(file,
-                     "a source of its virtual dataset, '" + name + "' in '" +
-                         in_file.filename().string() + "', is missing",
-                     "Get all of its files");
-      }
-      check_dataset(in_file, source.get(), allow_external_files, depth + 1);
-    };
-    if (pattern == ".") {
-      const Hdf5Id own(H5Iget_file_id(dataset), &H5Fclose);
-      check(own.get(), file);
-      continue;
+  is_whole = H5Sget_select_npoints(space) == static_cast<hssize_t>(samples);
+  return box;
+}
+
+bool have_one_shape(const Hdf5Box& in_virtual, const Hdf5Box& in_source) {
+  const std::vector<hsize_t>& sides = in_virtual.extent;
+  const std::size_t rank = in_source.extent.size();
+  if (rank == 0 || rank > sides.size()) return false;
+  const auto last = sides.end() - static_cast<std::ptrdiff_t>(rank);
+  return std::equal(last, sides.end(), in_source.extent.begin()) &&
+         std::all_of(sides.begin(), last, [](hsize_t side) { return side == 1; });
+}
+
+void check_sources(const fs::path& file, hid_t dataset, bool allow_external_files, int depth) {
+  if (depth == kDeepest) {
+    fail_reading(file, "its virtual dataset has nested sources", "Copy it into one dataset");
+  }
+  const Hdf5Mapping* seen = nullptr;
+  const std::vector<Hdf5Mapping> mappings = hdf5_mappings(file, dataset, allow_external_files);
+  for (const Hdf5Mapping& mapping : mappings) {
+    const Hdf5Mapping* const before = std::exchange(seen, &mapping);
+    if (before && before->file == mapping.file && before->dataset == mapping.dataset) continue;
+    const Hdf5Id opened = open_hdf5_file(mapping.file);
+    LinkGuard guard{.file = mapping.file, .allow_external_files = allow_external_files};
+    const Hdf5Id source = opened_guarded(opened.get(), mapping.dataset, guard);
+    if (!source) {
+      fail_reading(file,
+                   "a source of its virtual dataset, '" + mapping.dataset + "' in '" +
+                       mapping.file.filename().string() + "', is missing",
+                   "Get all of its files");
     }
-    for (const std::string& source_name : source_names(pattern, file, allow_external_files)) {
-      const fs::path source_file = named_data_file(file, source_name, allow_external_files);
-      const Hdf5Id opened = open_hdf5_file(source_file);
-      check(opened.get(), source_file);
-    }
+    check_dataset(mapping.file, source.get(), allow_external_files, depth + 1);
   }
 }
 
@@ -173,7 +182,7 @@ void check_dataset(const fs::path& file, hid_t dataset, bool allow_external_file
   }
   check_external_storage(file, dataset, creation.get(), allow_external_files);
   if (H5Pget_layout(creation.get()) == H5D_VIRTUAL) {
-    check_sources(file, dataset, creation.get(), allow_external_files, depth);
+    check_sources(file, dataset, allow_external_files, depth);
   }
 }
 
@@ -185,6 +194,19 @@ std::vector<hsize_t> hdf5_dims(hid_t dataset) {
   std::vector<hsize_t> dims(rank > 0 ? static_cast<std::size_t>(rank) : 0);
   if (rank > 0) H5Sget_simple_extent_dims(space.get(), dims.data(), nullptr);
   return dims;
+}
+
+hsize_t hdf5_bytes(hid_t dataset) {
+  const Hdf5Id type(H5Dget_type(dataset), &H5Tclose);
+  hsize_t bytes = H5Tget_size(type.get());
+  for (const hsize_t length : hdf5_dims(dataset)) bytes *= length;
+  return bytes;
+}
+
+Hdf5Box whole_box(std::vector<hsize_t> dims) {
+  Hdf5Box box{.start = std::vector<hsize_t>(dims.size(), 0), .extent = {}};
+  box.extent = std::move(dims);
+  return box;
 }
 
 std::vector<double> hdf5_numbers(hid_t object, const char* name, std::size_t most) {
@@ -250,14 +272,57 @@ std::optional<Hdf5Id> open_hdf5_dataset(const fs::path& file, hid_t in, const st
   {
     Hdf5Id dataset = opened_guarded(in, name, guard);
     if (!dataset) return std::nullopt;
-    const Hdf5Id own(H5Iget_file_id(dataset.get()), &H5Fclose);
-    const std::string real = sized_text(
-        [&](char* text, std::size_t size) { return H5Fget_name(own.get(), text, size); });
-    check_dataset(real.empty() ? file : fs::path(real), dataset.get(), allow_external_files, 0);
+    check_dataset(file_of(dataset.get(), file), dataset.get(), allow_external_files, 0);
     const Hdf5Id creation(H5Dget_create_plist(dataset.get()), &H5Pclose);
     if (H5Pget_external_count(creation.get()) <= 0) return dataset;
   }
   return opened_guarded(in, name, guard, /*from_origin=*/true);
+}
+
+std::vector<Hdf5Mapping> hdf5_mappings(const fs::path& opened, hid_t dataset,
+                                       bool allow_external_files) {
+  const fs::path file = file_of(dataset, opened);
+  const Hdf5Id creation(H5Dget_create_plist(dataset), &H5Pclose);
+  std::size_t count = 0;
+  H5Pget_virtual_count(creation.get(), &count);
+  std::vector<Hdf5Mapping> mappings;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string pattern = sized_text([&](char* text, std::size_t size) {
+      return H5Pget_virtual_filename(creation.get(), i, text, size);
+    });
+    const std::string name = sized_text([&](char* text, std::size_t size) {
+      return H5Pget_virtual_dsetname(creation.get(), i, text, size);
+    });
+    if (name.find("%b") != std::string::npos) {
+      fail_reading(file, "the sources of its virtual dataset are numbered, '" + name + "'",
+                   "Copy it into one dataset");
+    }
+    const Hdf5Id in_virtual(H5Pget_virtual_vspace(creation.get(), i), &H5Sclose);
+    const Hdf5Id in_source(H5Pget_virtual_srcspace(creation.get(), i), &H5Sclose);
+    bool is_whole = false;
+    bool is_whole_source = false;
+    Hdf5Mapping mapping{.file = file,
+                        .dataset = name,
+                        .in_virtual = bounds_of(in_virtual.get(), is_whole),
+                        .in_source = bounds_of(in_source.get(), is_whole_source)};
+    mapping.is_box =
+        is_whole && is_whole_source && have_one_shape(mapping.in_virtual, mapping.in_source);
+    std::vector<hsize_t> dims = hdf5_dims(dataset);
+    if (mapping.in_virtual.start.size() != dims.size()) {
+      mapping.in_virtual = whole_box(std::move(dims));
+      mapping.is_box = false;
+    }
+    std::vector<std::string> files = {pattern};
+    if (pattern != ".") files = source_names(pattern, file, allow_external_files);
+    if (mappings.size() + files.size() > kMaxSources) {
+      fail_reading(file, "its virtual dataset has too many sources", "Copy it into one dataset");
+    }
+    for (const std::string& source : files) {
+      if (source != ".") mapping.file = named_data_file(file, source, allow_external_files);
+      mappings.push_back(mapping);
+    }
+  }
+  return mappings;
 }
 
 }  // namespace multitetra

@@ -33,8 +33,27 @@ class Hdf5Id {
   Close close_;
 };
 
+// Samples of a dataset: the first one's indices, and the counts along each dimension.
+struct Hdf5Box {
+  std::vector<hsize_t> start;
+  std::vector<hsize_t> extent;
+};
+[[nodiscard]] Hdf5Box whole_box(std::vector<hsize_t> dims);
+
+// A part of a virtual dataset and its source. The boxes bound the samples.
+struct Hdf5Mapping {
+  std::filesystem::path file;
+  std::string dataset;
+  Hdf5Box in_virtual;
+  Hdf5Box in_source;    // Empty: unknown.
+  bool is_box = false;  // All samples of both, which have one shape but for leading sides of 1.
+};
+
 // Returns the dimensions of a dataset; none without a simple extent.
 [[nodiscard]] std::vector<hsize_t> hdf5_dims(hid_t dataset);
+
+// Returns the bytes of all samples.
+[[nodiscard]] hsize_t hdf5_bytes(hid_t dataset);
 
 // Returns up to `most` numbers of an attribute; none if it is missing or not numeric.
 [[nodiscard]] std::vector<double> hdf5_numbers(hid_t object, const char* attribute,
@@ -53,5 +72,11 @@ class Hdf5Id {
 [[nodiscard]] std::optional<Hdf5Id> open_hdf5_dataset(const std::filesystem::path& file, hid_t in,
                                                       const std::string& name,
                                                       bool allow_external_files);
+
+// Returns the mappings of a virtual dataset, with one for each existing file of a numbered source.
+// Throws VolumeFileError if there are too many, the datasets are numbered ("%b"), or a file is
+// missing or not allowed.
+[[nodiscard]] std::vector<Hdf5Mapping> hdf5_mappings(const std::filesystem::path& file,
+                                                     hid_t dataset, bool allow_external_files);
 
 }  // namespace multitetra
