@@ -44,11 +44,18 @@ class IsosurfaceRoute {
   };
   [[nodiscard]] Result<Wanted> wanted(const std::string& dataset, const Target& target,
                                       const HttpRequest& request, const RequestContext& context);
-  // Returns the surfaces of all isovalues. They share a budget in proportion to their estimated
-  // sizes.
-  [[nodiscard]] asio::awaitable<Result<std::vector<Surface>>> surfaces_of(const Wanted& wanted,
-                                                                          Caller& caller);
-  // Returns nullopt if the temporary folder is not writable.
+  // Returns the surfaces of `requests`. They share a budget in proportion to their estimated sizes.
+  [[nodiscard]] asio::awaitable<Result<std::vector<Surface>>> surfaces_of(
+      const Wanted& wanted, std::vector<IsosurfaceRequest> requests, Caller& caller);
+  struct Made {
+    std::optional<StoredMesh> file;  // Absent if the temporary folder is not writable.
+    std::uint64_t triangles = 0;     // Of the whole surfaces.
+  };
+  [[nodiscard]] asio::awaitable<Result<Made>> make(const Wanted& wanted,
+                                                   std::vector<IsosurfaceRequest> requests,
+                                                   RequestContext& context);
+  // Makes the wanted file. A budget of bytes is one of the file: a budget of triangles that is
+  // corrected by the size of the file made with it.
   [[nodiscard]] asio::awaitable<Result<std::optional<StoredMesh>>> make(const Wanted& wanted,
                                                                         RequestContext& context);
   const RouteOptions& options_;
