@@ -19,22 +19,20 @@
 #include "common/cli/terminal.hpp"
 #include "common/mesh/content_digest.hpp"
 #include "common/mesh/lattice_intersections.hpp"
-#include "common/mesh/mesh_measures.hpp"
 #include "common/request/lattice_limit.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/request/threshold_shrinking.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "common/wire/tile.hpp"
-#include "server/certify/certificate.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/surface/vertex_normals.hpp"
-#include "server/core/thresholds/threshold_map.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/model_file.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/extract_series.hpp"
+#include "server/programs/measured_surface.hpp"
 #include "server/programs/progress.hpp"
 #include "server/programs/thread_options.hpp"
 #include "server/service/extracted_surfaces.hpp"
@@ -107,39 +105,15 @@ Json json_of(const ExtractArguments& arguments, const WrittenModel& model) {
           {"points", model.points}};
 }
 
-// Area and volume of the output, and its distance to the full-resolution surface.
-struct Measured {
-  std::optional<SurfaceMeasures> measures;
-  std::optional<double> distance_bound;  // World units, including the lattice; none if unbounded.
-  bool is_full_resolution = false;
-};
-Measured measured(const ExtractArguments& arguments, const IsosurfaceRequest& request,
-                  const LatticeMesh& mesh, const DatasetInfo& info) {
-  Measured result;
-  result.measures = measures_from(mesh, arguments.surface.query.min_component, grid_to_world(info));
-  const bool is_bounded = !arguments.level && request.topology_tolerance == 0 &&
-                          request.measure == ErrorMeasure::kCertified;
-  if (!is_bounded) return result;
-  const double error = largest_threshold(request, info);
-  // Rounding moves a vertex by at most half the diagonal of a lattice cell.
-  result.distance_bound = error + lattice_step_world(info, request.lattice_resolution) / 2;
-  result.is_full_resolution = error == 0;
-  return result;
-}
-
 // Returns the report, without the output files.
 Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& request,
                const std::vector<std::string>& notices, const TiledSurface& surface,
-               const MeshTopology& topology, const Measured& measured,
-               std::optional<std::size_t> self_intersecting, const ContentDigest& content,
+               const MeasuredSurface& measured, const ContentDigest& content,
                const Progress& progress) {
   Json report = {{"tetrahedra", surface.tetrahedra},
-                 {"active_tetrahedra", surface.active_tetrahedra}};
-  report.update(json_of(topology));
-  report["tiles"] = surface.tiles.size();
-  report["simplification_bound_world"] = simplification_bound(surface);
-  report.update(json_of(measured.measures, measured.distance_bound, measured.is_full_resolution));
-  if (self_intersecting) report["self_intersecting_triangles"] = *self_intersecting;
+                 {"active_tetrahedra", surface.active_tetrahedra},
+                 {"tiles", surface.tiles.size()}};
+  report.update(json_of(measured));
   report["content_digest"] = content.hex();
   report["seconds"] = progress.seconds();
   report["parameters"] = json_of(request);
@@ -152,9 +126,9 @@ Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& reque
 }
 
 void print_facts(const ExtractArguments& arguments, const IsosurfaceRequest& request,
-                 const TiledSurface& surface, const MeshTopology& topology,
-                 const OutputSurface& written, std::optional<std::size_t> self_intersecting,
-                 const std::optional<WrittenModel>& model) {
+                 const TiledSurface& surface, const MeasuredSurface& measured,
+                 const OutputSurface& written, const std::optional<WrittenModel>& model) {
+  const MeshTopology& topology = measured.topology;
   std::cout << arguments.output << ": "
             << "isovalue " << shortest_text(request.isovalue) << ", "
             << human_count_of(written.mesh.triangles.size(), "triangle") << ", "
@@ -168,8 +142,8 @@ void print_facts(const ExtractArguments& arguments, const IsosurfaceRequest& req
             << human_count_of(static_cast<std::uint64_t>(topology.components), "component") << ", "
             << topology.border_edges << " edges on the border, " << topology.open_edges << " open, "
             << topology.nonmanifold_edges << " non-manifold\n";
-  if (self_intersecting) {
-    std::cout << "  " << human_count_of(*self_intersecting, "triangle")
+  if (measured.self_intersecting) {
+    std::cout << "  " << human_count_of(*measured.self_intersecting, "triangle")
               << " that intersect others\n";
   }
   if (model) {
@@ -310,22 +284,20 @@ int extract(const ExtractArguments& arguments) {
   // A uniform level is coarse everywhere, including where the data ends.
   const std::int32_t finest =
       arguments.level ? std::max(1, (1 << info.grid_exponent) >> (*arguments.level / 3)) : 1;
-  const MeshTopology topology = multitetra::topology(
-      mesh, data_border(info, request.lattice_resolution, request.topology_tolerance, finest));
+  MeasuredSurface measured{
+      .topology = multitetra::topology(
+          mesh, data_border(info, request.lattice_resolution, request.topology_tolerance, finest)),
+      .simplification_bound = simplification_bound(surface)};
+  const MeshTopology& topology = measured.topology;
   const ContentDigest content = digest(mesh);
-  // Only simplification can cause self-intersections.
-  std::optional<std::size_t> self_intersecting;
-  if (request.simplify) self_intersecting = lattice_intersections(mesh).triangles;
-
-  Measured of_mesh;
+  if (request.simplify) measured.self_intersecting = lattice_intersections(mesh).triangles;
   if (arguments.json || !arguments.report.empty()) {
-    of_mesh = measured(arguments, request, mesh, info);
-    notices.add(volume_notice(*of_mesh.measures, of_mesh.distance_bound));
+    measure(measured, mesh, arguments.surface, request, info, !arguments.level);
+    notices.add(volume_notice(*measured.measures, measured.distance_bound));
   }
 
   const auto report_now = [&] {
-    return report_of(arguments, request, notices.texts(), surface, topology, of_mesh,
-                     self_intersecting, content, progress);
+    return report_of(arguments, request, notices.texts(), surface, measured, content, progress);
   };
   if (topology.triangles == 0) {
     notices.add(empty_surface_text(request, info));
@@ -348,6 +320,7 @@ int extract(const ExtractArguments& arguments) {
                                          {.lattice = output.lattice,
                                           .min_component = output.min_component,
                                           .world = output.world}));
+  notices.add(larger_file_notice(arguments.output, arguments.surface.query));
   std::optional<WrittenModel> model;
   if (has_model_file) {
     progress.begin("model_file");
@@ -356,13 +329,11 @@ int extract(const ExtractArguments& arguments) {
   }
   progress.finish();
   Json report = report_now();
-  report["mesh_file"] = arguments.output;
-  report["components_written"] = output.components;
-  report["triangles_written"] = output.mesh.triangles.size();
+  add_file(report, arguments.output, output);
   if (model) report["model"] = json_of(arguments, *model);
   put_report(arguments, report);
   if (!arguments.json && !arguments.quiet) {
-    print_facts(arguments, request, surface, topology, output, self_intersecting, model);
+    print_facts(arguments, request, surface, measured, output, model);
   }
   if (topology.is_sound()) return 0;
   std::cerr << "multitetra-server: the mesh has open, non-manifold or degenerate parts; this is a "
