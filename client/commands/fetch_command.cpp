@@ -238,6 +238,7 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
   if (has_report && final_step->step->begin.request.simplify) {
     report.self_intersecting_triangles = lattice_intersections(mesh).triangles;
   }
+  surface.notices.add(missing_values_notice(mesh.scalars, arguments.order.surface.query.color_by));
   OutputSurface written = output.surface_of(*final_step, info);
   const std::string left_out = removed_text(written);
   if (!left_out.empty()) surface.notices.add("The file has " + left_out + ".");
@@ -320,6 +321,8 @@ int fetch(const FetchArguments& arguments) {
     reports[i].components_written = surfaces[i].components;
     reports[i].triangles_written = surfaces[i].mesh.triangles.size();
     reports[i].mesh_file = parts[i].mesh_file;
+    surface.notices.add(larger_file_notice(parts[i].mesh_file, arguments.order.surface.query));
+    reports[i].notices = surface.notices.texts();
   }
   output.report(reports, are_several);
   return kOk;

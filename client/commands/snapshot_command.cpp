@@ -184,6 +184,8 @@ Taken taken_surfaces(const SnapshotArguments& arguments, ConnectedRequest& surfa
     if (each.topology.triangles == 0) {
       surface.notices.add(empty_surface_text(request, surface.info));
     }
+    surface.notices.add(
+        missing_values_notice(step.mesh.scalars, arguments.order.surface.query.color_by));
     const std::string left_out = removed_text(each.drawn);
     if (!left_out.empty()) surface.notices.add("The picture has " + left_out + ".");
     taken.surfaces.push_back(std::move(each));

@@ -7,6 +7,7 @@
 
 #include "common/cli/human_units.hpp"
 #include "common/mesh/components.hpp"
+#include "common/request/request_notices.hpp"
 
 namespace multitetra {
 namespace {
@@ -141,9 +142,12 @@ OutputSurface output_surface(const LatticeMesh& mesh, const SurfaceArguments& ar
                        .min_component = shortest,
                        .components = components.count_at_least(shortest),
                        .total_components = components.diagonals.size()};
-  output.mesh = output.components == output.total_components
-                    ? positioned(mesh, map)
-                    : positioned(with_components(mesh, components, shortest), map);
+  if (output.components == output.total_components) {
+    output.mesh = positioned(mesh, map);
+  } else {
+    output.mesh = positioned(with_components(mesh, components, shortest), map);
+    output.filled = filled_cavities(mesh, components, shortest, grid_to_world(info));
+  }
   const double least =
       components.diagonals.empty() ? 0 : components.diagonals[components.largest()] / 8;
   std::uint32_t number = 0;
@@ -162,7 +166,17 @@ std::string removed_text(const OutputSurface& surface) {
   if (surface.components == surface.total_components) return {};
   return human_count(surface.components) + " of " + human_count(surface.total_components) +
          " components, those with a diagonal of " + human_number(surface.min_component) +
-         " samples or more";
+         " samples or more" +
+         (surface.filled.count == 0 ? std::string() : "; " + filled_text(surface.filled));
+}
+
+std::vector<std::string> larger_file_notice(const std::string& file, const SurfaceQuery& query) {
+  const std::uint64_t most = query.request.max_bytes;
+  std::error_code ignored;
+  const std::uintmax_t bytes = std::filesystem::file_size(file, ignored);
+  if (most == 0 || ignored || bytes <= most) return {};
+  return {file + " has " + human_bytes(bytes) + ", more than --max-bytes, which bounds the " +
+          "surface as it is sent; --max-triangles bounds files."};
 }
 
 }  // namespace multitetra

@@ -12,6 +12,7 @@
 #include "common/base/result.hpp"
 #include "common/cli/command.hpp"
 #include "common/mesh/mesh.hpp"
+#include "common/mesh/mesh_measures.hpp"
 #include "common/request/dataset_info.hpp"
 #include "common/request/surface_query.hpp"
 
@@ -64,6 +65,7 @@ struct OutputSurface {
   std::size_t components = 0;
   // The number of components of the whole surface.
   std::size_t total_components = 0;
+  FilledCavities filled = {};  // By removing components.
   // The vertices of large components: those whose diagonal is at least an eighth of the largest
   // one's.
   std::vector<std::uint32_t> large = {};
@@ -71,7 +73,11 @@ struct OutputSurface {
 [[nodiscard]] OutputSurface output_surface(const LatticeMesh& mesh,
                                            const SurfaceArguments& arguments,
                                            const DatasetInfo& info);
-// "3 of 1 204 components, those with a diagonal of 10 samples or more"; empty if none was removed.
+// "3 of 1 204 components, those with a diagonal of 10 samples or more", and the cavities that this
+// fills; empty if none was removed.
 [[nodiscard]] std::string removed_text(const OutputSurface& surface);
+// Returns the notice that a written file has more bytes than --max-bytes; empty if it has not.
+[[nodiscard]] std::vector<std::string> larger_file_notice(const std::string& file,
+                                                          const SurfaceQuery& query);
 
 }  // namespace multitetra

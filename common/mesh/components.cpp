@@ -38,6 +38,26 @@ struct LatticeBox {
   }
 };
 
+// Returns the components for which `is_kept(component)`, in order, with normals and scalars.
+template <typename IsKept>
+LatticeMesh chosen(const LatticeMesh& mesh, const MeshComponents& components,
+                   const IsKept& is_kept_component) {
+  LatticeMesh kept{.resolution = mesh.resolution, .vertices = {}, .triangles = {}};
+  std::vector<std::uint32_t> number(mesh.vertices.size());
+  const auto is_kept = [&](std::uint32_t v) { return is_kept_component(components.of_vertex[v]); };
+  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (!is_kept(v)) continue;
+    number[v] = static_cast<std::uint32_t>(kept.vertices.size());
+    kept.vertices.push_back(mesh.vertices[v]);
+    if (!mesh.normals.empty()) kept.normals.push_back(mesh.normals[v]);
+    if (!mesh.scalars.empty()) kept.scalars.push_back(mesh.scalars[v]);
+  }
+  for (const TriangleIndices& t : mesh.triangles) {
+    if (is_kept(t[0])) kept.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
+  }
+  return kept;
+}
+
 }  // namespace
 
 std::uint32_t MeshComponents::largest() const {
@@ -81,23 +101,16 @@ MeshComponents components_of(const LatticeMesh& mesh) {
 
 LatticeMesh with_components(const LatticeMesh& mesh, const MeshComponents& components,
                             double min_diagonal) {
-  LatticeMesh kept{.resolution = mesh.resolution, .vertices = {}, .triangles = {}};
-  std::vector<std::uint32_t> number(mesh.vertices.size());
   const double shortest = components.least(min_diagonal);
-  const auto is_kept = [&](std::uint32_t v) {
-    return components.diagonals[components.of_vertex[v]] >= shortest;
-  };
-  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (!is_kept(v)) continue;
-    number[v] = static_cast<std::uint32_t>(kept.vertices.size());
-    kept.vertices.push_back(mesh.vertices[v]);
-    if (!mesh.normals.empty()) kept.normals.push_back(mesh.normals[v]);
-    if (!mesh.scalars.empty()) kept.scalars.push_back(mesh.scalars[v]);
-  }
-  for (const TriangleIndices& t : mesh.triangles) {
-    if (is_kept(t[0])) kept.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
-  }
-  return kept;
+  return chosen(mesh, components,
+                [&](std::uint32_t one) { return components.diagonals[one] >= shortest; });
+}
+
+LatticeMesh without_components(const LatticeMesh& mesh, const MeshComponents& components,
+                               double min_diagonal) {
+  const double shortest = components.least(min_diagonal);
+  return chosen(mesh, components,
+                [&](std::uint32_t one) { return components.diagonals[one] < shortest; });
 }
 
 }  // namespace multitetra

@@ -37,5 +37,8 @@ struct MeshComponents {
 // Returns the components with at least this diagonal, in order, with normals and scalars.
 [[nodiscard]] LatticeMesh with_components(const LatticeMesh& mesh, const MeshComponents& components,
                                           double min_diagonal);
+// Returns the other ones likewise.
+[[nodiscard]] LatticeMesh without_components(const LatticeMesh& mesh,
+                                             const MeshComponents& components, double min_diagonal);
 
 }  // namespace multitetra

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "common/mesh/box_tree.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -87,6 +89,36 @@ SurfaceMeasures measures_from(const LatticeMesh& mesh, double min_diagonal,
     if (components.diagonals[i] >= shortest) written.push_back(all[i]);
   }
   return sum_of(written);
+}
+
+FilledCavities filled_cavities(const LatticeMesh& mesh, const MeshComponents& components,
+                               double min_diagonal, const Affine& grid_to_world) {
+  const LatticeMesh removed = without_components(mesh, components, min_diagonal);
+  const MeshComponents parts = components_of(removed);
+  const std::vector<SurfaceMeasures> measures = measures_of(removed, parts, grid_to_world);
+  std::vector<Box3> boxes(measures.size());
+  for (std::size_t v = 0; v < removed.vertices.size(); ++v) {
+    const LatticePoint& p = removed.vertices[v];
+    boxes[parts.of_vertex[v]].add(
+        Vec3{static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)});
+  }
+  const BoxTree tree(boxes);
+  FilledCavities filled;
+  for (std::size_t i = 0; i < measures.size(); ++i) {
+    if (measures[i].volume.value_or(0) >= 0) continue;
+    bool is_removed_with_another = false;
+    tree.visit_near(boxes[i], [&](std::uint32_t place) {
+      const std::uint32_t other = tree.order()[place];
+      Box3 both = boxes[other];
+      both.add(boxes[i]);
+      is_removed_with_another |=
+          other != i && both.low == boxes[other].low && both.high == boxes[other].high;
+    });
+    if (is_removed_with_another) continue;
+    ++filled.count;
+    filled.volume -= *measures[i].volume;
+  }
+  return filled;
 }
 
 }  // namespace multitetra

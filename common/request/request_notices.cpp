@@ -1,6 +1,8 @@
 #include "common/request/request_notices.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <limits>
 #include <variant>
 
@@ -146,6 +148,29 @@ std::string empty_surface_text(const IsosurfaceRequest& request, const DatasetIn
   return "The surface is empty: no surface remains at isovalue " + shortest_text(request.isovalue) +
          (request.topology_tolerance > 0 ? " at this topology tolerance" : " inside the data") +
          "; " + values_text(info) + ".";
+}
+
+std::string filled_text(const FilledCavities& filled) {
+  return "removal fills " + std::to_string(filled.count) +
+         (filled.count == 1 ? " cavity, whose wall is a component: "
+                            : " cavities, whose walls are components: ") +
+         rounded_text(filled.volume) + " cubic world units";
+}
+
+std::vector<std::string> missing_values_notice(std::span<const float> values,
+                                               const std::string& field) {
+  const auto missing =
+      std::count_if(values.begin(), values.end(), [](float value) { return std::isnan(value); });
+  if (missing == 0) return {};
+  const auto all = static_cast<std::ptrdiff_t>(values.size());
+  const std::string have = "have no value of \"" + field + "\"";
+  if (missing == all) {
+    return {"All vertices " + have +
+            ": it lies elsewhere, if both datasets are in the same world."};
+  }
+  const double percent = 100 * static_cast<double>(missing) / static_cast<double>(all);
+  return {rounded_text(std::ceil(10 * percent) / 10) + " % of the vertices " + have +
+          "; they get the color of no_value_color."};
 }
 
 std::string not_written_text(const std::string& file) {

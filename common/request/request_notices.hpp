@@ -2,9 +2,11 @@
 // for places outside the data. One sentence each.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
+#include "common/mesh/mesh_measures.hpp"
 #include "common/request/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
 
@@ -19,6 +21,14 @@ namespace multitetra {
 // Explains why a surface has no triangles.
 [[nodiscard]] std::string empty_surface_text(const IsosurfaceRequest& request,
                                              const DatasetInfo& info);
+
+// Returns "removal fills 12 cavities, whose walls are components: 345 cubic world units".
+[[nodiscard]] std::string filled_text(const FilledCavities& filled);
+
+// Returns the notice that the dataset `field`, which colors a surface, has no value at some of its
+// vertices; empty if it has all. Values are NaN where there is none.
+[[nodiscard]] std::vector<std::string> missing_values_notice(std::span<const float> values,
+                                                             const std::string& field);
 
 // Returns the notice that the file was not written because the surface is empty.
 [[nodiscard]] std::string not_written_text(const std::string& file);

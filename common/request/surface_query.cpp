@@ -158,7 +158,8 @@ constexpr std::array kFields = {
       set_word<&T::combination, combination_from>},
 
     F{"max_bytes", "BYTES", "", kSize, kRare, kOnce,
-      "Most bytes of each step, such as 500KiB; a larger error is used if needed",
+      "Most bytes of each step as it is sent, over HTTP of the file, such as 500KiB (KB is the "
+      "same); a larger error is used if needed",
       set_amount<&R::max_bytes, parse_bytes>},
     F{"max_triangles", "COUNT", "", kSize, kRare, kOnce,
       "Most triangles of each step, such as 300k; a larger error is used if needed",
@@ -196,8 +197,9 @@ constexpr std::array kFields = {
       "Coordinates of the mesh: world, or sample indices",
       set_word<&Q::coordinates, coordinate_system_from>},
     F{"min_component", "SAMPLES", "0", kFile, kRare, kOnce,
-      "Remove components with a shorter bounding-box diagonal; largest: all but the largest. "
-      "Checks and digests apply to the whole surface",
+      "Remove components with a shorter bounding-box diagonal, in samples whatever the unit; "
+      "largest: all but the largest. Walls of enclosed cavities are components too: removal fills "
+      "the cavities. Checks and digests apply to the whole surface",
       set_min_component},
 };
 

@@ -47,7 +47,7 @@ std::vector<Triple> smooth_normals(const PositionedMesh& mesh) {
   return normals;
 }
 
-float linear_light(std::uint8_t srgb) {
+float linear_light(std::uint32_t srgb) {
   const double v = srgb / 255.0;
   return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
 }
@@ -98,7 +98,7 @@ class SceneWriter {
     const std::size_t indices = add_array(mesh.triangles, kUnsignedInt, "SCALAR", kIndexBuffer);
     json_["accessors"].back()["count"] = 3 * mesh.triangles.size();
     const std::size_t number = json_["nodes"].size();
-    json_["materials"].push_back(named(part, material_of(mesh, color)));
+    json_["materials"].push_back(named(part, material_of(part, color)));
     json_["meshes"].push_back(named(
         part, {{"primitives",
                 {{{"attributes", attributes}, {"indices", indices}, {"material", number}}}}}));
@@ -159,10 +159,14 @@ class SceneWriter {
   }
 
   // Vertex colors are multiplied with the base color, which is then white.
-  static nlohmann::json material_of(const PositionedMesh& mesh, std::size_t color) {
+  static nlohmann::json material_of(const ScenePart& part, std::size_t color) {
     nlohmann::json material = surface_material();
     auto base = part_color(color);
-    if (!mesh.colors.empty()) base = {1, 1, 1};
+    if (const auto& own = part.color) {
+      base = {linear_light(*own >> 16 & 0xFF), linear_light(*own >> 8 & 0xFF),
+              linear_light(*own & 0xFF)};
+    }
+    if (!part.mesh->colors.empty()) base = {1, 1, 1};
     material["pbrMetallicRoughness"]["baseColorFactor"] = {base[0], base[1], base[2], 1.0};
     return material;
   }

@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -19,14 +21,15 @@ struct ScenePart {
   // The name of its node, mesh and material; the node's extras have the label's number ("label").
   SurfaceName name = {};
   const PositionedMesh* mesh = nullptr;  // Not null. A mesh without triangles gets no node.
+  // 0xRRGGBB in sRGB, as Label::color; absent: part_color() of its place among the parts.
+  std::optional<std::uint32_t> color = std::nullopt;
 };
 
 // Returns the bytes of the file. Each node has a matrix that converts z-up to glTF's y-up and
 // leaves the positions unchanged. Meshes without normals get smooth normals. Colors become COLOR_0,
 // in linear light as glTF requires. Scalars become _SCALAR if every vertex has one, as glTF has no
-// NaN. Materials are double-sided, with a different color for each part. The asset's extras have
-// what is known of the positions' world: "length_unit" and "space". Throws std::system_error beyond
-// glTF's 4 GiB.
+// NaN. Materials are double-sided. The asset's extras have what is known of the positions' world:
+// "length_unit" and "space". Throws std::system_error beyond glTF's 4 GiB.
 [[nodiscard]] std::string scene_glb(std::span<const ScenePart> parts,
                                     const PhysicalMeaning& world = {});
 

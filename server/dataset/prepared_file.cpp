@@ -1,7 +1,9 @@
 #include "server/dataset/prepared_file.hpp"
 
+#include <filesystem>
 #include <mutex>
 #include <new>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -25,6 +27,14 @@ auto value_or_throw(const std::string& place, const Read& read) {
   }
 }
 
+std::string advice_for_another_file(const std::string& place) {
+  std::filesystem::path dataset = std::filesystem::path(place).filename();
+  const std::string text = place + " is not a prepared dataset.";
+  if (dataset.extension() == ".mtd") return text;
+  dataset.replace_extension(".mtd");
+  return text + " Prepare it first: multitetra-server prepare " + place + " -o " + dataset.string();
+}
+
 BrickFile open_file(const std::string& place, std::shared_ptr<RemoteFiles> files) {
   if (!files) {
     files = std::make_shared<RemoteFiles>(RemoteFilesOptions{.memory_bytes = kOwnCacheBytes});
@@ -35,8 +45,13 @@ BrickFile open_file(const std::string& place, std::shared_ptr<RemoteFiles> files
   } else {
     file.source = std::make_shared<const MappedFile>(place);
   }
-  file.structure = std::make_shared<const PreparedStructure>(
-      value_or_throw(place, [&] { return decode_structure(*file.source); }));
+  file.structure = std::make_shared<const PreparedStructure>(value_or_throw(place, [&] {
+    auto structure = decode_structure(*file.source);
+    if (!structure && structure.error().code == ErrorCode::kInvalidArgument) {
+      throw DatasetFileError(advice_for_another_file(place));
+    }
+    return structure;
+  }));
   return file;
 }
 

@@ -88,8 +88,9 @@ struct PreparedStructure {
 };
 
 // Verifies header, table, metadata, bins and the spectrum index; for a local source also the
-// checksums of the other small sections. Returns kDamagedData, with the section and the problem, or
-// kUnsupportedVersion. Allocates at most in proportion to the size of the source.
+// checksums of the other small sections. Returns kInvalidArgument for other files, kDamagedData,
+// with the section and the problem, or kUnsupportedVersion. Allocates at most in proportion to the
+// size of the source.
 [[nodiscard]] Result<PreparedStructure> decode_structure(const ByteSource& source);
 
 // Returns the index of the samples by brick; it takes 16 bytes of memory per brick.

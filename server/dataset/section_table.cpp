@@ -75,9 +75,7 @@ Result<std::uint32_t> decode_header(std::string_view header, std::uint64_t file_
                 "supported: prepare the dataset again.");
   }
   if (!header.starts_with(kMagic)) {
-    return fail(ErrorCode::kDamagedData,
-                "Section \"header\": the first 8 bytes are not those of a prepared dataset (.mtd). "
-                "Prepare one from the volume.");
+    return fail(ErrorCode::kInvalidArgument, "It is not a prepared dataset (.mtd).");
   }
   if (header.size() < kHeaderBytes) return damaged("header", "the file ends inside it.");
   if (const auto checked = check_version(number_at<std::uint32_t>(header, 8)); !checked) {

@@ -50,7 +50,7 @@ using SectionTable = std::vector<Section>;  // In the order of the file.
 [[nodiscard]] std::string encode_head(const SectionTable& sections);
 
 // Verifies the header, the table and, for a local source, the zeros between sections; reads no
-// section. Returns kDamagedData or kUnsupportedVersion on failure.
+// section. Returns kInvalidArgument for other files, else kDamagedData or kUnsupportedVersion.
 [[nodiscard]] Result<SectionTable> decode_section_table(const ByteSource& source);
 
 // Checks the zeros between sections.

@@ -12,11 +12,13 @@
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
 #include "common/cli/terminal.hpp"
+#include "common/mesh/lattice_intersections.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/scene_file.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/extraction/touching_extraction.hpp"
+#include "server/programs/measured_surface.hpp"
 #include "server/programs/progress.hpp"
 
 namespace multitetra {
@@ -41,8 +43,7 @@ std::vector<DatasetPtr> opened(const std::string& folder) {
 
 struct ExtractedSurface {
   const DatasetInfo* info = nullptr;
-  MeshTopology topology;
-  double bound = 0;
+  MeasuredSurface measured;
   std::size_t common_triangles = 0;
   OutputSurface output;
   std::string file;
@@ -51,11 +52,9 @@ struct ExtractedSurface {
 Json json_of(const ExtractedSurface& surface) {
   Json report = {{"dataset", surface.info->name}, {"name", surface_name(*surface.info).text}};
   if (const auto label = surface_name(*surface.info).label) report["label"] = *label;
-  report.update(multitetra::json_of(surface.topology));
-  report["simplification_bound_world"] = surface.bound;
+  report.update(json_of(surface.measured));
   report["common_triangles"] = surface.common_triangles;
-  report["components_written"] = surface.output.components;
-  report["mesh_file"] = surface.file;
+  add_file(report, surface.file, surface.output);
   return report;
 }
 
@@ -72,18 +71,22 @@ void write_surfaces(const ExtractSeriesArguments& arguments,
   }
   std::vector<ScenePart> parts;
   for (const ExtractedSurface& surface : surfaces) {
-    parts.push_back({.name = surface_name(*surface.info), .mesh = &surface.output.mesh});
+    const auto& member = surface.info->member;
+    parts.push_back({.name = surface_name(*surface.info),
+                     .mesh = &surface.output.mesh,
+                     .color = member && member->label ? member->label->color : std::nullopt});
   }
   write_file(arguments.output, scene_glb(parts, surfaces.front().output.world));
 }
 
 void print_facts(const ExtractedSurface& surface) {
   const auto count = [](std::int64_t number) { return static_cast<std::uint64_t>(number); };
+  const MeshTopology& topology = surface.measured.topology;
   std::cout << surface.file << ": \"" << surface_name(*surface.info).text << "\", "
-            << human_count_of(count(surface.topology.triangles), "triangle") << ", "
+            << human_count_of(count(topology.triangles), "triangle") << ", "
             << human_count(surface.common_triangles) << " of them shared with neighbors, "
-            << human_count_of(count(surface.topology.components), "component") << ", "
-            << surface.topology.open_edges << " open edges, " << surface.topology.nonmanifold_edges
+            << human_count_of(count(topology.components), "component") << ", "
+            << topology.open_edges << " open edges, " << topology.nonmanifold_edges
             << " non-manifold\n";
 }
 
@@ -125,19 +128,31 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
   progress.begin("surfaces");
   TouchingSurfaces extracted = extract_touching(datasets, *request);
   progress.begin("checks");
+  const bool has_report = arguments.json || !arguments.report.empty();
   bool is_sound = true;
   bool is_empty = true;
   for (std::size_t i = 0; i < datasets.size(); ++i) {
     ExtractedSurface& one = surfaces[i];
     const Simplified simplified = std::move(extracted.surfaces[i]);
-    one.topology = topology(simplified.mesh, data_border(*one.info, request->lattice_resolution,
-                                                         request->topology_tolerance));
-    one.bound = simplified.bound;
+    MeasuredSurface& measured = one.measured;
+    measured.topology =
+        topology(simplified.mesh,
+                 data_border(*one.info, request->lattice_resolution, request->topology_tolerance));
+    measured.simplification_bound = simplified.bound;
+    if (has_report) {
+      measure(measured, simplified.mesh, surface, *request, *one.info);
+      if (request->simplify) {
+        measured.self_intersecting = lattice_intersections(simplified.mesh).triangles;
+      }
+      for (const std::string& text : volume_notice(*measured.measures, measured.distance_bound)) {
+        notices.add("\"" + surface_name(*one.info).text + "\": " + text);
+      }
+    }
     one.common_triangles = extracted.common_triangles[i];
     one.output = output_surface(simplified.mesh, surface, *one.info);
-    is_sound = is_sound && one.topology.is_sound();
+    is_sound = is_sound && measured.topology.is_sound();
     is_empty = is_empty && one.output.components == 0;
-    if (one.topology.triangles == 0) notices.add(empty_surface_text(*request, *one.info));
+    if (measured.topology.triangles == 0) notices.add(empty_surface_text(*request, *one.info));
     const std::string removed = removed_text(one.output);
     if (!removed.empty())
       notices.add("\"" + surface_name(*one.info).text + "\" has " + removed + ".");

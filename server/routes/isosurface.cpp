@@ -1,5 +1,6 @@
 #include "server/routes/isosurface.hpp"
 
+#include <algorithm>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -36,6 +37,27 @@ Result<std::optional<StoredMesh>> store_if_there_is_room(std::vector<Surface> su
              {{"dataset", info.name}, {"folder", place.folder.string()}});
     return std::nullopt;
   }
+}
+
+// Returns the bytes of a file for each of many triangles. They have half as many vertices; OBJ and
+// Draco files are as measured on scans.
+double bytes_of_triangle(MeshFormat format, bool has_normals, bool has_scalars) {
+  const double normal = has_normals ? 12 : 0;
+  switch (format) {
+    case MeshFormat::kGlb:
+      return 12 + 0.5 * (24 + (has_scalars ? 16 : 0));
+    case MeshFormat::kPly:
+      return 13 + 0.5 * (12 + normal + (has_scalars ? 7 : 0));
+    case MeshFormat::kStl:
+      return 50;
+    case MeshFormat::kVtp:
+      return 32 + 0.5 * (12 + normal + (has_scalars ? 7 : 0));
+    case MeshFormat::kObj:
+      return 30 + 2 * normal;
+    case MeshFormat::kDrc:
+      return 3.5 + normal / 6;
+  }
+  return 50;
 }
 
 Answer no_storage(RequestContext& context) {
@@ -78,15 +100,16 @@ Result<IsosurfaceRoute::RequestedFile> IsosurfaceRoute::requested_file(
   }
   const bool is_in_world = query->surface.coordinates == CoordinateSystem::kWorld;
   RequestedFile wanted{.info = std::move(*info),
-                       .requests = *std::move(surfaces),
-                       .scalars = *std::move(scalars),
-                       .form = {.format = *format,
-                                .is_in_world = is_in_world,
-                                .colors = query->surface.colors,
-                                .min_component = query->surface.min_component},
-                       .is_format_negotiated = !query->format,
-                       .key = {},
-                       .tag = {}};
+                .requests = *std::move(surfaces),
+                .scalars = *std::move(scalars),
+                .form = {.format = *format,
+                         .is_in_world = is_in_world,
+                         .colors = query->surface.colors,
+                         .color_by = query->surface.color_by,
+                         .min_component = query->surface.min_component},
+                .is_format_negotiated = !query->format,
+                .key = {},
+                .tag = {}};
   wanted.key = std::string(kFormVersion) + ' ' + std::string(media_type(*format)) +
                (is_in_world ? " w " : " i ") + key_of(wanted.info);
   if (wanted.form.min_component > 0) {
@@ -112,8 +135,7 @@ Result<IsosurfaceRoute::RequestedFile> IsosurfaceRoute::requested_file(
 }
 
 asio::awaitable<Result<std::vector<Surface>>> IsosurfaceRoute::surfaces_of(
-    const RequestedFile& wanted, Caller& caller) {
-  std::vector<IsosurfaceRequest> requests = wanted.requests;
+    const RequestedFile& wanted, std::vector<IsosurfaceRequest> requests, Caller& caller) {
   if (needs_shared_budget(requests)) {
     std::vector<EstimatedSize> sizes;
     for (IsosurfaceRequest request : requests) {
@@ -139,10 +161,9 @@ asio::awaitable<Result<std::vector<Surface>>> IsosurfaceRoute::surfaces_of(
   co_return surfaces;
 }
 
-asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(
-    const RequestedFile& wanted, RequestContext& context) {
-  if (context.watch) context.watch();
-  auto made = co_await surfaces_of(wanted, *context.caller);
+asio::awaitable<Result<IsosurfaceRoute::Made>> IsosurfaceRoute::make(
+    const RequestedFile& wanted, std::vector<IsosurfaceRequest> requests, RequestContext& context) {
+  auto made = co_await surfaces_of(wanted, std::move(requests), *context.caller);
   if (!made) co_return tl::unexpected(made.error());
   // std::function copies its captures, and reservations must end on this thread.
   const auto surfaces = std::make_shared<std::vector<Surface>>(*std::move(made));
@@ -164,8 +185,50 @@ asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(
   auto stored = co_await run_on_workers<std::optional<StoredMesh>>(
       assembling_, share, is_large ? "large mesh" : "small mesh", is_large,
       context.stop.get_token(), std::move(store));
-  if (stored && *stored && !wanted.tag.empty()) meshes_.keep(wanted.key, **stored);
-  co_return stored;
+  if (!stored) co_return tl::unexpected(stored.error());
+  co_return Made{.file = *std::move(stored), .triangles = triangles};
+}
+
+asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(const Wanted& wanted,
+                                                                         RequestContext& context) {
+  constexpr int kMaxFiles = 5;
+  constexpr double kSafetyFactor = 0.98;  // Smaller meshes have more bytes per triangle.
+  if (context.watch) context.watch();
+  std::vector<IsosurfaceRequest> requests = wanted.requests;
+  const std::uint64_t max_bytes = requests.front().max_bytes;
+  const bool has_normals = requests.front().normal_bits > 0;
+  double most = static_cast<double>(max_bytes) /
+                bytes_of_triangle(wanted.form.format, has_normals, wanted.scalars.has_value());
+  for (int files = 1;; ++files) {
+    for (std::size_t i = 0; max_bytes > 0 && i < requests.size(); ++i) {
+      const std::uint64_t own = wanted.requests[i].max_triangles;
+      const auto of_bytes =
+          std::max<std::uint64_t>(static_cast<std::uint64_t>(most), requests.size());
+      requests[i].max_bytes = 0;
+      requests[i].max_triangles = own == 0 ? of_bytes : std::min(own, of_bytes);
+    }
+    auto made = co_await make(wanted, requests, context);
+    if (!made) {
+      Error error = made.error();
+      if (max_bytes > 0 && error.code == ErrorCode::kLimitExceeded) {
+        error.text = "A file of " + std::to_string(max_bytes) + " bytes has about " +
+                     std::to_string(requests.front().max_triangles) + " triangles. " + error.text;
+      }
+      co_return tl::unexpected(error);
+    }
+    const bool fits = max_bytes == 0 || !made->file || made->file->bytes <= max_bytes;
+    if (fits) {
+      if (made->file && !wanted.tag.empty()) meshes_.keep(wanted.key, *made->file);
+      co_return std::move(made->file);
+    }
+    if (files == kMaxFiles || made->triangles == 0) {
+      co_return fail(ErrorCode::kLimitExceeded,
+                     "The file has at least " + std::to_string(made->file->bytes) +
+                         " bytes, more than max_bytes. Allow more, or use another format.");
+    }
+    most = kSafetyFactor * static_cast<double>(made->triangles) * static_cast<double>(max_bytes) /
+           static_cast<double>(made->file->bytes);
+  }
 }
 
 asio::awaitable<Answer> IsosurfaceRoute::answer(const std::string& dataset, const Target& target,

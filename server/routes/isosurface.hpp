@@ -42,15 +42,20 @@ class IsosurfaceRoute {
     // Quoted; empty if the dataset has no content digest.
     std::string tag;
   };
-  [[nodiscard]] Result<RequestedFile> requested_file(const std::string& dataset,
-                                                     const Target& target,
-                                                     const HttpRequest& request,
-                                                     const RequestContext& context);
-  // Returns the surfaces of all isovalues. They share a budget in proportion to their estimated
-  // sizes.
+  [[nodiscard]] Result<RequestedFile> requested_file(const std::string& dataset, const Target& target,
+                                      const HttpRequest& request, const RequestContext& context);
+  // Returns the surfaces of `requests`. They share a budget in proportion to their estimated sizes.
   [[nodiscard]] asio::awaitable<Result<std::vector<Surface>>> surfaces_of(
-      const RequestedFile& wanted, Caller& caller);
-  // Returns nullopt if the temporary folder is not writable.
+      const RequestedFile& wanted, std::vector<IsosurfaceRequest> requests, Caller& caller);
+  struct Made {
+    std::optional<StoredMesh> file;  // Absent if the temporary folder is not writable.
+    std::uint64_t triangles = 0;     // Of the whole surfaces.
+  };
+  [[nodiscard]] asio::awaitable<Result<Made>> make(const RequestedFile& wanted,
+                                                   std::vector<IsosurfaceRequest> requests,
+                                                   RequestContext& context);
+  // Makes the wanted file. A budget of bytes is one of the file: a budget of triangles that is
+  // corrected by the size of the file made with it.
   [[nodiscard]] asio::awaitable<Result<std::optional<StoredMesh>>> make(const RequestedFile& wanted,
                                                                         RequestContext& context);
   const RouteOptions& options_;

@@ -77,30 +77,58 @@ ErrorSchedule::SizeOf corrected(ErrorSchedule::SizeOf estimated, const Isosurfac
       };
 }
 
-// Returns the error for a budget that not even the coarsest surface fits.
-tl::unexpected<Error> budget_too_small(const SurfaceSize& coarsest,
-                                       const IsosurfaceRequest& request,
-                                       const ErrorSchedule::SizeOf& estimated,
-                                       const DatasetInfo& info) {
+// Returns the error for a budget that not even the coarsest surface fits, with the least topology
+// tolerance that would; adds the estimates this needs to `sizes`.
+tl::unexpected<Error> budget_too_small(CoarsestSizes& sizes, const IsosurfaceRequest& request,
+                                       const SurfaceProvider& source, const std::stop_token& stop) {
   std::string text = "The budget of " + budget_of(request) + " is too small: with its ";
   text += request.topology_tolerance > 0
               ? "features above " + shortest_text(request.topology_tolerance) + " voxels kept"
               : "topology kept";
-  text +=
-      " the surface has at least " + counted(coarsest.triangles, coarsest.bytes) + ". Allow more";
-  // The thresholds are already those of the coarsest surface.
-  IsosurfaceRequest tolerant = request;
-  const int octaves = info.grid_exponent;
-  for (int octave = 0; octave <= octaves; ++octave) {
-    tolerant.topology_tolerance = std::ldexp(1.0, octave);
-    if (tolerant.topology_tolerance <= request.topology_tolerance) continue;
-    const SurfaceSize size = estimated({.request = tolerant});
-    if (!fits(size, request)) continue;
-    text += ", or allow features of up to " + shortest_text(tolerant.topology_tolerance) +
-            " voxels to vanish with topology_tolerance";
-    break;
+  text += " the surface has at least " + counted(sizes.kept.triangles, sizes.kept.bytes) +
+          ". Allow more, or use an isovalue with a simpler surface";
+  const ErrorSchedule schedule(request, source.info());
+  IsosurfaceRequest tolerant = schedule.at(schedule.last());
+  ErrorSchedule::SizeOf estimated;
+  std::size_t octave = 0;
+  for (; octave <= static_cast<std::size_t>(source.info().grid_exponent); ++octave) {
+    tolerant.topology_tolerance = std::ldexp(1.0, static_cast<int>(octave));
+    if (octave == sizes.tolerant.size()) {
+      if (!estimated) estimated = source.sizes(stop, SizeAccuracy::kAccurate).of;
+      sizes.tolerant.push_back(estimated({.request = tolerant}));
+    }
+    if (tolerant.topology_tolerance > request.topology_tolerance &&
+        fits(sizes.tolerant[octave], request)) {
+      return fail(ErrorCode::kLimitExceeded, text + ", or allow features of up to " +
+                                                 shortest_text(tolerant.topology_tolerance) +
+                                                 " voxels to vanish with topology_tolerance.");
+    }
   }
-  return fail(ErrorCode::kLimitExceeded, text + ".");
+  return fail(ErrorCode::kLimitExceeded,
+              text +
+                  "; no topology_tolerance fits. min_component does not help: it applies to the "
+                  "finished surface.");
+}
+
+// The same for a surface that was made, whose size is kept.
+tl::unexpected<Error> budget_too_small(const SurfaceSize& coarsest,
+                                       const IsosurfaceRequest& request,
+                                       const SurfaceProvider& source, const std::stop_token& stop) {
+  CoarsestSizes sizes{.kept = coarsest};
+  auto refused = budget_too_small(sizes, request, source, stop);
+  source.coarsest_sizes().keep(request, std::move(sizes));
+  return refused;
+}
+
+// Fails if a coarsest surface that was made before exceeds the budget.
+Result<void> check_coarsest(const IsosurfaceRequest& request, const SurfaceProvider& source,
+                            const std::stop_token& stop) {
+  if (!has_budget(request)) return {};
+  auto known = source.coarsest_sizes().find(request);
+  if (!known || fits(known->kept, request)) return {};
+  auto refused = budget_too_small(*known, request, source, stop);
+  source.coarsest_sizes().keep(request, *std::move(known));
+  return refused;
 }
 
 // Builds a step. Budgets of bytes require encoded tiles.
@@ -139,8 +167,8 @@ Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorS
       const bool is_good_enough = surfaces >= kFewSurfaces && fitting->part >= kAcceptablePart;
       if (is_good || is_good_enough || surfaces >= kMaxSurfaces) return *std::move(best);
     }
+    if (from == schedule.size()) return budget_too_small(size, schedule.at(0), source, stop);
     ErrorSchedule::SizeOf estimated = source.sizes(stop, SizeAccuracy::kAccurate).of;
-    if (from == schedule.size()) return budget_too_small(size, request, estimated, source.info());
     const auto expected = corrected(std::move(estimated), request, size);
     const int to = fitting ? fitting->level : schedule.size();
     level = next_level(too_large, fitting, schedule.lowest_fitting(expected, from, to, kTargetPart),
@@ -158,8 +186,7 @@ Result<FinalStep> make_simplified(const SurfaceProvider& source, const Isosurfac
   double& at_least = last.request.thresholds.at_least;
   at_least = std::max(at_least, last.tiled.at_least);
   if (const SurfaceSize size = size_of(last.tiled); !fits(size, request)) {
-    return budget_too_small(size, last.request, source.sizes(stop, SizeAccuracy::kAccurate).of,
-                            source.info());
+    return budget_too_small(size, request, source, stop);
   }
   return last;
 }
@@ -267,12 +294,16 @@ Result<StepResult> make_next_step(const SurfaceProvider& source, const StreamSta
     const auto allowed = limit.check_estimate(state.request, sizes);
     if (!allowed) return tl::unexpected(allowed.error());
   }
+  const bool has_previews = state.steps != StepPolicy::kFinalOnly;
+  if (!has_previews) {
+    const auto allowed = check_coarsest(state.request, source, stop);
+    if (!allowed) return tl::unexpected(allowed.error());
+  }
   StepResult made;
   made.after = state;
   const ErrorSchedule schedule(state.request, info);
   // Estimating the threshold for a budget reads samples; the first preview must not wait for it.
   const bool is_repeated = state.delivered.size() < state.resumed_previews.size();
-  const bool has_previews = state.steps != StepPolicy::kFinalOnly;
   const bool is_first_preview = state.delivered.empty() && (has_previews || is_repeated);
   const bool has_own = has_own_budget(final_step(state.request));
   const auto affordable = [&] {
@@ -308,6 +339,9 @@ Result<StepResult> make_next_step(const SurfaceProvider& source, const StreamSta
     if (is_repeated) return tl::unexpected(allowed.error());
     made.step = final_step(request);  // It may have fewer triangles.
   }
+  if (const auto allowed = check_coarsest(state.request, source, stop); !allowed) {
+    return tl::unexpected(allowed.error());
+  }
   Result<FinalStep> last =
       state.request.simplify
           ? make_simplified(source, state.request, limits.as_meshes, stop)
@@ -325,13 +359,14 @@ Result<EstimatedAnswer> estimate(const SurfaceProvider& source, const Isosurface
   if (request.cell) {
     return fail(ErrorCode::kInvalidArgument, "An estimate is for a whole surface; omit the cell.");
   }
-  const SizeEstimates sizes = source.sizes(std::move(stop), SizeAccuracy::kAccurate);
+  const SizeEstimates sizes = source.sizes(stop, SizeAccuracy::kAccurate);
   const ErrorSchedule schedule(request, source.info());
   const int level = schedule.lowest_fitting(sizes.of);
   const IsosurfaceRequest affordable = schedule.at(level);
   const SurfaceSize size = sizes.of({.request = affordable});
   if (level == schedule.last() && !fits(size, affordable)) {
-    return budget_too_small(size, affordable, sizes.of, source.info());
+    CoarsestSizes estimated{.kept = size};
+    return budget_too_small(estimated, request, source, stop);
   }
   return EstimatedAnswer{.size = size, .request = affordable};
 }

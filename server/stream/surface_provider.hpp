@@ -13,6 +13,7 @@
 #include "server/core/planning/refinement_plan.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
 #include "server/extraction/surface_sizes.hpp"
+#include "server/stream/coarsest_sizes.hpp"
 
 namespace multitetra {
 
@@ -63,6 +64,11 @@ class SurfaceProvider {
   // Returns whether steps may have sample shells for the clients of its catalogue. Without a local
   // volume: whether the upstream servers send shells to these clients.
   [[nodiscard]] virtual bool sends_shells() const { return true; }
+
+  [[nodiscard]] CoarsestSizesCache& coarsest_sizes() const { return coarsest_sizes_; }
+
+ private:
+  mutable CoarsestSizesCache coarsest_sizes_;
 };
 
 }  // namespace multitetra

@@ -252,6 +252,8 @@ ends 2 "low corner above its high corner along y" "$client" fetch --server "$url
 ends 2 "1280x960" "$client" snapshot --server "$url" --dataset gyroid --size 12by9 -o x.png
 ends 2 "PNG" "$client" snapshot --server "$url" --dataset gyroid -o x.jpg
 ends 2 '"gyroid"' "$client" snapshot --server "$url" -o x.png
+ends 0 "more than --max-bytes" "$server" extract gyroid.mtd --error 0 --max-bytes 20KB -o x.stl
+ends 0 "more than --max-bytes" "$client" fetch --server "$url" --dataset gyroid --error 0 --max-bytes 20KB -o x.stl
 # Files omit small components and reports count them; the whole surface is checked.
 "$server" generate head --size 33 --noise 120 --seed 3 -o dusty.nrrd --quiet
 "$server" prepare dusty.nrrd -o dusty.mtd --quiet

@@ -55,10 +55,27 @@ import json, struct, sys
 data = open(sys.argv[1], "rb").read()
 scene = json.loads(data[20:20 + struct.unpack("<I", data[12:16])[0]])
 print(", ".join(f"{node.get('name')} {node.get('extras', {}).get('label')}" for node in scene["nodes"]))
+linear = lambda srgb: ((srgb / 255 + 0.055) / 1.055) ** 2.4
+liver, rest = (material["pbrMetallicRoughness"]["baseColorFactor"] for material in scene["materials"])
+assert all(abs(is_ - linear(srgb)) < 1e-6 for is_, srgb in zip(liver, (0xdd, 0x82, 0x65))), liver  # The label's own.
+assert rest == [0.85, 0.45, 0.35, 1], rest
 EOPY
 }
 [ "$(parts_of organs.glb)" = "liver 3, rest of it 7" ] || fail "other parts: $(parts_of organs.glb)"
 ends 0 "common_triangles" "$server" extract organs --error 0.5 -o organs.stl --json
+"$server" extract organs/organs.label3.mtd --error 0.5 -o alone.stl --report alone.json --quiet
+python3 - out alone.json <<'EOPY' || fail "the report of a folder lacks what that of one surface has: $(cat out)"
+import json, sys
+text = open(sys.argv[1]).read()
+folder, alone = json.loads(text[text.index("{"):]), json.load(open(sys.argv[2]))
+facts = set(alone) - {"tetrahedra", "active_tetrahedra", "tiles", "content_digest", "seconds", "parameters", "notices"}
+for surface in folder["surfaces"]:
+    assert facts <= set(surface), facts - set(surface)
+    assert abs(surface["volume"]) > surface["volume_bound"] > 0 and surface["triangles_written"] == surface["triangles"]
+liver = folder["surfaces"][0]
+assert abs(liver["volume"] - alone["volume"]) <= liver["volume_bound"] + alone["volume_bound"]
+assert abs(liver["volume_bound"] / liver["area"] - alone["volume_bound"] / alone["area"]) < 1e-9
+EOPY
 for key in open_edges nonmanifold_edges; do
   [ "$(grep -c "\"$key\": 0" out)" = 2 ] || fail "$key: $(cat out)"
 done

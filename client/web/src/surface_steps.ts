@@ -12,6 +12,7 @@ import { shellModeOf } from "./stream/step_checks";
 import type { Moment } from "./swap_group";
 import { allComponents, type VisibleComponents, type CachedStep, type StepCache } from "./step_cache";
 import type { MeshTopology } from "./mesh/boundary_matcher";
+import { missingValues } from "./mesh/scalars";
 import type { Surface } from "./scene/surface";
 import { type Committed, factsOf, tileIds, isRegression, tileIdPrefix, type ShownSurface } from "./shown_surface";
 import { type HiddenParts, isSameHiddenParts, hidesNothing, nothingHidden } from "./state/hidden_parts";
@@ -180,8 +181,9 @@ export class SurfaceSteps {
   color({ order, values: { key, codes, range, deviation } }: Effect & { kind: "scalars" }): void {
     const { pool, surface } = this.parts;
     const id = tileIdPrefix(this.parts.number, order) + key;
-    this.scalars.set(id, { low: range.low, high: range.high, deviation });
-    const done = pool.scalars(id, codes, range.bits).then((attribute) => surface.setScalars(id, attribute), () => {});
+    const { low, high, bits } = range;
+    this.scalars.set(id, { low, high, deviation, vertices: (8 * codes.length) / bits, missing: missingValues(codes, bits) });
+    const done = pool.scalars(id, codes, bits).then((attribute) => surface.setScalars(id, attribute), () => {});
     this.coloring.push(done);
   }
 
@@ -258,7 +260,13 @@ export class SurfaceSteps {
   private scalarsOf(ids: readonly string[]): Progress["scalars"] {
     for (const id of this.scalars.keys()) if (!this.parts.surface.hasAll([id])) this.scalars.delete(id);
     const all = ids.map((id) => this.scalars.get(id)).filter((one) => one !== undefined);
-    return all.length === 0 ? null : { ...all[0], deviation: all.reduce((most, { deviation }) => Math.max(most, deviation), 0) };
+    if (all.length === 0) return null;
+    return all.reduce((sum, one) => ({
+      ...sum,
+      deviation: Math.max(sum.deviation, one.deviation),
+      vertices: sum.vertices + one.vertices,
+      missing: sum.missing + one.missing,
+    }));
   }
 
   private async selectComponents(ids: readonly string[], lattice: Lattice): Promise<VisibleComponents> {

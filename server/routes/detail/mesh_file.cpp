@@ -10,6 +10,7 @@
 #include "common/base/percent_encoded.hpp"
 #include "common/mesh/components.hpp"
 #include "common/mesh/mesh_checks.hpp"
+#include "common/mesh/mesh_measures.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/scene_file.hpp"
 
@@ -41,6 +42,23 @@ void add_notices(Answer& answer, const MeshTopology& mesh, const IsosurfaceReque
     if (std::find(notices.begin(), notices.end(), empty) == notices.end()) notices.push_back(empty);
   }
   for (const std::string& notice : notices) add_field(answer, "Multitetra-Notice", notice);
+}
+
+// Requires that components are removed.
+void add_removal_notices(Answer& answer, const LatticeMesh& mesh, const MeshComponents& components,
+                         double shortest, const DatasetInfo& info) {
+  if (components.count_at_least(shortest) == 0) {
+    add_field(
+        answer, "Multitetra-Notice",
+        "The surface is empty: min_component removes all its components; the longest diagonal "
+        "is " +
+            rounded_text(components.diagonals[components.largest()]) + " samples.");
+    return;
+  }
+  const FilledCavities filled = filled_cavities(mesh, components, shortest, grid_to_world(info));
+  if (filled.count > 0) {
+    add_field(answer, "Multitetra-Notice", "min_component: " + filled_text(filled) + ".");
+  }
 }
 
 // Totals over all surfaces of a file.
@@ -123,11 +141,15 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
     if (!found) return tl::unexpected(found.error());
     add_notices(header, *found, surface.request, info);
     all.add(*found, surface);
+    for (const auto& text : missing_values_notice(surface.mesh.scalars, form.color_by)) {
+      add_field(header, "Multitetra-Notice", text);
+    }
     const MeshComponents components = components_of(surface.mesh);
     shortest = components.least(form.min_component);
     const std::size_t written = components.count_at_least(shortest);
     all.components_written += written;
     if (written != components.diagonals.size()) {
+      add_removal_notices(header, surface.mesh, components, shortest, info);
       surface.mesh = with_components(surface.mesh, components, shortest);
     }
     meshes.push_back(painted(surface.mesh, surface.scalars, info, form));

@@ -30,7 +30,8 @@ struct MeshForm {
   bool is_in_world = true;  // Otherwise in sample indices.
   // The color map for scalars, if any. Its range is that of the step's scalars.
   ColorScale colors = {.map = ColorMap::kViridis};
-  double min_component = 0;  // Diagonal in samples below which components are removed.
+  std::string color_by = {};  // The dataset of the scalars, if there are any.
+  double min_component = 0;   // Diagonal in samples below which components are removed.
 };
 
 // The storage for a mesh file.

@@ -1,4 +1,5 @@
-import { scalarAttribute } from "../../../client/web/src/mesh/scalars";
+import { missingValues, scalarAttribute } from "../../../client/web/src/mesh/scalars";
+import { noteOf } from "../../../client/web/src/panel/field_section";
 import type { ServerKind, StepBegin } from "../../../client/web/src/protocol/messages";
 import { Conversation, type Effect } from "../../../client/web/src/stream/conversation";
 import { dataset, messages, request } from "./golden_stream";
@@ -17,6 +18,17 @@ describe("ScalarAttribute", () => {
     const [second, first, third, none] = [...scalarAttribute(positions, codes, 16)];
     expect([none, first, second]).toEqual([-1, 2, 1]);
     expect(third).toBeCloseTo(1.5, 5);
+  });
+});
+
+describe("MissingValues", () => {
+  test("AreCountedAndShown", () => {
+    expect(missingValues(Uint8Array.from([0, 255, 254, 255]), 8)).toBe(2);
+    expect(missingValues(Uint8Array.from([255, 254, 255, 255, 254, 255]), 16)).toBe(1);
+    const field = { low: 0, high: 1, deviation: 0.5, vertices: 8 };
+    expect(noteOf({ ...field, missing: 0 })).not.toContain("no value");
+    expect(noteOf({ ...field, missing: 2 })).toContain("25 % of the vertices have no value.");
+    expect(noteOf({ ...field, missing: 8 })).toBe("No vertex has a value: the dataset lies elsewhere.");
   });
 });
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/mesh/mesh_checks.hpp"
+#include "common/mesh/mesh_measures.hpp"
 
 namespace multitetra {
 namespace {
@@ -76,6 +77,27 @@ TEST(MeshComponents, RemoveOnlySmallOnes) {
     EXPECT_EQ(large.normals[i][0], static_cast<float>(large.vertices[i].x));
   }
   EXPECT_TRUE(with_components(mesh, components, 1000).triangles.empty());
+}
+
+// A ball with three cavities, one of them in a grain of dust outside.
+TEST(MeshComponents, RemovedWallsFillCavities) {
+  std::vector<LatticeTriangle> triangles;
+  add_octahedron(triangles, 100, 40);
+  add_octahedron(triangles, 200, 4);
+  const std::size_t outer = triangles.size();
+  for (const std::int32_t centre : {95, 105, 200}) add_octahedron(triangles, centre, 2);
+  for (std::size_t i = outer; i < triangles.size(); ++i) {
+    std::swap(triangles[i][1], triangles[i][2]);
+  }
+  const LatticeMesh mesh = index_triangles(triangles, 5);
+  const MeshComponents components = components_of(mesh);
+  Affine map;
+  map.columns[0][0] = 2;
+  const FilledCavities filled = filled_cavities(mesh, components, kLargestAlone, map);
+  EXPECT_EQ(filled.count, 2U) << "not that of the dust";
+  EXPECT_NEAR(filled.volume, 2 * 2 * 4.0 / 3 * 8, 1e-9);
+  EXPECT_EQ(filled_cavities(mesh, components, 7, map).count, 3U) << "the dust stays";
+  EXPECT_EQ(filled_cavities(mesh, components, 0, map).count, 0U);
 }
 
 TEST(MeshComponents, AreNoneForAnEmptyMesh) {

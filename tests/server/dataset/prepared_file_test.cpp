@@ -196,8 +196,11 @@ TEST(PreparedFile, RejectsOtherFiles) {
   const std::string whole = bytes_of_file(path);
   expect_contains(error_of_opening(folder.path() / "none.mtd"), "cannot be opened");
   expect_contains(error_of_opening(folder.path()), "not a regular file");
-  expect_contains(error_of_opening(folder.file("empty.mtd", "")), "header");
-  expect_contains(error_of_opening(folder.file("other.mtd", std::string(10000, 'x'))), "header");
+  expect_contains(error_of_opening(folder.file("empty.mtd", "")), "is not a prepared dataset");
+  const fs::path volume = folder.file("head.nrrd", std::string(10000, 'x'));
+  EXPECT_EQ(error_of_opening(volume),
+            volume.string() + " is not a prepared dataset. Prepare it first: multitetra-server " +
+                "prepare " + volume.string() + " -o head.mtd");
   expect_contains(error_of_opening(folder.file("cut.mtd", whole.substr(0, whole.size() - 1))),
                   "declares a file of");
   ASSERT_EQ(::mkfifo((folder.path() / "pipe.mtd").c_str(), 0600), 0);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <cstring>
 
 #include "common/cli/json_report.hpp"
@@ -66,6 +67,10 @@ TEST_F(SceneTest, RemovesSmallComponentsOnRequest) {
   EXPECT_EQ(large["Multitetra-Components-Written"], "1");
   EXPECT_EQ(large["Multitetra-Content-Digest"], whole["Multitetra-Content-Digest"]);
   EXPECT_EQ(json_of_glb(large.body()).at("nodes").size(), 1U);
+  const auto none = get("isovalue=0&error=0.5&min_component=1000");
+  ASSERT_EQ(none.result_int(), 200U) << "as an empty isosurface";
+  EXPECT_NE(none["Multitetra-Notice"].find("min_component removes all its components"),
+            std::string::npos);
   expect_refused("min_component=-1", "from 0 to 1e6");
   expect_refused("min_component=x", "min_component");
 }
@@ -105,6 +110,51 @@ TEST_F(SceneTest, ColorsASurfaceByAField) {
   EXPECT_EQ(gray, color_at(ColorMap::kGray, std::log(scalar) / std::log(100.0))[0]);
   EXPECT_NE(get("isovalue=0&error=0.5&color_by=height&format=vtp").body().find("Scalars="),
             std::string::npos);
+}
+
+TEST_F(SceneTest, ABudgetOfBytesIsOneOfTheFile) {
+  for (const char* const format : {"glb", "ply", "stl", "obj", "drc", "vtp"}) {
+    const std::string query = std::string("isovalue=0&error=0&format=") + format;
+    const std::size_t whole = get(query).body().size();
+    const std::size_t most = whole / 2;
+    const auto response = get(query + "&max_bytes=" + std::to_string(most));
+    ASSERT_EQ(response.result_int(), 200U) << response.body();
+    EXPECT_LE(response.body().size(), most) << format;
+    EXPECT_GT(response.body().size(), most / 2) << format;
+  }
+  EXPECT_LE(get("isovalue=-2,2&error=0&max_bytes=30KB").body().size(), 30U << 10);
+  expect_refused("isovalue=0&error=0&format=ply&max_bytes=100", "100 bytes", 422);
+}
+
+TEST_F(SceneTest, NotesCavitiesThatRemovalFills) {
+  Volume shell = testing::fields::sampled<float>({40, 40, 40}, [](int x, int y, int z) {
+    const double radius = std::hypot(x - 20, y - 20, z - 20);
+    return static_cast<float>(10 - std::abs(radius - 10));
+  });
+  RunningHttpServer server(testing::catalogue_with({make_dataset(std::move(shell), "shell")}));
+  HttpClient client(server.http());
+  const auto response =
+      client.get("/v1/datasets/shell/isosurface?isovalue=5&error=0&min_component=largest");
+  const std::string notice(response["Multitetra-Notice"]);
+  EXPECT_NE(notice.find("removal fills 1 cavity, whose wall is a component: 5"), std::string::npos)
+      << "a ball of radius 5 has a volume of 524: " << notice;
+}
+
+TEST_F(SceneTest, CountsTheVerticesWithoutAColor) {
+  RunningHttpServer server(
+      testing::catalogue_with({make_dataset(testing::fields::ball({33, 33, 33}, 12), "ball"),
+                               make_dataset(testing::fields::ball({17, 33, 33}, 12), "half"),
+                               make_dataset(testing::fields::ball({2, 2, 2}, 12), "corner")}));
+  HttpClient client(server.http());
+  const auto notice = [&](const std::string& field) {
+    return std::string(client.get("/v1/datasets/ball/isosurface?isovalue=0&error=0.5&color_by=" +
+                                  field)["Multitetra-Notice"]);
+  };
+  EXPECT_EQ(notice("ball"), "");
+  EXPECT_NE(notice("half").find(" % of the vertices have no value of \"half\""), std::string::npos)
+      << notice("half");
+  EXPECT_NE(notice("corner").find("All vertices have no value"), std::string::npos)
+      << notice("corner");
 }
 
 TEST_F(SceneTest, NamesInvalidParameters) {

@@ -209,11 +209,25 @@ TEST(StreamPlan, RejectsABudgetThatNoSurfaceMeets) {
       {});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
-  EXPECT_EQ(refused.error().text,
-            "The budget of 5 triangles is too small: with its topology kept the surface has at "
-            "least 15625 triangles. Allow more, or allow features of up to 1 voxels to vanish with "
-            "topology_tolerance.");
+  EXPECT_EQ(
+      refused.error().text,
+      "The budget of 5 triangles is too small: with its topology kept the surface has at "
+      "least 15625 triangles. Allow more, or use an isovalue with a simpler surface, or allow "
+      "features of up to 1 voxels to vanish with topology_tolerance.");
   EXPECT_LE(made, 3);
+  const Misjudged stubborn(1e6, 1, made);
+  const auto no_tolerance = make_next_step(
+      stubborn, {.request = {.error = 0.25, .max_triangles = 5}, .steps = StepPolicy::kFinalOnly},
+      {});
+  ASSERT_FALSE(no_tolerance);
+  EXPECT_NE(no_tolerance.error().text.find("no topology_tolerance fits"), std::string::npos);
+  const int made_once = made;
+  const auto again = make_next_step(
+      source, {.request = {.error = 0.25, .max_triangles = 6}, .steps = StepPolicy::kFinalOnly},
+      {});
+  ASSERT_FALSE(again);
+  EXPECT_NE(again.error().text.find("budget of 6 triangles"), std::string::npos);
+  EXPECT_EQ(made, made_once) << "the size of the coarsest surface is known";
 }
 
 // A stream that continues after another server stopped.

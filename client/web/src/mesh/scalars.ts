@@ -15,6 +15,14 @@ export function scalarAttribute(positions: Float32Array, codes: Uint8Array, bits
   return attribute;
 }
 
+// Returns the number of vertices without a value.
+export function missingValues(codes: Uint8Array, bits: number): number {
+  const bytes = bits / 8;
+  let missing = 0;
+  for (let at = 0; at < codes.length; at += bytes) if (codes[at] === 255 && codes[at + bytes - 1] === 255) ++missing;
+  return missing;
+}
+
 const orders = new WeakMap<Float32Array, Uint32Array>(); // Cached, because tiles are colored repeatedly.
 
 function verticesInOrder(p: Float32Array): Uint32Array {

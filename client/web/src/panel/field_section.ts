@@ -69,9 +69,16 @@ export function fieldPart(change: Change): FieldPart {
       offer();
     },
     showProgress: ({ scalars }) => {
-      note.textContent = scalars ? `Between vertices, colors differ from the field by at most about ${inDigits(scalars.deviation, 2)}.` : "";
+      note.textContent = scalars ? noteOf(scalars) : "";
     },
   };
+}
+
+export function noteOf({ deviation, vertices, missing }: NonNullable<Progress["scalars"]>): string {
+  if (missing === vertices) return "No vertex has a value: the dataset lies elsewhere.";
+  const percent = inDigits((100 * missing) / vertices, 2);
+  const none = missing > 0 ? ` ${percent} % of the vertices have no value.` : "";
+  return `Between vertices, colors differ from the field by at most about ${inDigits(deviation, 2)}.${none}`;
 }
 
 function group(label: string, offers: readonly Offer[]): HTMLElement[] {

@@ -61,8 +61,8 @@ export interface Progress {
   postponed: { text: string; until: number } | null;
   sizeToConfirm: SurfaceSize | null; // The requested size, if the server sent less.
   // A second field on the shown surface: the range of its values, and the largest difference between the field and the
-  // interpolated colors.
-  scalars: { low: number; high: number; deviation: number } | null;
+  // interpolated colors; the vertices, and those without a value.
+  scalars: { low: number; high: number; deviation: number; vertices: number; missing: number } | null;
   // One sentence for the user, and its severity.
   failure: { text: string; isFatal: boolean; needsToken: boolean } | null;
 }

@@ -1,0 +1,38 @@
+#include "server/programs/measured_surface.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "server/certify/certificate.hpp"
+#include "server/core/thresholds/threshold_map.hpp"
+
+namespace multitetra {
+
+void measure(MeasuredSurface& surface, const LatticeMesh& mesh, const SurfaceArguments& arguments,
+             const IsosurfaceRequest& request, const DatasetInfo& info, bool is_bounded) {
+  surface.measures = measures_from(mesh, arguments.query.min_component, grid_to_world(info));
+  is_bounded =
+      is_bounded && request.topology_tolerance == 0 && request.measure == ErrorMeasure::kCertified;
+  if (!is_bounded) return;
+  const double error = largest_threshold(request, info);
+  // Rounding moves a vertex by at most half the diagonal of a lattice cell.
+  surface.distance_bound = error + lattice_step_world(info, request.lattice_resolution) / 2;
+  surface.is_full_resolution = error == 0;
+}
+
+Json json_of(const MeasuredSurface& surface) {
+  Json report = json_of(surface.topology);
+  report["simplification_bound_world"] = surface.simplification_bound;
+  report.update(json_of(surface.measures, surface.distance_bound, surface.is_full_resolution));
+  if (surface.self_intersecting) {
+    report["self_intersecting_triangles"] = *surface.self_intersecting;
+  }
+  return report;
+}
+
+void add_file(Json& report, const std::string& file, const OutputSurface& output) {
+  report["mesh_file"] = file;
+  report["components_written"] = output.components;
+  report["triangles_written"] = output.mesh.triangles.size();
+}
+
+}  // namespace multitetra

@@ -1,0 +1,37 @@
+// What `extract` reports of a surface, alone or as one of a folder.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/cli/json_report.hpp"
+#include "common/cli/surface_options.hpp"
+#include "common/mesh/mesh_checks.hpp"
+
+namespace multitetra {
+
+struct MeasuredSurface {
+  MeshTopology topology = {};
+  double simplification_bound = 0;  // World units.
+  // Only simplification can cause self-intersections; absent without it.
+  std::optional<std::size_t> self_intersecting = {};
+  std::optional<SurfaceMeasures> measures = {};  // Of the components in the file.
+  std::optional<double> distance_bound = {};  // World units, with the lattice; none if unbounded.
+  bool is_full_resolution = false;
+};
+
+// Adds area, volume and their bounds. `is_bounded` is whether the request's error bounds the
+// distance from the full-resolution surface; none has topology_tolerance or another measure.
+void measure(MeasuredSurface& surface, const LatticeMesh& mesh, const SurfaceArguments& arguments,
+             const IsosurfaceRequest& request, const DatasetInfo& info, bool is_bounded = true);
+
+// Keys: those of topology and measures, simplification_bound_world, self_intersecting_triangles if
+// there is a number.
+[[nodiscard]] Json json_of(const MeasuredSurface& surface);
+
+// Adds the keys of the file: mesh_file, components_written, triangles_written.
+void add_file(Json& report, const std::string& file, const OutputSurface& output);
+
+}  // namespace multitetra

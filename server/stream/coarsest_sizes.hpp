@@ -1,0 +1,45 @@
+// The sizes of coarsest surfaces that exceeded a budget, so that further budgets that are too small
+// are refused without making the surface again.
+#pragma once
+
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/lru_map.hpp"
+#include "common/request/request_key.hpp"
+#include "server/core/planning/refinement_plan.hpp"
+
+namespace multitetra {
+
+struct CoarsestSizes {
+  SurfaceSize kept;  // With the topology that the request requires. Meshes have no bytes.
+  // Estimates for topology tolerances of 2^0, 2^1, ... voxels, as far as they were needed.
+  std::vector<SurfaceSize> tolerant = {};
+};
+
+// Thread-safe. Of one dataset, by request; budgets do not matter.
+class CoarsestSizesCache {
+ public:
+  [[nodiscard]] std::optional<CoarsestSizes> find(const IsosurfaceRequest& request) {
+    const std::lock_guard lock(mutex_);
+    const CoarsestSizes* const found = sizes_.find(key(request));
+    return found ? std::optional(*found) : std::nullopt;
+  }
+  void keep(const IsosurfaceRequest& request, CoarsestSizes sizes) {
+    const std::lock_guard lock(mutex_);
+    sizes_.add(key(request), std::move(sizes), 1);
+  }
+
+ private:
+  static std::string key(IsosurfaceRequest request) {
+    request.max_triangles = request.max_bytes = 0;
+    return key_of(request);
+  }
+
+  std::mutex mutex_;
+  LruMap<std::string, CoarsestSizes> sizes_{64};
+};
+
+}  // namespace multitetra
