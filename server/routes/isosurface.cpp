@@ -100,16 +100,16 @@ Result<IsosurfaceRoute::RequestedFile> IsosurfaceRoute::requested_file(
   }
   const bool is_in_world = query->surface.coordinates == CoordinateSystem::kWorld;
   RequestedFile wanted{.info = std::move(*info),
-                .requests = *std::move(surfaces),
-                .scalars = *std::move(scalars),
-                .form = {.format = *format,
-                         .is_in_world = is_in_world,
-                         .colors = query->surface.colors,
-                         .color_by = query->surface.color_by,
-                         .min_component = query->surface.min_component},
-                .is_format_negotiated = !query->format,
-                .key = {},
-                .tag = {}};
+                       .requests = *std::move(surfaces),
+                       .scalars = *std::move(scalars),
+                       .form = {.format = *format,
+                                .is_in_world = is_in_world,
+                                .colors = query->surface.colors,
+                                .color_by = query->surface.color_by,
+                                .min_component = query->surface.min_component},
+                       .is_format_negotiated = !query->format,
+                       .key = {},
+                       .tag = {}};
   wanted.key = std::string(kFormVersion) + ' ' + std::string(media_type(*format)) +
                (is_in_world ? " w " : " i ") + key_of(wanted.info);
   if (wanted.form.min_component > 0) {

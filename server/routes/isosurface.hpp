@@ -42,8 +42,10 @@ class IsosurfaceRoute {
     // Quoted; empty if the dataset has no content digest.
     std::string tag;
   };
-  [[nodiscard]] Result<RequestedFile> requested_file(const std::string& dataset, const Target& target,
-                                      const HttpRequest& request, const RequestContext& context);
+  [[nodiscard]] Result<RequestedFile> requested_file(const std::string& dataset,
+                                                     const Target& target,
+                                                     const HttpRequest& request,
+                                                     const RequestContext& context);
   // Returns the surfaces of `requests`. They share a budget in proportion to their estimated sizes.
   [[nodiscard]] asio::awaitable<Result<std::vector<Surface>>> surfaces_of(
       const RequestedFile& wanted, std::vector<IsosurfaceRequest> requests, Caller& caller);

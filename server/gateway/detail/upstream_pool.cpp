@@ -63,7 +63,7 @@ void UpstreamPool::report_lost(std::size_t upstream) {
 }
 
 void UpstreamPool::report_lost_stream(std::size_t upstream, std::uint64_t connection,
-                               std::uint64_t request) {
+                                      std::uint64_t request) {
   Upstream& one = upstreams_[upstream];
   ++one.lost_streams;
   const std::string id = std::to_string(request);

@@ -236,7 +236,8 @@ VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
     if (is_channel) chosen = choice.channel;
     if (is_time) contents.times = times_along(placement, d, array.shape[d]);
     if (is_channel) channels = array.shape[d];
-    if (is_channel && array.shape[d] > 1) contents.fields = zarr_channels(attributes, array.shape[d]);
+    if (is_channel && array.shape[d] > 1)
+      contents.fields = zarr_channels(attributes, array.shape[d]);
     const FileEntries entries = {.count = array.shape[d],
                                  .several = "its dimension " + std::to_string(d + 1) +
                                             (name.empty() ? "" : " (" + name + ")") + " has " +

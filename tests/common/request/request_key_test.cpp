@@ -133,7 +133,9 @@ TEST(RequestKey, DiffersForAReplacedDataset) {
       [](DatasetInfo& i) { i.index_to_world.columns[2][2] = 3; },
       [](DatasetInfo& i) { i.outside = 0; },
       [](DatasetInfo& i) { i.margin = 1; },
-      [](DatasetInfo& i) { i.member = SeriesMember{.series = "teeth", .label = Label{.value = 3}}; },
+      [](DatasetInfo& i) {
+        i.member = SeriesMember{.series = "teeth", .label = Label{.value = 3}};
+      },
       [](DatasetInfo& i) { i.dims[0] = 4; }};
   for (const auto& change : changes) {
     DatasetInfo other = info;
