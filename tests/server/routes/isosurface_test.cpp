@@ -89,7 +89,7 @@ TEST_F(IsosurfaceTest, ReturnsAFileInEveryFormat) {
 }
 
 TEST_F(IsosurfaceTest, NamesTheLatticeInFiles) {
-  EXPECT_NE(client_.get(std::string(kPath)).body().find("isosurface, lattice 5\n"),
+  EXPECT_NE(client_.get(std::string(kPath)).body().find("isosurface, lattice 5, label 17\n"),
             std::string::npos);
 }
 
