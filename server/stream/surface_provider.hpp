@@ -65,10 +65,11 @@ class SurfaceProvider {
   // volume: whether the upstream servers send shells to these clients.
   [[nodiscard]] virtual bool sends_shells() const { return true; }
 
-  [[nodiscard]] CoarsestSizesCache& coarsest_sizes() const { return coarsest_sizes_; }
+  [[nodiscard]] CoarsestSizesCache& coarsest_sizes() const { return *coarsest_sizes_; }
 
  private:
-  mutable CoarsestSizesCache coarsest_sizes_;
+  // Shared with copies, which are of the same dataset.
+  std::shared_ptr<CoarsestSizesCache> coarsest_sizes_ = std::make_shared<CoarsestSizesCache>();
 };
 
 }  // namespace multitetra
