@@ -189,8 +189,8 @@ asio::awaitable<Result<IsosurfaceRoute::Made>> IsosurfaceRoute::make(
   co_return Made{.file = *std::move(stored), .triangles = triangles};
 }
 
-asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(const Wanted& wanted,
-                                                                         RequestContext& context) {
+asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(
+    const RequestedFile& wanted, RequestContext& context) {
   constexpr int kMaxFiles = 5;
   constexpr double kSafetyFactor = 0.98;  // Smaller meshes have more bytes per triangle.
   if (context.watch) context.watch();
