@@ -321,6 +321,7 @@ int fetch(const FetchArguments& arguments) {
     reports[i].components_written = surfaces[i].components;
     reports[i].triangles_written = surfaces[i].mesh.triangles.size();
     reports[i].mesh_file = parts[i].mesh_file;
+    DatasetRequest& surface = connected.datasets[parts[i].dataset];
     surface.notices.add(larger_file_notice(parts[i].mesh_file, arguments.order.surface.query));
     reports[i].notices = surface.notices.texts();
   }
