@@ -79,7 +79,7 @@ describe("ExpectedText", () => {
   test("NamesADrawnFullResolution", () => {
     const shell = { values: 0, levelsPerOctave: 0, spacing: 1 };
     expect(textOf(drawn({ shell, triangles: 2_516_852 }))).toBe(
-      "2 516 852 triangles are drawn, the full resolution, which arrives sooner. Fetched as a file: 180 000 to 380 000 triangles, about 488 KiB");
+      "As a file: 180 000 to 380 000 triangles, about 488 KiB");
     expect(textOf(drawn({ shell, triangles: 2_516_852, isFinal: false }))).toBe(textOf(null));
   });
 });

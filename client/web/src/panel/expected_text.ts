@@ -1,5 +1,5 @@
 // Describes the estimated size of a surface beside what is drawn of it.
-import { grouped, inBytes, inTriangleRange } from "../shared/quantities";
+import { inBytes, inTriangleRange } from "../shared/quantities";
 import type { StepFacts, SurfaceSize } from "../state/progress";
 
 // Whether the full resolution is drawn instead of the surface that the allowed error needs: its samples arrive sooner,
@@ -13,5 +13,5 @@ export function expectedText(size: SurfaceSize | null, shown: StepFacts | null):
   if (!size) return "";
   const estimate = `${inTriangleRange(size.triangles, size.budget)}, about ${inBytes(size.bytes)}`;
   if (!shown || !isFullResolution(shown) || shown.triangles <= size.triangles) return estimate;
-  return `${grouped(shown.triangles)} triangles are drawn, the full resolution, which arrives sooner. Fetched as a file: ${estimate}`;
+  return `As a file: ${estimate}`;
 }
