@@ -1,4 +1,5 @@
-// Checks the bound with CGAL's Hausdorff distance over all points; other tests use samples.
+// Checks the bound with CGAL's Hausdorff distance over all points, where other tests use samples,
+// and the intersecting triangles.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/distance.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
@@ -72,10 +73,19 @@ TEST_P(HausdorffJudge, FindsNoPointFartherThanTheBound) {
   }
 }
 
-TEST_P(HausdorffJudge, FindsExactlyTheIntersectingPairs) {
-  if (std::string_view(setting_.name) == "masked_gyroid") {
-    GTEST_SKIP() << "Where it touches itself the judge is given doubled vertices, which intersect.";
-  }
+// Without surfaces that touch themselves: the judge is given doubled vertices there, which intersect.
+class IntersectionJudge : public SimplificationGuarantees {};
+std::vector<Setting> untouching_settings() {
+  std::vector<Setting> some = judged_settings();
+  std::erase_if(some, [](const Setting& setting) {
+    return std::string_view(setting.name) == "masked_gyroid";
+  });
+  return some;
+}
+INSTANTIATE_TEST_SUITE_P(Fields, IntersectionJudge, ::testing::ValuesIn(untouching_settings()),
+                         [](const auto& parameter) { return parameter.param.name; });
+
+TEST_P(IntersectionJudge, FindsExactlyTheIntersectingPairs) {
   std::size_t pairs = 0;
   for (const bool is_embedded : {false, true}) {
     for (const double max_distance : {0.5, 4.0}) {
