@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/exit_codes.hpp"
-#include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
@@ -31,8 +30,8 @@
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/programs/commands.hpp"
+#include "server/programs/extract_report.hpp"
 #include "server/programs/extract_series.hpp"
-#include "server/programs/measured_surface.hpp"
 #include "server/programs/progress.hpp"
 #include "server/programs/thread_options.hpp"
 #include "server/service/extracted_surfaces.hpp"
@@ -59,22 +58,6 @@ Result<ThresholdGrid> read_volume_of_thresholds(const std::filesystem::path& fil
   }
 }
 
-struct ExtractArguments {
-  std::string file;
-  std::string output;
-  SurfaceArguments surface = {
-      .threshold_files = {.formats = "Any format that `prepare` reads (`formats` lists them)",
-                          .read = read_volume_of_thresholds}};
-  std::string errors = "spectrum";
-  std::optional<int> level;
-  std::string report;
-  std::string model_file;
-  std::string model_scope = "all";
-  int threads = 0;
-  bool json = false;
-  bool quiet = false;
-};
-
 MeshFormat format_of(const std::string& output) {
   const auto format = mesh_format_from(std::filesystem::path(output).extension().string());
   if (!format) {
@@ -82,79 +65,6 @@ MeshFormat format_of(const std::string& output) {
         "\"" + output + "\" has no mesh file suffix; use .ply, .stl, .obj, .glb, .drc or .vtp.");
   }
   return *format;
-}
-
-// The model file written with the mesh.
-struct WrittenModel {
-  std::string file;
-  std::size_t tetrahedra = 0;
-  std::size_t points = 0;
-};
-
-// Returns the largest bound of all tiles.
-double simplification_bound(const TiledSurface& surface) {
-  double bound = 0;
-  for (const TileMesh& tile : surface.tiles) bound = std::max(bound, tile.simplification_bound);
-  return bound;
-}
-
-Json json_of(const ExtractArguments& arguments, const WrittenModel& model) {
-  return {{"file", model.file},
-          {"scope", arguments.model_scope},
-          {"tetrahedra", model.tetrahedra},
-          {"points", model.points}};
-}
-
-// Returns the report, without the output files.
-Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& request,
-               const std::vector<std::string>& notices, const TiledSurface& surface,
-               const MeasuredSurface& measured, const ContentDigest& content,
-               const Progress& progress) {
-  Json report = {{"tetrahedra", surface.tetrahedra},
-                 {"active_tetrahedra", surface.active_tetrahedra},
-                 {"tiles", surface.tiles.size()}};
-  report.update(json_of(measured));
-  report["content_digest"] = content.hex();
-  report["seconds"] = progress.seconds();
-  report["parameters"] = json_of(request);
-  report["parameters"]["coordinates"] = name(arguments.surface.query.coordinates);
-  report["parameters"]["errors"] = arguments.errors;
-  if (arguments.level) report["parameters"]["level"] = *arguments.level;
-  report["notices"] = notices;
-  report["mesh_file"] = nullptr;
-  return report;
-}
-
-void print_facts(const ExtractArguments& arguments, const IsosurfaceRequest& request,
-                 const TiledSurface& surface, const MeasuredSurface& measured,
-                 const OutputSurface& written, const std::optional<WrittenModel>& model) {
-  const MeshTopology& topology = measured.topology;
-  std::cout << arguments.output << ": "
-            << "isovalue " << shortest_text(request.isovalue) << ", "
-            << human_count_of(written.mesh.triangles.size(), "triangle") << ", "
-            << human_count(written.mesh.positions.size()) << " vertices, from "
-            << human_count(surface.tetrahedra) << " tetrahedra\n  ";
-  if (written.components != written.total_components) {
-    std::cout << "whole surface: "
-              << human_count_of(static_cast<std::uint64_t>(topology.triangles), "triangle") << ", ";
-  }
-  std::cout << "Euler characteristic " << topology.euler_characteristic << ", "
-            << human_count_of(static_cast<std::uint64_t>(topology.components), "component") << ", "
-            << topology.border_edges << " edges on the border, " << topology.open_edges << " open, "
-            << topology.nonmanifold_edges << " non-manifold\n";
-  if (measured.self_intersecting) {
-    std::cout << "  " << human_count_of(*measured.self_intersecting, "triangle")
-              << " that intersect others\n";
-  }
-  if (model) {
-    std::cout << model->file << ": " << human_count(model->tetrahedra) << " tetrahedra, "
-              << human_count(model->points) << " points\n";
-  }
-}
-
-void put_report(const ExtractArguments& arguments, const Json& report) {
-  if (!arguments.report.empty()) write_file(arguments.report, text_of(report));
-  if (arguments.json) std::cout << text_of(report);
 }
 
 // The model of the reference extractor, if it is needed.
@@ -270,26 +180,27 @@ int extract(const ExtractArguments& arguments) {
   // Simplification has no error bound to obey on a uniform level.
   if (arguments.level) request.simplify = false;
   const ReferenceModel reference = reference_model(arguments, *dataset, request);
-  const TiledSurface surface =
-      reference.model && !reference.is_for_file_only
-          ? reference.extractor->extract(resolved_step({.request = request}, info),
-                                         *reference.model)
-      : within_budget ? surface_of(*within_budget)
-                      : extractor->extract(StepRequest{.request = request});
+  ExtractResult result{.request = request};
+  result.surface = reference.model && !reference.is_for_file_only
+                       ? reference.extractor->extract(resolved_step({.request = request}, info),
+                                                      *reference.model)
+                   : within_budget ? surface_of(*within_budget)
+                                   : extractor->extract(StepRequest{.request = request});
   progress.begin("checks");
-  LatticeMesh mesh = weld(surface.tiles, request.lattice_resolution);
+  LatticeMesh mesh = weld(result.surface.tiles, request.lattice_resolution);
   if (request.normal_bits != 0) {  // Files store them in full precision.
     mesh.normals = vertex_normals(*dataset, mesh.vertices, mesh.resolution, NormalSource::kSamples);
   }
   // A uniform level is coarse everywhere, including where the data ends.
   const std::int32_t finest =
       arguments.level ? std::max(1, (1 << info.grid_exponent) >> (*arguments.level / 3)) : 1;
-  MeasuredSurface measured{
+  MeasuredSurface& measured = result.measured;
+  measured = {
       .topology = multitetra::topology(
           mesh, data_border(info, request.lattice_resolution, request.topology_tolerance, finest)),
-      .simplification_bound = simplification_bound(surface)};
+      .simplification_bound = simplification_bound(result.surface)};
   const MeshTopology& topology = measured.topology;
-  const ContentDigest content = digest(mesh);
+  result.content = digest(mesh);
   if (request.simplify) measured.self_intersecting = lattice_intersections(mesh).triangles;
   if (arguments.json || !arguments.report.empty()) {
     measure(measured, mesh, arguments.surface, request, info, !arguments.level);
@@ -297,13 +208,13 @@ int extract(const ExtractArguments& arguments) {
   }
 
   const auto report_now = [&] {
-    return report_of(arguments, request, notices.texts(), surface, measured, content, progress);
+    return json_of(result, arguments, notices.texts(), progress.seconds());
   };
   if (topology.triangles == 0) {
     notices.add(empty_surface_text(request, info));
     if (!arguments.surface.allow_empty) {
       progress.finish();
-      put_report(arguments, report_now());
+      write_report(report_now(), arguments);
       throw ExitError(kEmptySurface, not_written_text(arguments.output));
     }
   }
@@ -312,7 +223,7 @@ int extract(const ExtractArguments& arguments) {
   if (!left_out.empty()) notices.add("The file has " + left_out + ".");
   if (topology.triangles > 0 && output.components == 0 && !arguments.surface.allow_empty) {
     progress.finish();
-    put_report(arguments, report_now());
+    write_report(report_now(), arguments);
     throw ExitError(kEmptySurface, not_written_text(arguments.output));
   }
   progress.begin("file");
@@ -322,20 +233,16 @@ int extract(const ExtractArguments& arguments) {
                                           .min_component = output.min_component,
                                           .world = output.world}));
   notices.add(larger_file_notice(arguments.output, arguments.surface.query));
-  std::optional<WrittenModel> model;
   if (has_model_file) {
     progress.begin("model_file");
-    model =
+    result.model =
         write_model(arguments, reference, request.isovalue, output_map(arguments.surface, info));
   }
   progress.finish();
   Json report = report_now();
   add_file(report, arguments.output, output);
-  if (model) report["model"] = json_of(arguments, *model);
-  put_report(arguments, report);
-  if (!arguments.json && !arguments.quiet) {
-    print_facts(arguments, request, surface, measured, output, model);
-  }
+  write_report(report, arguments);
+  if (!arguments.json && !arguments.quiet) print_result(result, arguments, output);
   if (topology.is_sound()) return 0;
   std::cerr << "multitetra-server: the mesh has open, non-manifold or degenerate parts; this is a "
                "bug, please report it.\n";
@@ -346,6 +253,8 @@ int extract(const ExtractArguments& arguments) {
 
 void add_extract_command(Command& program, Run& run) {
   const auto a = std::make_shared<ExtractArguments>();
+  a->surface.threshold_files = {.formats = "Any format that `prepare` reads (`formats` lists them)",
+                                .read = read_volume_of_thresholds};
   Command* command =
       program.add_subcommand("extract", "Write isosurfaces as mesh files, without a network");
   command
