@@ -104,7 +104,7 @@ AxisCoordinates coordinates_of(const InputFile& file, const NetcdfHeader& header
       const std::uint64_t step = variable.has_records ? header.record_bytes : width;
       file.read(variable.begin + i * step, one);
       to_host_order(one, width, Endian::kBig);
-      coordinates.values.push_back(netcdf_number(*type, one.data()));
+      coordinates.values.push_back(number_from(*type, one.data()));
     }
     return coordinates;
   }

@@ -41,6 +41,7 @@ std::optional<ComponentChoice> ComponentChoice::from(std::string_view text) {
 
 std::int64_t chosen_entry(const fs::path& file, const FileEntries& entries,
                           std::optional<std::int64_t> wanted, bool takes_first) {
+  if (entries.count < 1) fail_damaged(file, entries.several);
   if (entries.count != 1 && !wanted && !takes_first) {
     fail_reading(file, entries.several, entries.remedy);
   }

@@ -1,6 +1,7 @@
 #include "server/volume/formats/detail/chunked_slices.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <mutex>
 #include <utility>

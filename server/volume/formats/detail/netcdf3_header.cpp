@@ -119,7 +119,7 @@ class NetcdfParser {
         const std::span<std::byte> numbers = std::as_writable_bytes(std::span(raw));
         to_host_order(numbers, width, Endian::kBig);
         for (std::size_t at = 0; at < raw.size(); at += width) {
-          attribute.numbers.push_back(netcdf_number(*known, numbers.data() + at));
+          attribute.numbers.push_back(number_from(*known, numbers.data() + at));
         }
       }
     }
@@ -160,36 +160,6 @@ std::optional<StoredType> netcdf_type(int code) {
       StoredType::kU16, StoredType::kU32, StoredType::kI64, StoredType::kU64};
   return code > 0 && code < static_cast<int>(kTypes.size()) ? kTypes[static_cast<std::size_t>(code)]
                                                             : std::nullopt;
-}
-
-double netcdf_number(StoredType type, const std::byte* bytes) {
-  const auto as = [&]<typename Number>(Number number) {
-    std::memcpy(&number, bytes, sizeof(number));
-    return static_cast<double>(number);
-  };
-  switch (type) {
-    case StoredType::kU8:
-      return as(std::uint8_t{});
-    case StoredType::kI8:
-      return as(std::int8_t{});
-    case StoredType::kU16:
-      return as(std::uint16_t{});
-    case StoredType::kI16:
-      return as(std::int16_t{});
-    case StoredType::kU32:
-      return as(std::uint32_t{});
-    case StoredType::kI32:
-      return as(std::int32_t{});
-    case StoredType::kU64:
-      return as(std::uint64_t{});
-    case StoredType::kI64:
-      return as(std::int64_t{});
-    case StoredType::kF32:
-      return as(float{});
-    case StoredType::kF64:
-      return as(double{});
-  }
-  return 0;
 }
 
 NetcdfHeader read_netcdf_header(const InputFile& file) { return NetcdfParser(file).parse(); }

@@ -51,9 +51,6 @@ struct NetcdfHeader {
 // Returns nullopt for characters and invalid codes.
 [[nodiscard]] std::optional<StoredType> netcdf_type(int code);
 
-// Returns the number of this type at `bytes`, in the order of this machine.
-[[nodiscard]] double netcdf_number(StoredType type, const std::byte* bytes);
-
 // Requires is_netcdf3(). Throws VolumeFileError if the header is damaged or truncated.
 [[nodiscard]] NetcdfHeader read_netcdf_header(const InputFile& file);
 

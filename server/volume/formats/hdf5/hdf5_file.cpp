@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <exception>
 #include <map>
 #include <optional>
 #include <string>
@@ -131,28 +132,27 @@ std::string chosen_dataset(const fs::path& path, hid_t file, const VolumeChoice&
 struct ReadScale {
   fs::path file;
   AxisCoordinates coordinates = {};
-  std::string refusal = {};  // An exception may not pass libhdf5.
+  std::exception_ptr failure = {};  // Exceptions may not pass libhdf5.
 };
 
 herr_t read_scale(hid_t, unsigned, hid_t scale, void* into) {
   auto& result = *static_cast<ReadScale*>(into);
-  const std::vector<hsize_t> dims = hdf5_dims(scale);
-  if (dims.size() != 1 || dims[0] < 1 || dims[0] > static_cast<hsize_t>(kMaxSide)) return 1;
-  const Hdf5Id creation(H5Dget_create_plist(scale), &H5Pclose);
-  const bool is_elsewhere =
-      H5Pget_external_count(creation.get()) > 0 || H5Pget_layout(creation.get()) == H5D_VIRTUAL;
-  if (is_elsewhere) return 1;  // Ignores scales in other files.
   try {
+    const std::vector<hsize_t> dims = hdf5_dims(scale);
+    if (dims.size() != 1 || dims[0] < 1 || dims[0] > static_cast<hsize_t>(kMaxSide)) return 1;
+    const Hdf5Id creation(H5Dget_create_plist(scale), &H5Pclose);
+    const bool is_elsewhere =
+        H5Pget_external_count(creation.get()) > 0 || H5Pget_layout(creation.get()) == H5D_VIRTUAL;
+    if (is_elsewhere) return 1;  // Ignores scales in other files.
     Hdf5ChunkSizes(result.file, scale, false).require_whole(scale, whole_box(dims));
-  } catch (const VolumeFileError& problem) {
-    result.refusal = problem.what();
-    return 1;
+    std::vector<double>& values = result.coordinates.values;
+    values.resize(dims[0]);
+    if (H5Dread(scale, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
+      values.clear();
+    result.coordinates.unit = hdf5_text(scale, "units");
+  } catch (...) {
+    result.failure = std::current_exception();
   }
-  std::vector<double>& values = result.coordinates.values;
-  values.resize(dims[0]);
-  if (H5Dread(scale, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
-    values.clear();
-  result.coordinates.unit = hdf5_text(scale, "units");
   return 1;
 }
 
@@ -161,7 +161,7 @@ AxisCoordinates scale_of(const fs::path& path, hid_t dataset, unsigned dimension
   ReadScale scale{.file = path};
   if (H5DSget_num_scales(dataset, dimension) <= 0) return {};
   H5DSiterate_scales(dataset, dimension, nullptr, &read_scale, &scale);
-  if (!scale.refusal.empty()) throw VolumeFileError(scale.refusal);
+  if (scale.failure) std::rethrow_exception(scale.failure);
   return std::move(scale.coordinates);
 }
 

@@ -54,7 +54,7 @@ std::optional<std::size_t> szip_size(const Bytes& packed, const std::vector<unsi
                                      std::size_t most) {
   constexpr unsigned kPreprocessed = 32;
   constexpr unsigned kBigEndian = 16;
-  if (packed.size() < 4 || values.size() < 4 || values[1] == 0 || values[3] == 0) {
+  if (packed.size() < 4 || values.size() < 4 || values[1] == 0 || values[3] < values[1]) {
     return std::nullopt;
   }
   const std::size_t size = little_endian(packed);
@@ -224,7 +224,8 @@ void Hdf5ChunkSizes::require_whole_source(Source& source, const Hdf5Box& box) {
   const Hdf5Box whole = whole_box(hdf5_dims(dataset->get()));
   const bool has_bounds = mapping.in_source.start.size() == whole.start.size();
   Hdf5Box wanted = has_bounds ? mapping.in_source : whole;
-  source.is_checked = !has_bounds || !mapping.is_box;
+  const bool has_chunks = !source.sizes->chunk_.empty() || !source.sizes->sources_.empty();
+  source.is_checked = !has_bounds || !mapping.is_box || !has_chunks;
   for (std::size_t d = 0; !source.is_checked && d < wanted.start.size(); ++d) {
     const std::size_t in_virtual = d + part->start.size() - wanted.start.size();
     wanted.start[d] += part->start[in_virtual] - mapping.in_virtual.start[in_virtual];

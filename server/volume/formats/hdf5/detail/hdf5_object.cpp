@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <system_error>
 
 #include "server/volume/formats/detail/input_file.hpp"
@@ -136,7 +137,7 @@ Hdf5Box bounds_of(hid_t space, bool& is_whole) {
   for (std::size_t d = 0; d < end.size(); ++d) {
     if (end[d] == H5S_UNLIMITED) return {};
     box.extent.push_back(end[d] - box.start[d] + 1);
-    samples *= box.extent[d];
+    if (__builtin_mul_overflow(samples, box.extent[d], &samples)) return box;
   }
   is_whole = H5Sget_select_npoints(space) == static_cast<hssize_t>(samples);
   return box;
@@ -199,7 +200,9 @@ std::vector<hsize_t> hdf5_dims(hid_t dataset) {
 hsize_t hdf5_bytes(hid_t dataset) {
   const Hdf5Id type(H5Dget_type(dataset), &H5Tclose);
   hsize_t bytes = H5Tget_size(type.get());
-  for (const hsize_t length : hdf5_dims(dataset)) bytes *= length;
+  for (const hsize_t length : hdf5_dims(dataset)) {
+    if (__builtin_mul_overflow(bytes, length, &bytes)) return std::numeric_limits<hsize_t>::max();
+  }
   return bytes;
 }
 

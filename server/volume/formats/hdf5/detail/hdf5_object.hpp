@@ -52,7 +52,7 @@ struct Hdf5Mapping {
 // Returns the dimensions of a dataset; none without a simple extent.
 [[nodiscard]] std::vector<hsize_t> hdf5_dims(hid_t dataset);
 
-// Returns the bytes of all samples.
+// Returns the bytes of all samples; the largest number if they do not fit in one.
 [[nodiscard]] hsize_t hdf5_bytes(hid_t dataset);
 
 // Returns up to `most` numbers of an attribute; none if it is missing or not numeric.
