@@ -139,12 +139,15 @@ void UpstreamPool::monitor_upstreams() {
   }
 }
 
+// Returns whether the server is alive and may accept a link without a client's token. Records the
+// attempt unless such a link follows.
 asio::awaitable<bool> UpstreamPool::ping(std::size_t upstream) {
   LinkOptions options = link_options();
   const auto alive =
       co_await UpstreamLink::ping(executor_, options_.upstreams[upstream], std::move(options));
-  record_attempt(upstream, alive.has_value(), alive ? "" : alive.error().text);
-  co_return alive && !alive->requires_token;
+  const bool may_connect = alive && !alive->requires_token && !upstreams_[upstream].requires_token;
+  if (!may_connect) record_attempt(upstream, alive.has_value(), alive ? "" : alive.error().text);
+  co_return may_connect;
 }
 
 // Reconnects after a pause, or when the server may be retried. A server that requires a client's
@@ -153,9 +156,9 @@ asio::awaitable<void> UpstreamPool::monitor(std::size_t upstream) {
   Upstream& one = upstreams_[upstream];
   while (!is_stopped_) {
     Clock::time_point next = Clock::now() + options_.silence_timeout;
-    bool may_connect = options_.secrets.token.has_value();
+    bool may_connect = options_.secrets.token && !one.requires_token;
     if (!may_connect) may_connect = co_await ping(upstream);
-    if (may_connect && !one.requires_token) {
+    if (may_connect) {
       const UpstreamClient no_client;  // A named variable, for the reason given below.
       const auto link = co_await link_to(upstream, no_client);
       one.requires_token = !link && link.error().code == ErrorCode::kUnauthenticated;

@@ -74,7 +74,7 @@ class UpstreamPool {
       std::function<bool()> is_wanted);
   // Reports that the link to a server was lost: others are preferred for a while.
   void report_lost(std::size_t upstream);
-  // The same for a link with a stream, which another server is asked for.
+  // The same for a link with a running stream, which is retried at another server.
   void report_lost_stream(std::size_t upstream, std::uint64_t connection, std::uint64_t request);
   // Excludes a server for a while because it sent a tile that differs from its summary.
   void sent_damaged_tile(std::size_t upstream, const std::string& why);
@@ -104,7 +104,7 @@ class UpstreamPool {
     std::uint64_t lost_streams = 0;
     LinkPtr watched = nullptr;
     std::unique_ptr<asio::steady_timer> timer = nullptr;  // Expires at the next attempt.
-    bool requires_token = false;  // Refused the gateway; another gateway does not say so before.
+    bool requires_token = false;  // Refused a Hello without a token; its Pong need not say so.
     bool is_known_open = false;   // That it requires none was logged.
   };
   struct CachedCatalogue {
