@@ -90,6 +90,10 @@ Body body_of(SharedFile file, std::uint64_t size) {
   return {.whole = std::move(file), .first = 0, .length = size};
 }
 
+std::string_view outcome_of(const Answer& answer) {
+  return answer.error ? name(answer.error->code) : "complete";
+}
+
 std::size_t memory_of(const Answer& answer) {
   constexpr std::uint64_t kSmall = 16 * 1024;
   const Body& body = answer.body;

@@ -42,6 +42,9 @@ struct Answer {
   std::optional<Error> error = {};  // Set by error_answer(), for the log.
 };
 
+// Returns the name of the error's code, or "complete".
+[[nodiscard]] std::string_view outcome_of(const Answer& answer);
+
 // Returns the memory to reserve until an answer has been sent. Includes bytes shared with a cache,
 // since the cache may evict them earlier. Returns 0 for resident bytes, and for a few bytes, which
 // are part of the connection's memory.

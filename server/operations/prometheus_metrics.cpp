@@ -68,7 +68,7 @@ struct PrometheusMetrics::Families {
                          .Add({}, kSeconds);
   Counter& tiles = counter(registry, "multitetra_tiles_total", "Sent tiles.").Add({});
   Counter& tile_bytes =
-      counter(registry, "multitetra_tile_bytes_total", "Payload bytes of requests.").Add({});
+      counter(registry, "multitetra_tile_bytes_total", "Payload bytes of sent tiles.").Add({});
   Family<Counter>& sent =
       counter(registry, "multitetra_sent_bytes_total", "Bytes of sent messages and replies.");
   Counter& cache_hits =
@@ -110,7 +110,7 @@ struct PrometheusMetrics::Families {
               "Tiles sent by a server behind this gateway that do not match its manifest.");
   Family<Counter>& lost_streams =
       counter(registry, "multitetra_upstream_lost_streams_total",
-              "Streams that lost their server behind this gateway and were asked of another.");
+              "Streams interrupted by the loss of their server behind this gateway.");
   Family<Counter>& reload_failures =
       counter(registry, "multitetra_reload_failures_total",
               "Files that could not be reloaded on SIGHUP; the previous ones stay in use.");
@@ -122,7 +122,12 @@ struct PrometheusMetrics::Families {
   Gauge& resident = gauge(registry, "process_resident_memory_bytes", "Resident memory.");
 };
 
-PrometheusMetrics::PrometheusMetrics() : families_(std::make_unique<Families>()) {}
+PrometheusMetrics::PrometheusMetrics() : families_(std::make_unique<Families>()) {
+  // Prometheus sees the first increment only of a counter that was there before.
+  for (const char* const what : {"certificate", "tokens file", "datasets", "credentials"}) {
+    families_->reload_failures.Add({{"what", what}});
+  }
+}
 PrometheusMetrics::~PrometheusMetrics() = default;
 
 void PrometheusMetrics::connected(const ClientFacts& client) {
@@ -151,7 +156,7 @@ void PrometheusMetrics::request_ended(const ClientFacts& client, const RequestFa
             {"outcome", std::string(facts.outcome)}})
       .Increment();
   f.tiles.Increment(static_cast<double>(facts.tiles));
-  f.tile_bytes.Increment(static_cast<double>(facts.bytes));
+  if (facts.tiles > 0) f.tile_bytes.Increment(static_cast<double>(facts.bytes));
   if (facts.seconds_to_first_tile) {
     f.first_tile.Add({{"transport", client.protocol}}, kSeconds)
         .Observe(*facts.seconds_to_first_tile);

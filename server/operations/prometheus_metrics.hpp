@@ -33,7 +33,7 @@ struct UpstreamState {
   std::string name = {};  // The upstream's address.
   bool is_up = false;     // Reachable and not excluded.
   std::uint64_t damaged_tiles = 0;
-  std::uint64_t lost_streams = 0;  // Continued at another upstream, or failed.
+  std::uint64_t lost_streams = 0;  // Streams interrupted by the loss of this upstream.
 };
 
 // Values sampled on each scrape.

@@ -26,7 +26,7 @@ std::optional<LogValue> unless_zero(std::uint64_t value) {
   return value;
 }
 
-// The name of a request's id is text in every line, over every transport.
+// Request ids are logged as text, whatever the transport.
 std::string request_text(std::uint64_t request) {
   return request == 0 ? std::string() : std::to_string(request);
 }

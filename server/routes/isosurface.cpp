@@ -212,7 +212,7 @@ asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(
       Error error = made.error();
       if (max_bytes > 0 && error.code == ErrorCode::kLimitExceeded) {
         error.text = "A file of " + std::to_string(max_bytes) + " bytes has about " +
-                     std::to_string(requests.front().max_triangles) + " triangles. " + error.text;
+                     std::to_string(static_cast<std::uint64_t>(most)) + " triangles. " + error.text;
       }
       co_return tl::unexpected(error);
     }

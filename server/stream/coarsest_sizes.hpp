@@ -2,9 +2,11 @@
 // are refused without making the surface again.
 #pragma once
 
+#include <cstddef>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/base/lru_map.hpp"
@@ -29,7 +31,9 @@ class CoarsestSizesCache {
   }
   void keep(const IsosurfaceRequest& request, CoarsestSizes sizes) {
     const std::lock_guard lock(mutex_);
-    sizes_.add(key(request), std::move(sizes), 1);
+    std::string by = key(request);
+    const std::size_t weight = sizeof(CoarsestSizes) + 2 * by.size();  // The map keeps it twice.
+    sizes_.add(std::move(by), std::move(sizes), weight);
   }
 
  private:
@@ -39,7 +43,7 @@ class CoarsestSizesCache {
   }
 
   std::mutex mutex_;
-  LruMap<std::string, CoarsestSizes> sizes_{64};
+  LruMap<std::string, CoarsestSizes> sizes_{std::size_t{1} << 20};  // Bytes.
 };
 
 }  // namespace multitetra

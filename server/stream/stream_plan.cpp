@@ -116,7 +116,9 @@ tl::unexpected<Error> budget_too_small(const SurfaceSize& coarsest,
                                        const SurfaceProvider& source, const std::stop_token& stop) {
   CoarsestSizes sizes{.kept = coarsest};
   auto refused = budget_too_small(sizes, request, source, stop);
-  source.coarsest_sizes().keep(request, std::move(sizes));
+  // A simplification to a number of bytes may stop before the coarsest surface.
+  const bool is_coarsest = !request.simplify || request.max_bytes == 0;
+  if (is_coarsest) source.coarsest_sizes().keep(request, std::move(sizes));
   return refused;
 }
 

@@ -76,9 +76,10 @@ class FieldChecks {
     const auto allowed = [](char c) {
       return c != '/' && c != 0x7F && (static_cast<unsigned char>(c) >= 0x20);
     };
-    require(!name.empty() && name.size() <= kMaxNameBytes &&
+    require(!name.empty() && name.size() <= kMaxNameBytes && name != "." && name != ".." &&
                 std::all_of(name.begin(), name.end(), allowed),
-            field, "must have 1 to 255 bytes, no '/' and no control characters.");
+            field,
+            "must have 1 to 255 bytes, no '/', no control characters, and not be '.' or '..'.");
   }
   void unit(std::string_view field, std::string_view text) {
     require(is_unit_text(text), field,

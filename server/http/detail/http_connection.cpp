@@ -108,7 +108,7 @@ asio::awaitable<void> HttpConnection::run() {
       context->kind = "refused";
       const Answer answer = error_answer(503, admitted.error(), context->request_id);
       co_await write(answer, with_body, /*keep_alive=*/false);
-      send(&*request, *context, answer, with_body);
+      send(&*request, *context, answer, with_body, outcome_of(answer));
       break;
     }
     context_ = context;
@@ -123,9 +123,9 @@ asio::awaitable<void> HttpConnection::run() {
     const bool is_written = co_await write(*answer, with_body, keep_alive);
     if (context->record && is_written) {
       context->record->sent_body(with_body ? answer->body.length : 0);
-      context->record->end(answer->error ? name(answer->error->code) : "complete");
+      context->record->end(outcome_of(*answer));
     }
-    send(&*request, *context, *answer, with_body);
+    send(&*request, *context, *answer, with_body, is_written ? outcome_of(*answer) : "left");
     if (!is_written) co_return;
     if (!keep_alive || is_ending_) break;
     is_answering_ = false;
@@ -135,7 +135,7 @@ asio::awaitable<void> HttpConnection::run() {
 }
 
 void HttpConnection::send(const HttpRequest* request, const RequestContext& context,
-                          const Answer& answer, bool with_body) {
+                          const Answer& answer, bool with_body, std::string_view outcome) {
   const std::chrono::duration<double> taken = Clock::now() - context.began;
   const std::string_view reason =
       context.reason.empty() && answer.error ? answer.error->text : context.reason;
@@ -150,7 +150,7 @@ void HttpConnection::send(const HttpRequest* request, const RequestContext& cont
                          .status = answer.status,
                          .bytes = with_body ? answer.body.length : 0,
                          .seconds = taken.count(),
-                         .outcome = answer.error ? name(answer.error->code) : "complete",
+                         .outcome = outcome,
                          .reason = reason});
 }
 
@@ -182,7 +182,7 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
       const Answer answer = error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},
                                          context.request_id);
       co_await write(answer, /*with_body=*/true, /*keep_alive=*/false);
-      send(nullptr, context, answer, /*with_body=*/true);
+      send(nullptr, context, answer, /*with_body=*/true, outcome_of(answer));
       co_return std::nullopt;
     }
     if (*request) co_return std::move(**request);

@@ -47,7 +47,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   asio::awaitable<void> drain();
   // Reports an answered request to the observer. `request` is null if the bytes were malformed.
   void send(const HttpRequest* request, const RequestContext& context, const Answer& answer,
-            bool with_body);
+            bool with_body, std::string_view outcome);
   // Cancels the request if the client closes the connection meanwhile.
   void watch();
   [[nodiscard]] bool is_disconnected();

@@ -114,7 +114,9 @@ TEST(PrometheusMetrics, ShowTheStateOfCacheQueueAndProcess) {
 
 TEST(PrometheusMetrics, ShowFailedReloadsAndWhenTheCertificateExpires) {
   PrometheusMetrics metrics;
-  EXPECT_FALSE(has(metrics.text({}), "multitetra_certificate_expiry_timestamp_seconds"));
+  const std::string before = metrics.text({});
+  EXPECT_FALSE(has(before, "multitetra_certificate_expiry_timestamp_seconds"));
+  EXPECT_TRUE(has(before, "multitetra_reload_failures_total{what=\"certificate\"} 0"));
   metrics.reload_failed("certificate");
   metrics.reload_failed("certificate");
   metrics.reload_failed("datasets");
