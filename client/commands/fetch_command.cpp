@@ -322,7 +322,11 @@ int fetch(const FetchArguments& arguments) {
     reports[i].triangles_written = surfaces[i].mesh.triangles.size();
     reports[i].mesh_file = parts[i].mesh_file;
     DatasetRequest& surface = connected.datasets[parts[i].dataset];
-    surface.notices.add(larger_file_notice(parts[i].mesh_file, arguments.order.surface.query));
+    // One file of several surfaces has the whole budget.
+    const std::uint64_t max_bytes = format == MeshFormat::kGlb
+                                        ? arguments.order.surface.query.request.max_bytes
+                                        : surface.requests[parts[i].request].max_bytes;
+    surface.notices.add(larger_file_notice(parts[i].mesh_file, max_bytes));
     reports[i].notices = surface.notices.texts();
   }
   output.report(reports, are_several);

@@ -1,5 +1,6 @@
 #include "client/library/nrrd_thresholds.hpp"
 
+#include <cerrno>
 #include <zlib.h>
 
 #include <algorithm>
@@ -142,6 +143,7 @@ Affine map_of(const NrrdHeader& header) {
 
 std::string contents_of(const fs::path& file) {
   const OpenFile opened(file);
+  if (!opened.is_open() && errno != ENOENT) throw NrrdFault("it cannot be read");
   const auto size = opened.regular_size();
   if (!size) throw NrrdFault("the file does not exist", "check its name");
   auto bytes = opened.content(kMaxNrrdFileBytes);

@@ -12,7 +12,7 @@ namespace multitetra {
 namespace {
 
 // Calls part(thread) on `threads` threads and waits for all of them.
-void on_threads(int threads, const std::function<void(std::size_t)>& part) {
+void in_each_thread(int threads, const std::function<void(std::size_t)>& part) {
   std::vector<std::thread> others;
   for (int i = 1; i < threads; ++i) others.emplace_back(part, static_cast<std::size_t>(i));
   part(0);
@@ -41,7 +41,7 @@ LoadStatistics run_load(const LoadOptions& options) {
   const auto threads = static_cast<std::size_t>(options.threads);
   std::vector<LoadStatistics> statistics(threads);
   Agreement agreement;
-  on_threads(options.threads, [&](std::size_t thread) {
+  in_each_thread(options.threads, [&](std::size_t thread) {
     asio::io_context io(1);
     std::vector<std::unique_ptr<LoadSession>> sessions;
     for (std::size_t client = thread; client < options.idle + options.clients; client += threads) {
@@ -72,7 +72,7 @@ MisbehaviourCounts run_misbehaviour(Misbehaviour kind, const LoadOptions& option
                                       .stop = start + options.duration};
   const auto threads = static_cast<std::size_t>(options.threads);
   std::vector<MisbehaviourCounts> counts(threads);
-  on_threads(options.threads, [&](std::size_t thread) {
+  in_each_thread(options.threads, [&](std::size_t thread) {
     asio::io_context io(1);
     for (std::size_t client = thread; client < options.clients; client += threads) {
       spawn(

@@ -33,11 +33,11 @@ struct Camera {
   [[nodiscard]] Vec3 seen(const Vec3& place) const;
 };
 
-// Looks at the center of the places' bounding box, from the distance at which they fill the picture
+// Looks at the center of the points' bounding box, from the distance at which they fill the picture
 // with a small margin: all lie in front of the eye and inside the picture. Azimuth turns around the
 // z axis: 0 looks along +y and 90 along -x; elevation is from -90 (from below) to 90 (from above).
 // For another up axis all directions are rotated as in the viewer: by the shortest rotation from z
-// to it, and around y for -z. Without places the camera looks at the unit ball around the origin.
+// to it, and around y for -z. Without points the camera looks at the unit ball around the origin.
 [[nodiscard]] Camera framing(std::span<const std::array<float, 3>> points, double azimuth,
                              double elevation, int width, int height, const Vec3& up = {0, 0, 1});
 

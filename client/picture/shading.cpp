@@ -18,11 +18,6 @@ Light mixed(const Light& a, const Light& b, double share) {
 
 }  // namespace
 
-float linear_light(int value) {
-  const double v = value / 255.0;
-  return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-}
-
 Light shaded(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool is_inside,
              const std::optional<Light>& own_color) {
   static const Light kOutside = linear_light(0xe0, 0xcd, 0xb4);

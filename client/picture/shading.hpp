@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "common/base/vec3.hpp"
+#include "common/image/color_map.hpp"
 #include "common/image/picture.hpp"
 
 namespace multitetra {
@@ -32,9 +33,6 @@ enum class Background { kDark, kLight, kTransparent };
 // viewer; surfaces with a color of their own are only darker.
 [[nodiscard]] Light shaded(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards,
                            bool is_inside, const std::optional<Light>& own_color = {});
-
-// Converts an sRGB value, 0 to 255, to linear light.
-[[nodiscard]] float linear_light(int srgb);
 
 // Returns the background, which is brighter in the middle. `x` and `y` are from -1 to 1.
 [[nodiscard]] Light background_at(Background background, double x, double y);

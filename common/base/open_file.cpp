@@ -30,7 +30,10 @@ OpenFile::~OpenFile() {
 
 bool OpenFile::close() { return descriptor_ < 0 || ::close(std::exchange(descriptor_, -1)) == 0; }
 
-bool OpenFile::lock(int kind) const { return ::flock(descriptor_, kind) == 0; }
+bool OpenFile::lock(int kind) const {
+  // A failure to open keeps its reason in errno.
+  return is_open() && ::flock(descriptor_, kind) == 0;
+}
 
 std::optional<std::uint64_t> OpenFile::regular_size() const {
   struct stat status = {};

@@ -170,11 +170,10 @@ std::string removed_text(const OutputSurface& surface) {
          (surface.filled.count == 0 ? std::string() : "; " + filled_text(surface.filled));
 }
 
-std::vector<std::string> larger_file_notice(const std::string& file, const SurfaceQuery& query) {
-  const std::uint64_t most = query.request.max_bytes;
+std::vector<std::string> larger_file_notice(const std::string& file, std::uint64_t max_bytes) {
   std::error_code ignored;
   const std::uintmax_t bytes = std::filesystem::file_size(file, ignored);
-  if (most == 0 || ignored || bytes <= most) return {};
+  if (max_bytes == 0 || ignored || bytes <= max_bytes) return {};
   return {file + " has " + human_bytes(bytes) + ", more than --max-bytes, which bounds the " +
           "surface as it is sent; --max-triangles bounds files."};
 }

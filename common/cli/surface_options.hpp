@@ -76,8 +76,9 @@ struct OutputSurface {
 // "3 of 1 204 components, those with a diagonal of 10 samples or more", and the cavities that this
 // fills; empty if none was removed.
 [[nodiscard]] std::string removed_text(const OutputSurface& surface);
-// Returns the notice that a written file has more bytes than --max-bytes; empty if it has not.
+// Returns the notice that a written file has more bytes than its budget of --max-bytes (0: none);
+// empty if it has not.
 [[nodiscard]] std::vector<std::string> larger_file_notice(const std::string& file,
-                                                          const SurfaceQuery& query);
+                                                          std::uint64_t max_bytes);
 
 }  // namespace multitetra

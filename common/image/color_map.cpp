@@ -68,6 +68,11 @@ std::string_view name(ColorMap map) { return kNames.of(map); }
 
 std::optional<ColorMap> color_map_from(std::string_view name) { return kNames.find(name); }
 
+float linear_light(int srgb) {
+  const double v = srgb / 255.0;
+  return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+}
+
 Rgb color_at(ColorMap map, double part) {
   const std::span<const Rgb> colors = colors_of(map);
   const auto last = static_cast<double>(colors.size() - 1);

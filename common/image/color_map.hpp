@@ -20,9 +20,11 @@ enum class ColorMap {
   kCoolwarm,  // Blue, grey, red: for values around a center.
 };
 
-// The names of all maps as a phrase.
 [[nodiscard]] std::string_view name(ColorMap map);
 [[nodiscard]] std::optional<ColorMap> color_map_from(std::string_view name);
+
+// Converts an sRGB value, 0 to 255, to linear light.
+[[nodiscard]] float linear_light(int srgb);
 
 // Returns the color at `part` (0 to 1) of the map, clamped to its ends.
 [[nodiscard]] Rgb color_at(ColorMap map, double part);

@@ -37,7 +37,7 @@ struct FilledCavities {
 };
 // Returns those of the components without at least this diagonal, in grid steps: closed surfaces
 // around low values. Those within the bounding box of another removed component do not count: they
-// vanish with it. Takes time for the removed components alone.
+// vanish with it. Measures the removed components only.
 [[nodiscard]] FilledCavities filled_cavities(const LatticeMesh& mesh,
                                              const MeshComponents& components, double min_diagonal,
                                              const Affine& grid_to_world);

@@ -119,7 +119,7 @@ std::string key_of(const DatasetInfo& info) {
   key.add(info.outside.has_value());
   key.add(info.outside.value_or(0));
   key.add(info.margin);
-  const SurfaceName name = surface_name(info);  // In files.
+  const SurfaceName name = surface_name(info);  // Mesh files contain it.
   key.add(name.label.has_value());
   key.add(name.label.value_or(0));
   key.add(name.text.size());

@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/image/color_map.hpp"
 #include "common/wire/detail/glb.hpp"
 #include "common/wire/detail/triangle_normals.hpp"
 
@@ -45,11 +46,6 @@ std::vector<Triple> smooth_normals(const PositionedMesh& mesh) {
   std::vector<Triple> normals(sums.size());
   std::transform(sums.begin(), sums.end(), normals.begin(), unit_or_upwards);
   return normals;
-}
-
-float linear_light(std::uint32_t srgb) {
-  const double v = srgb / 255.0;
-  return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
 }
 
 std::vector<Triple> linear_colors(const PositionedMesh& mesh) {
@@ -163,8 +159,9 @@ class SceneWriter {
     nlohmann::json material = surface_material();
     auto base = part_color(color);
     if (const auto& own = part.color) {
-      base = {linear_light(*own >> 16 & 0xFF), linear_light(*own >> 8 & 0xFF),
-              linear_light(*own & 0xFF)};
+      base = {linear_light(static_cast<int>(*own >> 16 & 0xFF)),
+              linear_light(static_cast<int>(*own >> 8 & 0xFF)),
+              linear_light(static_cast<int>(*own & 0xFF))};
     }
     if (!part.mesh->colors.empty()) base = {1, 1, 1};
     material["pbrMetallicRoughness"]["baseColorFactor"] = {base[0], base[1], base[2], 1.0};

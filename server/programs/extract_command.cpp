@@ -232,7 +232,7 @@ int extract(const ExtractArguments& arguments) {
                                           .lattice = output.lattice,
                                           .min_component = output.min_component,
                                           .world = output.world}));
-  notices.add(larger_file_notice(arguments.output, arguments.surface.query));
+  notices.add(larger_file_notice(arguments.output, arguments.surface.query.request.max_bytes));
   if (has_model_file) {
     progress.begin("model_file");
     result.model =

@@ -55,6 +55,7 @@ Json json_of(const ExtractedSurface& surface) {
   report.update(json_of(surface.measured));
   report["common_triangles"] = surface.common_triangles;
   add_file(report, surface.file, surface.output);
+  if (surface.file.empty()) report["mesh_file"] = nullptr;
   return report;
 }
 
@@ -152,26 +153,34 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
     one.output = output_surface(simplified.mesh, surface, *one.info);
     is_sound = is_sound && measured.topology.is_sound();
     is_empty = is_empty && one.output.components == 0;
-    if (measured.topology.triangles == 0) notices.add(empty_surface_text(*request, *one.info));
+    if (measured.topology.triangles == 0) {
+      notices.add("\"" + surface_name(*one.info).text +
+                  "\": " + empty_surface_text(*request, *one.info));
+    }
     const std::string removed = removed_text(one.output);
     if (!removed.empty())
       notices.add("\"" + surface_name(*one.info).text + "\" has " + removed + ".");
   }
+  const auto write_report = [&] {
+    Json report = {{"parameters", multitetra::json_of(*request)},
+                   {"seconds", progress.seconds()},
+                   {"notices", notices.texts()},
+                   {"surfaces", Json::array()}};
+    for (const ExtractedSurface& one : surfaces) report["surfaces"].push_back(json_of(one));
+    if (!arguments.report.empty()) write_file(arguments.report, text_of(report));
+    if (arguments.json) std::cout << text_of(report);
+  };
   if (is_empty && !surface.allow_empty) {
     progress.finish();
+    for (ExtractedSurface& one : surfaces) one.file.clear();  // Not written.
+    write_report();
     throw ExitError(kEmptySurface, not_written_text(arguments.output));
   }
   progress.begin("files");
   write_surfaces(arguments, surfaces);
   progress.finish();
 
-  Json report = {{"parameters", multitetra::json_of(*request)},
-                 {"seconds", progress.seconds()},
-                 {"notices", notices.texts()},
-                 {"surfaces", Json::array()}};
-  for (const ExtractedSurface& one : surfaces) report["surfaces"].push_back(json_of(one));
-  if (!arguments.report.empty()) write_file(arguments.report, text_of(report));
-  if (arguments.json) std::cout << text_of(report);
+  write_report();
   if (!arguments.json && !arguments.quiet) {
     for (const ExtractedSurface& one : surfaces) print_facts(one);
   }

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "common/cli/json_report.hpp"
 #include "common/cli/surface_options.hpp"
@@ -23,7 +22,8 @@ struct MeasuredSurface {
 };
 
 // Adds area, volume and their bounds. `is_bounded` is whether the request's error bounds the
-// distance from the full-resolution surface; none has topology_tolerance or another measure.
+// distance from the full-resolution surface; requests with a topology tolerance or another measure
+// are never bounded.
 void measure(MeasuredSurface& surface, const LatticeMesh& mesh, const SurfaceArguments& arguments,
              const IsosurfaceRequest& request, const DatasetInfo& info, bool is_bounded = true);
 
