@@ -28,7 +28,7 @@ export class AddressSync {
     this.scheduleUpdate();
   }
 
-  // Nothing is remembered while dragging.
+  // The address is not updated while dragging.
   setDragging(isDragging: boolean): void {
     this.isDragging = isDragging;
   }

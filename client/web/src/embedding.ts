@@ -53,7 +53,8 @@ export class Embedding {
     const { settings, ignored } = parseSettings(kind === "set" ? state : null);
     if (kind === "set") {
       this.failure = "";
-      this.viewer.set(settings, dragging === true); // Of a first message, events before are not for the page.
+      // Before `origin` is known: events of replaced settings are not sent to a page whose first message this is.
+      this.viewer.set(settings, dragging === true);
     }
     const isFirst = this.origin === null;
     this.origin = origin;
@@ -75,13 +76,16 @@ export class Embedding {
 
   // A picture of a frame that the browser does not draw, or of a very slow surface, would never be complete.
   private async postPicture(id: unknown): Promise<void> {
+    let timer: number | undefined;
     const late = new Promise<never>((_, reject) => {
-      this.self.setTimeout(() => reject(new Error(`The surface is not complete after ${maxPictureWait / 1000} s.`)), maxPictureWait);
+      timer = this.self.setTimeout(() => reject(new Error(`The surface is not complete after ${maxPictureWait / 1000} s.`)), maxPictureWait);
     });
     try {
       this.post("picture", { id, png: await Promise.race([this.viewer.picture(), late]) });
     } catch (error) {
       this.post("error", { id, text: `No picture: ${(error as Error).message}` });
+    } finally {
+      this.self.clearTimeout(timer);
     }
   }
 

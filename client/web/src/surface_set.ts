@@ -269,13 +269,13 @@ export class SurfaceSet {
       settled: () => this.finishAll(),
     });
     const member: Member = { client, surface, prefetcher: new Prefetcher(parts), key: "" };
-    const isLead = () => this.members[0] === member;
+    const isFirst = () => this.members[0] === member;
     client.progress.watch(() => {
-      if (isLead()) this.progress.set(client.progress.get());
+      if (isFirst()) this.progress.set(client.progress.get());
       else if (this.members.includes(member)) this.events.progress(this.members.indexOf(member));
     });
-    client.datasets.watch(() => isLead() && this.datasets.set(client.datasets.get()));
-    client.sizes.watch(() => isLead() && this.sizes.set(client.sizes.get()));
+    client.datasets.watch(() => isFirst() && this.datasets.set(client.datasets.get()));
+    client.sizes.watch(() => isFirst() && this.sizes.set(client.sizes.get()));
     return member;
   }
 

@@ -2,7 +2,7 @@
 // all its tiles is checked, cached, and offered to the swap group.
 //
 // Nothing of a replaced stream is shown, and nothing coarser on the way to a finer surface of the same isovalue. If
-// small components are hidden, a step is shown without them from its first step; hiding them in a shown step needs no
+// small components are hidden, a step is shown without them from the first frame in which it is drawn; hiding them in a shown step needs no
 // server.
 import type { Effect } from "./stream/conversation";
 import type { StreamRequest } from "./stream/stream_request";

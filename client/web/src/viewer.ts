@@ -135,10 +135,9 @@ export class Viewer {
     this.isDragging = isDragging;
     const [before, info] = [this.settings.get(), this.info];
     if (change.dataset !== undefined) this.notices.clear();
-    if (change.dataset && this.list.length > 0 && !findByName(this.list, change.dataset)) {
-      this.reportUnknown(change.dataset);
-      change = { ...change, dataset: before.dataset };
-    }
+    const isUnknown = change.dataset && this.list.length > 0 && !findByName(this.list, change.dataset);
+    const unknown = isUnknown ? change.dataset : null;
+    if (unknown) change = { ...change, dataset: before.dataset };
     if (change.followView && !before.followView) this.detail.enable();
     if (change.eye && change.target) this.stage.setView(change.eye, change.target);
     change = { ...change, ...initialCut(change, before, this.stage.view()) };
@@ -150,6 +149,7 @@ export class Viewer {
     const { dataset, labels, t } = this.settings.get();
     if (labels || t !== before.t || (dataset !== before.dataset && dataset !== this.info?.name)) this.findDataset();
     if (hasEnded || (this.info === info && (dataset !== before.dataset || t !== before.t))) this.requestSurfaces();
+    if (unknown) this.reportUnknown(unknown); // Last: a dataset that is found again clears notices.
   }
 
   get(): Settings {
@@ -227,7 +227,8 @@ export class Viewer {
     this.set({ up: this.stage.upAfterRoll(radians) });
   }
 
-  // Returns the scene with annotations as PNG, when it is complete, on the page's background or transparent.
+  // Returns the scene with annotations as PNG, when it is complete or the connection is lost, on the page's background
+  // or transparent.
   async picture(options: PictureOptions = {}): Promise<Blob> {
     await this.surfaces.settled(() => this.info, () => this.surfaces.progress.get().phase === "lost");
     return pngOf(this.drawn(options));

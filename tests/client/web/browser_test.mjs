@@ -340,6 +340,9 @@ async function reportsUnknownDataset(page) {
   await page.click('.dataset[data-name="gyroid"]');
   await complete(page);
   assert(await page.locator(".notice").isHidden());
+  // Also together with another setting that finds the dataset again.
+  await page.evaluate(() => (location.hash = "#dataset=nope&t=1"));
+  await notice(page, /nope/);
 }
 
 async function reportsEmptySurface(page) {

@@ -59,6 +59,17 @@ describe("DatasetQueries", () => {
     expect(notices).toEqual(["The server did not answer; trying again."]);
   });
 
+  test("FailIfEachReplyEndsTheConnection", async () => {
+    const { slice } = asked();
+    const failed = expect(slice).rejects.toThrow("connection was lost each time");
+    for (let attempt = 0; attempt < 5; ++attempt) {
+      welcome();
+      link.events!.closed();
+    }
+    await failed;
+    expect([slices().length, link.waits.length]).toEqual([5, 4]);
+  });
+
   test("FailIfTheTokenIsRefused", async () => {
     const { slice } = asked();
     fail(ErrorCode.UNAUTHENTICATED);

@@ -15,7 +15,7 @@ function framed(parts: object = {}, ignoredInAddress: string[] = []) {
   };
   const said: { multitetra: string; [name: string]: unknown }[] = [];
   const page = { postMessage: (message: (typeof said)[number]) => said.push(message) } as unknown as Window;
-  const frame = Object.assign(new EventTarget(), { setTimeout });
+  const frame = Object.assign(new EventTarget(), { setTimeout, clearTimeout });
   new Embedding(viewer as unknown as Viewer, page, ignoredInAddress, frame as unknown as Window);
   const say = (message: object) => frame.dispatchEvent(Object.assign(new Event("message"), { source: page, origin: "https://a.example", data: message }));
   return { set, say, said, emit: (kind: string, what: unknown) => listeners.get(kind)!(what) };

@@ -59,7 +59,7 @@ const installed = createRequire(new URL("../../../client/web/package.json", impo
 const draco: Promise<DecoderModule> = installed("draco3d/draco_decoder_nodejs.js")({});
 const hasher = triangleHasher(5);
 
-// Throws TileDamage.
+// Throws TileError.
 export async function tileFrom(payload: Uint8Array, promised: ManifestTile): Promise<LatticeMesh> {
   const decoding = { draco: await draco, hasher: await hasher, resolution: 5, hasNormals: true };
   return decodeTile(payload, promised, decoding);

@@ -31,6 +31,14 @@ describe("RowSelection", () => {
     expect(selected()).toBe("ef");
   });
 
+  test("ExtendsFromTheFocusedRowIfNoneIsSelected", () => {
+    const { selection, selected } = selectionOf();
+    selection.extend("d", order, "c");
+    expect(selected()).toBe("cd");
+    selection.extend("e", order, "d");
+    expect(selected()).toBe("cde");
+  });
+
   test("SelectsOneRowIfTheLastSelectedOneIsNotListed", () => {
     const { selection, selected } = selectionOf();
     selection.select("b");

@@ -17,7 +17,7 @@ export interface ShellMode {
   spacing: number; // Grid steps.
 }
 
-// For spreadSums(): fewer levels give more uneven triangles.
+// For smoothedSums(): fewer levels give more uneven triangles.
 export function smoothingRounds({ values, levelsPerOctave }: ShellMode): number {
   return values !== quantized ? 1 : { 1: 4, 2: 3, 4: 2 }[levelsPerOctave] ?? 1;
 }

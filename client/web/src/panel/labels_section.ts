@@ -41,8 +41,9 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
     return button;
   };
   const search = h("input", { type: "search", class: "label-search", placeholder: "Search labels", "aria-label": "Search labels" });
-  const table = h("button", { type: "button", "data-tip": "Volume and area of every displayed label, or of the selected ones, as CSV." }, "Table (CSV)");
-  table.addEventListener("click", () => saveLabels(selected().length > 0 ? selected() : null));
+  const table = h("button", { type: "button", "data-tip": "Volume and area of every displayed label, or of several selected ones, as CSV." }, "Table (CSV)");
+  // A single selected label is one that was looked at: the table then still has all.
+  table.addEventListener("click", () => saveLabels(selected().length > 1 ? selected() : null));
   const order = h("select", { class: "label-order", "aria-label": "Order of the labels" },
     ...labelOrders.map(([word, text]) => h("option", { value: word }, text)));
   order.addEventListener("change", () => showAll());
@@ -74,7 +75,7 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
   const showSelected = () => {
     const { length } = selected();
     for (const { at, key } of found) rows.get(at)!.showSelected(selection.has(key));
-    table.textContent = length > 0 ? `Table of ${length} (CSV)` : "Table (CSV)";
+    table.textContent = length > 1 ? `Table of ${length} (CSV)` : "Table (CSV)";
   };
   search.addEventListener("input", showFound);
   const opacity = opacitySlider("all labels", (value) =>
@@ -107,7 +108,7 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
     if (step) {
       const next = names[at + step];
       if (next) rows.get(next.at)!.name.focus();
-      if (next && shiftKey) selection.extend(next.key, names.map((one) => one.key));
+      if (next && shiftKey) selection.extend(next.key, names.map((one) => one.key), names[at].key);
       else if (next && !ctrlKey && !metaKey) selection.select(next.key);
     } else if (key === " ") selection.toggle(names[at].key);
     else if (key === "a" && (ctrlKey || metaKey)) selection.selectAll(names.map((one) => one.key));

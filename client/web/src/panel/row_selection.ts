@@ -20,11 +20,13 @@ export class RowSelection {
     this.set(this.has(key) ? [...this.keys].filter((one) => one !== key) : [...this.keys, key], key);
   }
 
-  // Selects the rows between the last selected one and this one. `order`: the visible rows of the table.
-  extend(key: string, order: readonly string[]): void {
-    const [from, to] = [order.indexOf(this.anchor ?? key), order.indexOf(key)];
+  // Selects the rows between the last selected one, or else `start`, and this one. `order`: the visible rows of the
+  // table.
+  extend(key: string, order: readonly string[], start = key): void {
+    const anchor = this.anchor ?? start;
+    const [from, to] = [order.indexOf(anchor), order.indexOf(key)];
     if (from < 0) return this.select(key);
-    this.set(order.slice(Math.min(from, to), Math.max(from, to) + 1), this.anchor ?? key);
+    this.set(order.slice(Math.min(from, to), Math.max(from, to) + 1), anchor);
   }
 
   // Selects exactly these rows.

@@ -29,8 +29,10 @@ interface PendingQuery {
   send: () => void;
   resolve: (answer: Answer) => void;
   reject: (error: Error) => void;
+  attempts: number; // How often it was sent.
 }
 
+const maxAttempts = 5; // A reply that ends the connection each time would end it for ever.
 const maxConcurrent = 4; // The server's limit per connection.
 
 export class DatasetQueries {
@@ -85,7 +87,7 @@ export class DatasetQueries {
   private query(send: (id: bigint) => void): Promise<Answer> {
     const id = ++this.lastId;
     return new Promise((resolve, reject) => {
-      this.waiting.push({ id, asked: { send: () => send(id), resolve, reject } });
+      this.waiting.push({ id, asked: { send: () => send(id), resolve, reject, attempts: 0 } });
       if (this.phase === "none") {
         this.phase = "greeting";
         this.link.connect();
@@ -98,6 +100,7 @@ export class DatasetQueries {
     while (this.phase === "ready" && this.waiting.length > 0 && this.running.size < maxConcurrent) {
       const { id, asked } = this.waiting.shift()!;
       this.running.set(id, asked);
+      asked.attempts += 1;
       asked.send();
     }
   }
@@ -137,7 +140,10 @@ export class DatasetQueries {
 
   // Repeats the queries without a reply; without any, the next query connects.
   private reconnect(): void {
-    this.waiting.unshift(...[...this.running].map(([id, asked]) => ({ id, asked })));
+    for (const [id, asked] of [...this.running].reverse()) {
+      if (asked.attempts < maxAttempts) this.waiting.unshift({ id, asked });
+      else asked.reject(new Error("The connection was lost each time the server answered."));
+    }
     this.running.clear();
     this.phase = this.waiting.length > 0 ? "greeting" : "none";
     if (this.phase === "none") return;
