@@ -173,7 +173,7 @@ class SimplifiedPiece::Run {
       *least = std::numeric_limits<float>::infinity();
       turn_to(static_cast<std::size_t>(least - ring_costs_.begin()));
       if (turns_over(points_[u].at, turned_positions_) || merges_boundaries(mesh_, turned_) ||
-          !mesh_.keeps_topology(turned_)) {
+          !mesh_.keeps_topology(turned_) || leaves_flat_component(mesh_, vertices_, turned_)) {
         continue;
       }
       if (try_collapse(u)) return;

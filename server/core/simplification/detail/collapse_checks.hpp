@@ -3,10 +3,14 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "common/base/vec3.hpp"
+#include "common/mesh/lattice_plane.hpp"
+#include "common/mesh/mesh.hpp"
 #include "server/core/simplification/detail/collapsing_mesh.hpp"
 
 namespace multitetra {
@@ -50,6 +54,37 @@ namespace multitetra {
     if (!is_inner(ring[i])) return true;
   }
   return false;
+}
+
+// Returns whether the collapse would leave a closed component without volume: all of its vertices
+// but u lie in one plane. Requires that turns_over() is false. Components of more triangles than
+// can be expected in one plane are not searched.
+[[nodiscard]] inline bool leaves_flat_component(const CollapsingMesh& mesh,
+                                                std::span<const LatticePoint> vertices,
+                                                std::span<const std::uint32_t> ring) {
+  constexpr std::size_t kMaxTriangles = 64;
+  const auto neighbour = [&](std::size_t i) {
+    return vertices[mesh.vertex(CollapsingMesh::next(ring[i]))];
+  };
+  const LatticePlane plane({neighbour(0), neighbour(1), neighbour(2)});
+  for (std::size_t i = 3; i < ring.size(); ++i) {
+    if (plane.side(neighbour(i)) != 0) return false;
+  }
+  if (plane.side(vertices[mesh.vertex(ring[0])]) == 0) return false;  // As flat as before.
+  std::vector<std::uint32_t> found;
+  for (const std::uint32_t corner : ring) found.push_back(CollapsingMesh::triangle_of(corner));
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t across = mesh.opposite(CollapsingMesh::corner_of(found[i], k));
+      if (across == CollapsingMesh::kNone) return false;
+      const std::uint32_t triangle = CollapsingMesh::triangle_of(across);
+      if (std::find(found.begin(), found.end(), triangle) != found.end()) continue;
+      if (plane.side(vertices[mesh.vertex(across)]) != 0) return false;
+      if (found.size() == kMaxTriangles) return false;
+      found.push_back(triangle);
+    }
+  }
+  return true;
 }
 
 }  // namespace multitetra

@@ -38,7 +38,8 @@ class Sweeps {
  public:
   Sweeps(const LatticeMesh& mesh, std::span<const Vec3> positions, const PieceLimit& limit,
          std::optional<Obstacles> checked_against)
-      : positions_(positions),
+      : vertices_(mesh.vertices),
+        positions_(positions),
         limit_(limit),
         largest_(own_limit(limit.largest())),
         mesh_(mesh.triangles, static_cast<std::uint32_t>(positions.size())),
@@ -139,7 +140,9 @@ class Sweeps {
     if (a_triangle_turns_over() || merges_boundaries(mesh_, ring_)) return false;
     const double limit = limit_around(positions_[u]);
     if (!(limit > 0) || !errors_.fits(u, neighbours_, places_, limit)) return false;
-    if (!mesh_.keeps_topology(ring_)) return false;
+    if (!mesh_.keeps_topology(ring_) || leaves_flat_component(mesh_, vertices_, ring_)) {
+      return false;
+    }
     if (embedding_ && !embedding_->allows(ring_)) return false;
     errors_.commit();
     if (embedding_) embedding_->commit(ring_);
@@ -193,6 +196,7 @@ class Sweeps {
     return false;
   }
 
+  std::span<const LatticePoint> vertices_;
   std::span<const Vec3> positions_;
   const PieceLimit& limit_;
   double largest_;  // This stage's limit where it is uniform.

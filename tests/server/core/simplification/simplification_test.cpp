@@ -2,11 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <random>
+#include <set>
+#include <vector>
 
 #include "common/base/vec3.hpp"
+#include "common/mesh/components.hpp"
 #include "common/mesh/content_digest.hpp"
 #include "tests/support/simplifying.hpp"
 
@@ -19,6 +25,30 @@ double volume_inside(const LatticeMesh& mesh) {
     volume += dot(t[0], cross(t[1], t[2])) / 6;
   }
   return volume;
+}
+
+// Returns the number of closed components and of those without volume.
+std::array<int, 2> closed_and_flat_components(const LatticeMesh& mesh) {
+  const MeshComponents components = components_of(mesh);
+  std::vector<double> volumes(components.diagonals.size());
+  std::set<LatticePoint> border;
+  for (const Edge& edge : border_edges(mesh)) border.insert(edge.begin(), edge.end());
+  std::vector<bool> is_open(volumes.size());
+  const auto triangles = placed(mesh, {1, 1, 1});
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const std::uint32_t component = components.of_vertex[mesh.triangles[i][0]];
+    volumes[component] += dot(triangles[i][0], cross(triangles[i][1], triangles[i][2]));  // Exact.
+    for (const std::uint32_t v : mesh.triangles[i]) {
+      if (border.contains(mesh.vertices[v])) is_open[component] = true;
+    }
+  }
+  std::array<int, 2> counts = {0, 0};
+  for (std::size_t c = 0; c < volumes.size(); ++c) {
+    if (is_open[c]) continue;
+    ++counts[0];
+    if (volumes[c] == 0) ++counts[1];
+  }
+  return counts;
 }
 
 INSTANTIATE_TEST_SUITE_P(Fields, SimplificationGuarantees, ::testing::ValuesIn(settings()),
@@ -140,6 +170,30 @@ TEST(Simplification, KeepsAPositiveVolumeOfClosedComponents) {
   EXPECT_GE(small.mesh.triangles.size(), 4U);
   EXPECT_LT(small.mesh.triangles.size(), 60U);
   EXPECT_GT(volume_inside(small.mesh), 0);
+}
+
+TEST_P(SimplificationGuarantees, LeavesNoClosedComponentWithoutVolume) {
+  ASSERT_EQ(closed_and_flat_components(surface_.mesh)[1], 0);
+  for (const double max_distance : kDistances) {
+    const Simplified small =
+        simplified(surface_.mesh, {.lattice_step = step_, .max_distance = max_distance});
+    const auto [closed, flat] = closed_and_flat_components(small.mesh);
+    EXPECT_EQ(flat, 0) << "of " << closed << " at " << max_distance;
+  }
+}
+
+// Its cheapest tetrahedron is flat.
+TEST(Simplification, KeepsTheVolumeOfAFlatOctahedron) {
+  const LatticeMesh octahedron{
+      .vertices = {{0, 8, 8}, {16, 8, 8}, {8, 0, 8}, {8, 16, 8}, {8, 8, 7}, {8, 8, 9}},
+      .triangles = {
+          {1, 3, 5}, {3, 0, 5}, {0, 2, 5}, {2, 1, 5}, {3, 1, 4}, {0, 3, 4}, {2, 0, 4}, {1, 2, 4}}};
+  for (const double max_distance : {2.0, 1e9}) {
+    const Simplified small =
+        simplified(octahedron, {.lattice_step = {1, 1, 1}, .max_distance = max_distance});
+    EXPECT_LT(small.mesh.triangles.size(), 8U) << max_distance;
+    EXPECT_GT(volume_inside(small.mesh), 0) << max_distance;
+  }
 }
 
 TEST(Simplification, KeepsATetrahedron) {
