@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/image/stored_type.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/endian.hpp"
 

@@ -7,6 +7,7 @@
 
 #include "common/base/text.hpp"
 #include "common/base/vec3.hpp"
+#include "server/volume/formats/detail/numbered_files.hpp"
 
 namespace multitetra {
 namespace {
