@@ -9,6 +9,7 @@
 
 #include "server/dataset/byte_source.hpp"
 #include "server/dataset/detail/mapped_file.hpp"
+#include "server/dataset/provenance.hpp"
 
 namespace multitetra {
 namespace {
@@ -28,11 +29,10 @@ auto value_or_throw(const std::string& place, const Read& read) {
 }
 
 std::string advice_for_another_file(const std::string& place) {
-  std::filesystem::path dataset = std::filesystem::path(place).filename();
   const std::string text = place + " is not a prepared dataset.";
-  if (dataset.extension() == ".mtd") return text;
-  dataset.replace_extension(".mtd");
-  return text + " Prepare it first: multitetra-server prepare " + place + " -o " + dataset.string();
+  if (std::filesystem::path(place).extension() == ".mtd") return text;
+  return text + " Prepare it first: multitetra-server prepare " + place + " -o " +
+         default_dataset_name(place) + ".mtd";
 }
 
 BrickFile open_file(const std::string& place, std::shared_ptr<RemoteFiles> files) {

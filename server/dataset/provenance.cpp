@@ -60,6 +60,13 @@ void add_folder(const std::filesystem::path& folder, Digest& digest) {
 
 }  // namespace
 
+std::string default_dataset_name(const std::filesystem::path& source) {
+  std::filesystem::path name =
+      source.filename().empty() ? source.parent_path().filename() : source.filename();
+  if (name.extension() == ".gz" || name.extension() == ".bz2") name = name.stem();
+  return name.stem().string();
+}
+
 Provenance provenance(const std::filesystem::path& source) {
   const std::filesystem::path named = source.filename().empty() ? source.parent_path() : source;
   Provenance note = {

@@ -14,6 +14,10 @@ struct Provenance {
   friend bool operator==(const Provenance&, const Provenance&) = default;
 };
 
+// Returns the name of a source's dataset: its name without folder and suffixes, such as "chris_t1"
+// for "chris_t1.nii.gz".
+[[nodiscard]] std::string default_dataset_name(const std::filesystem::path& source);
+
 // Describes a source. The digest of a folder covers the names and bytes of all files below it; it
 // is empty for patterns and addresses. Throws DatasetFileError if a file cannot be read.
 [[nodiscard]] Provenance provenance(const std::filesystem::path& source);

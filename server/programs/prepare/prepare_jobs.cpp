@@ -34,12 +34,6 @@ std::string free_name(const fs::path& input, std::set<std::string>& taken) {
 
 }  // namespace
 
-std::string default_dataset_name(const fs::path& input) {
-  fs::path name = input.filename().empty() ? input.parent_path().filename() : input.filename();
-  if (name.extension() == ".gz" || name.extension() == ".bz2") name = name.stem();
-  return name.stem().string();
-}
-
 std::string label_text(const Label& label) {
   return std::to_string(static_cast<std::int64_t>(label.value));
 }

@@ -22,9 +22,6 @@ struct PrepareJob {
   std::vector<std::string> command_line = {};  // Options that select the member: "--time 3".
 };
 
-// Returns a source's name without folder and suffixes: "chris_t1" for "chris_t1.nii.gz".
-[[nodiscard]] std::string default_dataset_name(const std::filesystem::path& input);
-
 // Returns the number of a label, such as "3".
 [[nodiscard]] std::string label_text(const Label& label);
 

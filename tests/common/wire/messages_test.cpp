@@ -226,6 +226,8 @@ TEST(OpenStream, RejectsValuesOutOfRange) {
   refuse([](OpenStream& o) { o.request_id = 0; }, "OpenStream.request_id");
   refuse([](OpenStream& o) { o.dataset = ""; }, "OpenStream.dataset");
   refuse([](OpenStream& o) { o.dataset = "../passwd"; }, "OpenStream.dataset");
+  refuse([](OpenStream& o) { o.dataset = "."; }, "OpenStream.dataset");
+  refuse([](OpenStream& o) { o.dataset = ".."; }, "OpenStream.dataset");
   refuse([](OpenStream& o) { o.dataset = "a\nb"; }, "OpenStream.dataset");
   refuse([](OpenStream& o) { o.dataset.assign(256, 'd'); }, "OpenStream.dataset");
   refuse([](OpenStream& o) { o.request.isovalue = kNaN; }, "isovalue");

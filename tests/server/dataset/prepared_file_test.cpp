@@ -197,7 +197,7 @@ TEST(PreparedFile, RejectsOtherFiles) {
   expect_contains(error_of_opening(folder.path() / "none.mtd"), "cannot be opened");
   expect_contains(error_of_opening(folder.path()), "not a regular file");
   expect_contains(error_of_opening(folder.file("empty.mtd", "")), "is not a prepared dataset");
-  const fs::path volume = folder.file("head.nrrd", std::string(10000, 'x'));
+  const fs::path volume = folder.file("head.nii.gz", std::string(10000, 'x'));
   EXPECT_EQ(error_of_opening(volume),
             volume.string() + " is not a prepared dataset. Prepare it first: multitetra-server " +
                 "prepare " + volume.string() + " -o head.mtd");

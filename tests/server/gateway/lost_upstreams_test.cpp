@@ -1,12 +1,13 @@
 // Servers behind a gateway that stop, hang and restart.
 #include <atomic>
 #include <chrono>
+#include <optional>
 #include <thread>
 
 #include <gtest/gtest.h>
 
 #include "tests/server/gateway/gateway_client.hpp"
-#include "tests/server/gateway/hanging_server.hpp"
+#include "tests/server/gateway/stub_server.hpp"
 #include "tests/server/gateway/running_gateway.hpp"
 #include "tests/support/waiting.hpp"
 
@@ -28,6 +29,7 @@ using testing::octahedron;
 using testing::octahedron_step;
 using testing::open;
 using testing::RunningGateway;
+using testing::StubServer;
 using testing::Upstream;
 using testing::WebSocketClient;
 
@@ -59,6 +61,21 @@ TEST(GatewayFailover, TreatsAHangingServerAsLost) {
     ASSERT_TRUE(std::holds_alternative<EstimateReply>(answer)) << id;
     EXPECT_EQ(std::get<EstimateReply>(answer).request_id, 100 + id);
   }
+}
+
+// A server that answers Ping is alive, but cannot be used while it refuses connections.
+TEST(GatewayFailover, WaitsLongerAfterEachRefusedConnection) {
+  std::atomic<int> refused = 0;
+  StubServer refusing([&refused](const ClientMessage& message) -> std::optional<ServerMessage> {
+    if (const auto* ping = std::get_if<Ping>(&message)) return Pong{.value = ping->value};
+    if (!std::holds_alternative<Hello>(message)) return std::nullopt;
+    ++refused;
+    return ErrorReply{.request_id = 0, .error = {ErrorCode::kUnavailable, "It is starting."}};
+  });
+  const auto start = std::chrono::steady_clock::now();
+  RunningGateway gateway({.upstream = {.upstreams = {refusing.endpoint()}, .min_backoff = 20ms}});
+  ASSERT_TRUE(eventually([&] { return refused == 5; }));
+  EXPECT_GE(std::chrono::steady_clock::now() - start, 20ms + 40ms + 80ms + 160ms);
 }
 
 TEST(GatewayFailover, UsesAServerThatWasUnreachableAtTheStart) {

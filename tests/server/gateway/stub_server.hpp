@@ -1,9 +1,12 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "common/net/endpoint.hpp"
 #include "common/net/frame.hpp"
@@ -13,15 +16,18 @@
 
 namespace multitetra::testing {
 
-// Sends Welcome and its list of datasets, and nothing else, like a process that hangs during work.
-class HangingServer {
+// A server whose messages are the values of a function, called in its thread; none for nullopt.
+class StubServer {
  public:
-  HangingServer() : acceptor_(io_, {asio::ip::make_address("127.0.0.1"), 0}) {
+  using Answer = std::function<std::optional<ServerMessage>(const ClientMessage&)>;
+
+  explicit StubServer(Answer answer)
+      : answer_(std::move(answer)), acceptor_(io_, {asio::ip::make_address("127.0.0.1"), 0}) {
     asio::co_spawn(
         io_, [this] { return accept(); }, asio::detached);
     thread_ = std::thread([this] { io_.run(); });
   }
-  ~HangingServer() {
+  ~StubServer() {
     io_.stop();
     thread_.join();
   }
@@ -46,13 +52,9 @@ class HangingServer {
       if (!content) co_return;
       if (*content) {
         const auto message = parse_client_message(**content);
-        std::string answer;
-        if (message && std::holds_alternative<Hello>(*message)) answer = serialize(Welcome{});
-        if (const auto* list = message ? std::get_if<ListDatasets>(&*message) : nullptr) {
-          answer = serialize(DatasetList{.request_id = list->request_id,
-                                         .datasets = {FakeSteps("octahedron").info()}});
-        }
-        if (answer.empty()) continue;
+        const auto reply = message ? answer_(*message) : std::nullopt;
+        if (!reply) continue;
+        std::string answer = serialize(*reply);
         answer = frame_header(static_cast<std::uint32_t>(answer.size())) + answer;
         co_await asio::async_write(*socket, asio::buffer(answer), asio::use_awaitable);
       } else {
@@ -63,9 +65,25 @@ class HangingServer {
     }
   }
 
+  Answer answer_;
   asio::io_context io_;
   tcp::acceptor acceptor_;
   std::thread thread_;
+};
+
+// Sends Welcome and its list of datasets, and nothing else, like a process that hangs during work.
+class HangingServer : public StubServer {
+ public:
+  HangingServer() : StubServer(&answer) {}
+
+ private:
+  static std::optional<ServerMessage> answer(const ClientMessage& message) {
+    if (std::holds_alternative<Hello>(message)) return Welcome{};
+    const auto* list = std::get_if<ListDatasets>(&message);
+    if (!list) return std::nullopt;
+    return DatasetList{.request_id = list->request_id,
+                       .datasets = {FakeSteps("octahedron").info()}};
+  }
 };
 
 }  // namespace multitetra::testing
