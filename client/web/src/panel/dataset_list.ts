@@ -44,8 +44,10 @@ export class DatasetList {
   choose(info: DatasetInfo): void {
     const name = this.entries.find(({ info: own, series }) => own === info || series?.members.includes(info))?.name;
     for (const [other, card] of this.cards) {
-      card.setAttribute("aria-pressed", String(other === name));
-      if (other === name) card.scrollIntoView({ block: "nearest" });
+      const isChosen = other === name;
+      if (card.ariaPressed === String(isChosen)) continue;
+      card.ariaPressed = String(isChosen);
+      if (isChosen) card.scrollIntoView({ block: "nearest" }); // Lays out the page, which takes long with many labels.
     }
   }
 
