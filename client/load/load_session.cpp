@@ -37,10 +37,10 @@ enum class Ending { kNone, kComplete, kReplaced, kFailed, kUnfinished };
 }  // namespace
 
 struct LoadSession::RunningStream {
-  RunningStream(ScriptedRequest act_in, const DatasetInfo& info_in, StreamChecks checks_in)
-      : act(std::move(act_in)), info(info_in), checks(std::move(checks_in)) {}
+  RunningStream(ScriptedRequest scripted_in, const DatasetInfo& info_in, StreamChecks checks_in)
+      : scripted(std::move(scripted_in)), info(info_in), checks(std::move(checks_in)) {}
 
-  ScriptedRequest act;
+  ScriptedRequest scripted;
   const DatasetInfo& info;
   StreamChecks checks;
   LoadClock::time_point asked = LoadClock::now();
@@ -84,9 +84,9 @@ asio::awaitable<void> LoadSession::run() {
     if (!script_) {
       script_.emplace(options_.script, datasets_, seed_, options_.script_options);
     }
-    ScriptedRequest act = script_->next();
-    const auto pause = act.pause;
-    co_await play(std::move(act));
+    ScriptedRequest scripted = script_->next();
+    const auto pause = scripted.pause;
+    co_await play(std::move(scripted));
     co_await wait_until(std::min(LoadClock::now() + pause, options_.stop));
   }
   if (datasets_.empty()) ++statistics_.clients_without_connection;
@@ -207,15 +207,15 @@ void LoadSession::leave() {
 
 // ---- streams
 
-asio::awaitable<void> LoadSession::play(ScriptedRequest act) {
-  const auto info =
-      std::find_if(datasets_.begin(), datasets_.end(),
-                   [&act](const DatasetInfo& dataset) { return dataset.name == act.open.dataset; });
+asio::awaitable<void> LoadSession::play(ScriptedRequest scripted) {
+  const auto info = std::find_if(
+      datasets_.begin(), datasets_.end(),
+      [&scripted](const DatasetInfo& dataset) { return dataset.name == scripted.open.dataset; });
   const bool is_thorough = options_.streams_per_thorough > 0 &&
                            (seed_ + streams_++) % options_.streams_per_thorough == 0;
-  const OpenStream open = act.open;
+  const OpenStream open = scripted.open;
   stream_ = std::make_unique<RunningStream>(
-      std::move(act), *info,
+      std::move(scripted), *info,
       is_thorough ? StreamChecks::thorough(*info, open, {})
                   : StreamChecks::cheap(*info, open, options_.tiles_per_decoded));
   RunningStream& stream = *stream_;
@@ -228,12 +228,12 @@ asio::awaitable<void> LoadSession::play(ScriptedRequest act) {
     const auto ask_at = stream.is_asked_for_life ? silent_at : silent_at - options_.timeout / 2;
     auto until = std::min(ask_at, options_.give_up);
     if (stream.resume_at) until = std::min(until, *stream.resume_at);
-    if (stream.act.replaced_after) {
-      until = std::min({until, stream.asked + *stream.act.replaced_after, options_.stop});
+    if (stream.scripted.replaced_after) {
+      until = std::min({until, stream.asked + *stream.scripted.replaced_after, options_.stop});
     }
     if (now >= options_.give_up) {
       stream.ending = Ending::kUnfinished;
-    } else if (stream.act.replaced_after && now >= until && now < ask_at) {
+    } else if (stream.scripted.replaced_after && now >= until && now < ask_at) {
       stream.ending = Ending::kReplaced;
     } else if (now >= silent_at && channel_) {
       channel_->close();
@@ -279,7 +279,7 @@ asio::awaitable<void> LoadSession::ask_for_stream() {
   const ChannelPtr channel = channel_;
   if (!channel) co_return;
   RunningStream& stream = *stream_;
-  OpenStream open = stream.act.open;
+  OpenStream open = stream.scripted.open;
   open.request_id = ++last_request_id_;
   open.cached_tile_digests = stream.checks.held_digests();
   statistics_.tiles_decoded += stream.checks.tiles_decoded();
@@ -331,7 +331,8 @@ void LoadSession::take_progress(const StreamProgress& progress) {
     ++statistics_.steps;
     if (!stream.has_step) statistics_.first_step.add(seconds_since(stream.asked));
     stream.has_step = true;
-    const auto verdict = agreement_.compare(stream.act.open.dataset, step->begin, step->digest);
+    const auto verdict =
+        agreement_.compare(stream.scripted.open.dataset, step->begin, step->digest);
     if (verdict == Agreement::Verdict::kSame) ++statistics_.steps_compared;
     if (verdict == Agreement::Verdict::kDifferent) {
       fail_check("Step " + std::to_string(step->begin.step) +
@@ -372,9 +373,9 @@ void LoadSession::take_refusal(const Error& error) {
 // Ends the connection, as its data can no longer be trusted.
 void LoadSession::fail_check(const std::string& text) {
   statistics_.add_failed_check(
-      text + (stream_ ? " Dataset \"" + stream_->act.open.dataset + "\", isovalue " +
-                            std::to_string(stream_->act.open.request.isovalue) + ", error " +
-                            std::to_string(stream_->act.open.request.error) + "."
+      text + (stream_ ? " Dataset \"" + stream_->scripted.open.dataset + "\", isovalue " +
+                            std::to_string(stream_->scripted.open.request.isovalue) + ", error " +
+                            std::to_string(stream_->scripted.open.request.error) + "."
                       : ""));
   if (stream_) stream_->ending = Ending::kFailed;
   if (channel_) channel_->close();

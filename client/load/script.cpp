@@ -46,10 +46,10 @@ Script::Script(ScriptKind kind, std::vector<DatasetInfo> datasets, std::uint64_t
 
 ScriptedRequest Script::next() {
   while (planned_.empty()) plan();
-  ScriptedRequest act = std::move(planned_.front());
+  ScriptedRequest scripted = std::move(planned_.front());
   planned_.pop_front();
-  act.open.request.simplify = options_.simplify;
-  return act;
+  scripted.open.request.simplify = options_.simplify;
+  return scripted;
 }
 
 void Script::plan() {

@@ -41,7 +41,8 @@ struct ScriptOptions {
 // A request and what follows it.
 struct ScriptedRequest {
   OpenStream open;  // Without the request id and the held tiles.
-  // The next act supersedes this one after this time, complete or not. nullopt: it runs to its end.
+  // The next request supersedes this one after this time, complete or not. nullopt: it runs to its
+  // end.
   std::optional<std::chrono::milliseconds> replaced_after;
   std::chrono::milliseconds pause{0};  // After its end.
 };

@@ -69,7 +69,7 @@ std::string default_dataset_name(const std::filesystem::path& source) {
 
 Provenance provenance(const std::filesystem::path& source) {
   const std::filesystem::path named = source.filename().empty() ? source.parent_path() : source;
-  Provenance note = {
+  Provenance described = {
       .file = std::filesystem::path(without_password(named.string())).filename().string(),
       .digest = {}};
   std::error_code error;
@@ -79,10 +79,10 @@ Provenance provenance(const std::filesystem::path& source) {
   } else if (std::filesystem::is_regular_file(source, error)) {
     digest.add_file(source);
   } else {
-    return note;
+    return described;
   }
-  note.digest = digest.text();
-  return note;
+  described.digest = digest.text();
+  return described;
 }
 
 }  // namespace multitetra

@@ -26,7 +26,7 @@ namespace multitetra {
 namespace {
 
 constexpr std::size_t kQuickCubes = 32;
-constexpr std::size_t kCarefulCubes = 256;
+constexpr std::size_t kAccurateCubes = 256;
 constexpr BlockCounts kQuickBlocks = {.blocks = 4};
 // Surfaces with fewer triangles before simplification are built to measure their size: their tiles
 // are small, so sampled blocks would not represent them.
@@ -170,7 +170,7 @@ SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spec
   }
   const double isovalue = step.request.isovalue;
   const CubeSample sample =
-      sample_cubes(model, accuracy == SizeAccuracy::kQuick ? kQuickCubes : kCarefulCubes, isovalue,
+      sample_cubes(model, accuracy == SizeAccuracy::kQuick ? kQuickCubes : kAccurateCubes, isovalue,
                    [&stop] { throw_if_stopped(stop); });
   std::vector<std::uint64_t> crossed(sample.cubes.size());
   in_parallel(

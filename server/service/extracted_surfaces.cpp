@@ -107,7 +107,7 @@ TiledStep ExtractedSurfaces::extract_in_shells(const StepRequest& step,
                  .appearance = kShellAppearance,
                  .dataset = info().name,
                  .is_in_shells = true};
-  note_costs(step, made, start);
+  record_costs(step, made, start);
   return made;
 }
 
@@ -156,12 +156,12 @@ TiledStep ExtractedSurfaces::extract(const StepRequest& step, TileForm form,
         crossed_octants(extractor_->dataset(), cell->cube, step.request.isovalue);
   }
   if (extractor_->dataset().check) extractor_->dataset().check();
-  note_costs(step, made, start);
+  record_costs(step, made, start);
   return made;
 }
 
-void ExtractedSurfaces::note_costs(const StepRequest& step, const TiledStep& made,
-                                   Clock::time_point start) const {
+void ExtractedSurfaces::record_costs(const StepRequest& step, const TiledStep& made,
+                                     Clock::time_point start) const {
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   const std::lock_guard lock(costs_mutex_);
   costs_.record(form_of(step), size_of(made).extracted, seconds);

@@ -38,7 +38,7 @@ class ExtractedSurfaces : public SurfaceProvider {
   [[nodiscard]] TiledStep extract_in_shells(const StepRequest& step,
                                             const std::stop_token& stop) const;
   using Clock = std::chrono::steady_clock;
-  void note_costs(const StepRequest& step, const TiledStep& made, Clock::time_point start) const;
+  void record_costs(const StepRequest& step, const TiledStep& made, Clock::time_point start) const;
 
   std::shared_ptr<const SurfaceExtractor> extractor_;
   std::shared_ptr<SurfaceCache> cache_;

@@ -22,10 +22,10 @@ export function captionOf(settings: Settings, info: DatasetInfo): string {
 }
 
 // Returns the first text of a picture: its content, if enabled; frames of a video always have their time.
-export function pictureHeading(settings: Settings, info: DatasetInfo | null, isOfFilm: boolean): string[] {
+export function pictureHeading(settings: Settings, info: DatasetInfo | null, isVideoFrame: boolean): string[] {
   if (info && settings.axes) return [captionOf(settings, info)];
   const time = info && timeOf(info);
-  return isOfFilm && info?.member && time !== null ? [timeText(time, info.member.timeUnit)] : [];
+  return isVideoFrame && info?.member && time !== null ? [timeText(time, info.member.timeUnit)] : [];
 }
 
 // `element` determines the colors.

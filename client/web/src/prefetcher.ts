@@ -61,11 +61,11 @@ export class Prefetcher {
     surface.release(this);
     for (const one of this.upcoming) {
       const order = orderOf(one, this.settings, this.view);
-      const frame = stepCache.find(order);
-      if (!frame && this.hasFailed(order)) continue;
-      if (!frame) return this.fetch(one, order);
-      surface.use(frame.ids, this);
-      triangles += surface.trianglesOf(frame.ids);
+      const step = stepCache.find(order);
+      if (!step && this.hasFailed(order)) continue;
+      if (!step) return this.fetch(one, order);
+      surface.use(step.ids, this);
+      triangles += surface.trianglesOf(step.ids);
       if (triangles > memoryFraction * surface.budget) return;
     }
   }

@@ -65,7 +65,7 @@ export class SurfaceSteps {
   private readonly arrived = new Map<number, { triangles: number; lastAt: number }>(); // Tiles, by step of the stream.
   private readonly scalars = new Map<string, NonNullable<Progress["scalars"]>>(); // By tile id.
   private coloring: Promise<void>[] = []; // Pending uploads of scalars of the running stream.
-  private certified: { result: CheckedStep; chosen: VisibleComponents } | null = null;
+  private certified: { result: CheckedStep; visible: VisibleComponents } | null = null;
 
   constructor(
     private readonly parts: SurfaceStepsParts,
@@ -130,9 +130,9 @@ export class SurfaceSteps {
     };
     if (isSameHiddenParts(step.visible.hidden, this.hidden)) return offer();
     this.pendingStep = step;
-    void this.selectComponents(step.ids, step.shown).catch(() => step.visible).then((chosen) => {
+    void this.selectComponents(step.ids, step.shown).catch(() => step.visible).then((visible) => {
       if (this.pendingStep !== step) return;
-      step.visible = chosen;
+      step.visible = visible;
       offer();
     });
   }
@@ -194,16 +194,16 @@ export class SurfaceSteps {
     const { triangles, lastAt } = this.arrived.get(begin.step)!;
     const { lattice: resolution, topologyTolerance } = begin.request!;
     const border = dataBorder(order.info, resolution, topologyTolerance, begin.finestSpacing || 1);
-    const [result, chosen] = await Promise.all([
+    const [result, visible] = await Promise.all([
       this.parts.pool.certify(ids, border).catch(() => null),
       this.selectComponents(ids, { info: order.info, resolution }).catch(() => null),
       this.parts.surface.uploaded(ids),
       ...this.coloring,
     ]);
     // Tiles of a replaced stream may be gone.
-    if (stream !== this.stream || !result || !chosen) return;
+    if (stream !== this.stream || !result || !visible) return;
     this.parts.speed.record(triangles, performance.now() - lastAt);
-    this.certified = { result, chosen };
+    this.certified = { result, visible };
     this.checks.certified(stream, step, result.topology);
   }
 
@@ -217,7 +217,7 @@ export class SurfaceSteps {
     const step: CachedStep = {
       ids: tileIds(number, order, committed.step),
       shown: { info: order.info, resolution: begin.request!.lattice, request: begin.request!, facts },
-      visible: this.certified?.chosen ?? allComponents,
+      visible: this.certified?.visible ?? allComponents,
     };
     if (facts.isFinal && asked) stepCache.keep({ ...asked.order, info: order.info }, step);
     if (isPrefetch || !asked || !isNew || isRegression(this.shown, order, facts)) return;
@@ -280,12 +280,12 @@ export class SurfaceSteps {
     const { drawnStep } = this;
     if (!drawnStep || isSameHiddenParts(drawnStep.visible.hidden, this.hidden)) return;
     ++this.pendingSelections;
-    const chosen = await this.selectComponents(drawnStep.ids, drawnStep.shown).catch(() => null);
+    const visible = await this.selectComponents(drawnStep.ids, drawnStep.shown).catch(() => null);
     --this.pendingSelections;
-    if (!chosen || drawnStep !== this.drawnStep || !isSameHiddenParts(chosen.hidden, this.hidden)) return;
-    drawnStep.visible = chosen;
-    this.parts.surface.show(drawnStep.ids, chosen.selection);
-    this.progress.set({ components: componentsOf(chosen) });
+    if (!visible || drawnStep !== this.drawnStep || !isSameHiddenParts(visible.hidden, this.hidden)) return;
+    drawnStep.visible = visible;
+    this.parts.surface.show(drawnStep.ids, visible.selection);
+    this.progress.set({ components: componentsOf(visible) });
     this.events.shown(drawnStep.shown, false);
   }
 }

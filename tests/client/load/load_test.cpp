@@ -28,17 +28,17 @@ DatasetInfo some_dataset() {
   return info;
 }
 
-std::vector<ScriptedRequest> acts(ScriptKind kind, std::uint64_t seed, int count) {
+std::vector<ScriptedRequest> scripted_requests(ScriptKind kind, std::uint64_t seed, int count) {
   Script script(kind, {some_dataset()}, seed, {});
   std::vector<ScriptedRequest> all;
   for (int i = 0; i < count; ++i) all.push_back(script.next());
   return all;
 }
 
-std::string bytes_of(const ScriptedRequest& act) {
-  OpenStream open = act.open;
+std::string bytes_of(const ScriptedRequest& scripted) {
+  OpenStream open = scripted.open;
   open.request_id = 1;
-  return serialize(open) + std::to_string(act.pause.count());
+  return serialize(open) + std::to_string(scripted.pause.count());
 }
 
 constexpr std::array kScripts = {ScriptKind::kRandomIsovalues, ScriptKind::kDrag,
@@ -65,9 +65,9 @@ TEST(Agreement, ComparesOnlyIdenticalSteps) {
 
 TEST(LoadScript, RepeatsWithTheSameSeed) {
   for (const ScriptKind kind : kScripts) {
-    const auto one = acts(kind, 7, 50);
-    const auto repeated = acts(kind, 7, 50);
-    const auto other = acts(kind, 8, 50);
+    const auto one = scripted_requests(kind, 7, 50);
+    const auto repeated = scripted_requests(kind, 7, 50);
+    const auto other = scripted_requests(kind, 8, 50);
     int same = 0;
     for (std::size_t i = 0; i < one.size(); ++i) {
       EXPECT_EQ(bytes_of(one[i]), bytes_of(repeated[i]));
@@ -79,16 +79,16 @@ TEST(LoadScript, RepeatsWithTheSameSeed) {
 
 TEST(LoadScript, MakesOnlyValidRequests) {
   for (const ScriptKind kind : kScripts) {
-    for (const ScriptedRequest& act : acts(kind, 3, 100)) {
-      EXPECT_TRUE(validated(act.open.request)) << name(kind);
-      EXPECT_GT(act.open.request.isovalue, -100);
-      EXPECT_LT(act.open.request.isovalue, 100);
+    for (const ScriptedRequest& scripted : scripted_requests(kind, 3, 100)) {
+      EXPECT_TRUE(validated(scripted.open.request)) << name(kind);
+      EXPECT_GT(scripted.open.request.isovalue, -100);
+      EXPECT_LT(scripted.open.request.isovalue, 100);
     }
   }
 }
 
 TEST(LoadScript, CompletesTheSurfaceAtTheEndOfADrag) {
-  const auto drag = acts(ScriptKind::kDrag, 5, 40);
+  const auto drag = scripted_requests(ScriptKind::kDrag, 5, 40);
   for (std::size_t i = 0; i < drag.size(); ++i) {
     EXPECT_EQ(drag[i].replaced_after.has_value(), i % 20 != 19) << i;
   }

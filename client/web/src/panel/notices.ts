@@ -32,12 +32,12 @@ export class Notices {
 
   constructor(private readonly actions: NoticeActions) {}
 
-  // Stays until clear(); a passing notice stays as long as it takes to read, or until nothing is visible.
-  announce(text: string, isPassing = false): void {
+  // Stays until clear(); a temporary notice stays as long as it takes to read, or until nothing is visible.
+  announce(text: string, isTemporary = false): void {
     this.announced = text;
-    this.isTemporary = isPassing;
+    this.isTemporary = isTemporary;
     clearTimeout(this.timer);
-    if (isPassing) this.timer = window.setTimeout(() => this.clear(), 2000 + 60 * text.length);
+    if (isTemporary) this.timer = window.setTimeout(() => this.clear(), 2000 + 60 * text.length);
     this.draw();
   }
 

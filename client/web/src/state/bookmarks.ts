@@ -7,7 +7,7 @@ export interface Bookmark {
 }
 
 const key = "bookmarks";
-const most = 50;
+const maxBookmarks = 50;
 
 export class Bookmarks {
   constructor(private readonly memory: BrowserStorage) {}
@@ -16,7 +16,7 @@ export class Bookmarks {
   list(): Bookmark[] {
     try {
       const stored: unknown = JSON.parse(this.memory.get(key) ?? "[]");
-      return Array.isArray(stored) ? stored.filter(isBookmark).slice(0, most) : [];
+      return Array.isArray(stored) ? stored.filter(isBookmark).slice(0, maxBookmarks) : [];
     } catch {
       return []; // Stored by something else under this name.
     }
@@ -33,7 +33,7 @@ export class Bookmarks {
   }
 
   private keep(list: Bookmark[]): void {
-    this.memory.set(key, JSON.stringify(list.slice(0, most)));
+    this.memory.set(key, JSON.stringify(list.slice(0, maxBookmarks)));
   }
 }
 

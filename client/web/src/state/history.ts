@@ -2,7 +2,7 @@
 // and measurements are excluded.
 import type { Settings } from "./settings";
 
-const most = 100;
+const maxEntries = 100;
 const together = 700; // Milliseconds.
 
 type Undoable = Omit<Settings, "eye" | "target" | "up" | "places" | "cross" | "theme" | "t" | "playing">;
@@ -22,7 +22,7 @@ export class History {
     this.after.length = 0;
     if (isSame) return;
     this.before.push(undoable(previous));
-    if (this.before.length > most) this.before.shift();
+    if (this.before.length > maxEntries) this.before.shift();
   }
 
   // Calls `apply` with the previous settings; returns false if there are none.

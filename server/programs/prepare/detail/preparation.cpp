@@ -188,7 +188,7 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
 }
 
 Provenance Preparation::provenance_of(const PrepareJob& job) {
-  auto [at, is_new] = notes_.try_emplace(job.input);
+  auto [at, is_new] = provenances_.try_emplace(job.input);
   if (is_new) at->second = provenance(job.input);
   Provenance note = at->second;
   note.options = arguments_.command_line();

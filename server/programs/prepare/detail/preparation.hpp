@@ -97,7 +97,7 @@ class Preparation {
   LatestLabelMap& maps_;
   std::stop_token stop_;
   bool has_noted_axes_ = false;  // That the first volume without a space may not be upright.
-  std::map<std::string, Provenance> notes_;
+  std::map<std::string, Provenance> provenances_;
   // The first member's placement and input, by series.
   std::map<std::string, std::pair<GridPlacement, std::string>> first_;
 };
