@@ -111,7 +111,8 @@ class Output {
       for (std::size_t i = 0; i < parts.size(); ++i) {
         scene.push_back({.name = names[i], .mesh = &surfaces[i].mesh});
       }
-      return write_file(arguments_.mesh, scene_glb(scene, surfaces.front().world));
+      return write_file(arguments_.mesh, scene_glb(scene, surfaces.front().world,
+                                                   arguments_.order.surface.query.codec));
     }
     for (std::size_t i = 0; i < parts.size(); ++i) {
       write_file(parts[i].mesh_file, file_of(surfaces[i], names[i]));
@@ -134,7 +135,8 @@ class Output {
                      {.name = name,
                       .lattice = surface.lattice,
                       .min_component = surface.min_component,
-                      .world = surface.world});
+                      .world = surface.world,
+                      .codec = arguments_.order.surface.query.codec});
   }
   static void print(const FetchReport& report) {
     if (report.error) return;
@@ -256,6 +258,7 @@ int fetch(const FetchArguments& arguments) {
                                 "\" has no mesh file suffix; use .ply, .stl, .obj, .glb, "
                                 ".drc or .vtp.");
   }
+  require_codec(arguments.order.surface, *format == MeshFormat::kGlb);
   std::vector<Part> parts = parts_of(arguments, *format);
   require_outputs_of(arguments, parts);
   ConnectedRequests connected = ordered_datasets(arguments.order, retry_options(arguments));

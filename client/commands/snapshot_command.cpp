@@ -238,6 +238,7 @@ Result<PictureSize> parse_picture_size(const std::string& text) {
 }
 
 int snapshot(const SnapshotArguments& arguments) {
+  require_codec(arguments.order.surface, /*is_glb=*/false);
   if (!arguments.picture.ends_with(".png")) {
     throw ExitError(kUsage,
                     "\"" + arguments.picture + "\" is not a PNG file name; pictures are *.png.");

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "common/base/exit_codes.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/mesh/components.hpp"
 #include "common/request/request_notices.hpp"
@@ -168,6 +169,12 @@ std::string removed_text(const OutputSurface& surface) {
          " components, those with a diagonal of " + human_number(surface.min_component) +
          " samples or more" +
          (surface.filled.count == 0 ? std::string() : "; " + filled_text(surface.filled));
+}
+
+void require_codec(const SurfaceArguments& arguments, bool is_glb) {
+  if (const auto fits = check_codec(arguments.query.codec, is_glb); !fits) {
+    throw ExitError(kUsage, "--" + fits.error().text);
+  }
 }
 
 std::vector<std::string> larger_file_notice(const std::string& file, std::uint64_t max_bytes) {

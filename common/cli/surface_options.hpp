@@ -76,6 +76,8 @@ struct OutputSurface {
 // "3 of 1 204 components, those with a diagonal of 10 samples or more", and the cavities that this
 // fills; empty if none was removed.
 [[nodiscard]] std::string removed_text(const OutputSurface& surface);
+// Throws ExitError (kUsage) if --codec does not fit the output.
+void require_codec(const SurfaceArguments& arguments, bool is_glb);
 // Returns the notice that a written file has more bytes than its budget of --max-bytes (0: none);
 // empty if it has not.
 [[nodiscard]] std::vector<std::string> larger_file_notice(const std::string& file,

@@ -196,6 +196,10 @@ constexpr std::array kFields = {
     F{"coordinates", "world|index", "world", kFile, kRare, kOnce,
       "Coordinates of the mesh: world, or sample indices",
       set_word<&Q::coordinates, coordinate_system_from>},
+    F{"codec", "none|meshopt", "none", kFile, kRare, kOnce,
+      "Compression of GLB files; meshopt: EXT_meshopt_compression, which rounds positions to "
+      "1/65535 of the longest side",
+      set_word<&Q::codec, mesh_codec_from>},
     F{"min_component", "SAMPLES", "0", kFile, kRare, kOnce,
       "Remove components with a shorter bounding-box diagonal, in samples whatever the unit; "
       "largest: all but the largest. Walls of enclosed cavities are components too: removal fills "

@@ -16,6 +16,7 @@
 #include "common/request/default_error.hpp"
 #include "common/request/field_setters.hpp"
 #include "common/request/isosurface_request.hpp"
+#include "common/request/mesh_codec.hpp"
 #include "common/request/scalar_request.hpp"
 
 namespace multitetra {
@@ -34,6 +35,7 @@ struct SurfaceQuery {
 
   // The parameters of the output file.
   CoordinateSystem coordinates = CoordinateSystem::kWorld;
+  MeshCodec codec = MeshCodec::kNone;
   // In samples: removes components with a shorter diagonal; kLargestAlone: all but the largest.
   double min_component = 0;
   // Its range is set to that of the step's scalars.

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include "common/wire/detail/glb.hpp"
+#include "common/wire/detail/scene_writer.hpp"
 #include "common/wire/draco_primitive.hpp"
 
 namespace multitetra {
@@ -21,10 +23,27 @@ std::array<LatticePoint, 2> lattice_bounds(const LatticeMesh& mesh) {
   return {low, high};
 }
 
+std::string meshopt_glb(const LatticeMesh& mesh, const Vec3& grid_step, const SurfaceName& name) {
+  const double delta = 1.0 / static_cast<double>(1 << mesh.resolution);
+  PositionedMesh placed{.positions = {}, .triangles = mesh.triangles, .normals = mesh.normals};
+  placed.positions.reserve(mesh.vertices.size());
+  for (const LatticePoint& p : mesh.vertices) {
+    // Below 2^24: exact.
+    placed.positions.push_back(
+        {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+  }
+  SceneWriter scene(MeshCodec::kMeshopt);
+  scene.add({.name = name, .mesh = &placed}, 0,
+            {delta * grid_step[0], delta * grid_step[1], delta * grid_step[2]},
+            /*has_exact_positions=*/true);
+  return std::move(scene).file();
+}
+
 }  // namespace
 
 std::string lattice_glb(const LatticeMesh& mesh, const OctreeCube& cube, const Vec3& grid_step,
-                        const SurfaceName& name) {
+                        const SurfaceName& name, CellCodec codec) {
+  if (codec == CellCodec::kMeshopt) return meshopt_glb(mesh, grid_step, name);
   nlohmann::json json = empty_gltf();
   if (mesh.triangles.empty()) return glb_beginning(json, 0);
   const DracoPrimitive draco = encode_draco_primitive(mesh, cube);

@@ -164,7 +164,8 @@ std::string mesh_file(const PositionedMesh& mesh, MeshFormat format, const MeshF
     case MeshFormat::kObj:
       return obj(mesh, title, facts.name.text);
     case MeshFormat::kGlb:
-      return scene_glb(std::array{ScenePart{.name = facts.name, .mesh = &mesh}}, facts.world);
+      return scene_glb(std::array{ScenePart{.name = facts.name, .mesh = &mesh}}, facts.world,
+                       facts.codec);
     case MeshFormat::kVtp:
       return vtp_file(mesh);
     case MeshFormat::kDrc:

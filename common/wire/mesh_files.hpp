@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "common/mesh/mesh.hpp"
+#include "common/request/mesh_codec.hpp"
 #include "common/request/physical_meaning.hpp"
 #include "common/request/surface_name.hpp"
 
@@ -29,6 +30,7 @@ struct MeshFileFacts {
   double min_component = 0;
   // The world of the positions, in GLB files alone: see scene_file.hpp.
   PhysicalMeaning world = {};
+  MeshCodec codec = MeshCodec::kNone;  // Of GLB files.
 };
 
 enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc, kVtp };

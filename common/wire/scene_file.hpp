@@ -9,6 +9,7 @@
 #include <string>
 
 #include "common/mesh/mesh.hpp"
+#include "common/request/mesh_codec.hpp"
 #include "common/request/physical_meaning.hpp"
 #include "common/request/surface_name.hpp"
 
@@ -29,9 +30,14 @@ struct ScenePart {
 // leaves the positions unchanged. Meshes without normals get smooth normals. Colors become COLOR_0,
 // in linear light as glTF requires. Scalars become _SCALAR if every vertex has one, as glTF has no
 // NaN. Materials are double-sided. The asset's extras have what is known of the positions' world:
-// "length_unit" and "space". Throws std::system_error beyond glTF's 4 GiB.
+// "length_unit" and "space". With kMeshopt, positions are rounded to 1 / 65535 of the longest side
+// of their box (unless triangles would degenerate), by at most position_rounding(), normals to 8
+// bits and colors to 16. Throws std::system_error beyond glTF's 4 GiB.
 [[nodiscard]] std::string scene_glb(std::span<const ScenePart> parts,
-                                    const PhysicalMeaning& world = {});
+                                    const PhysicalMeaning& world = {},
+                                    MeshCodec codec = MeshCodec::kNone);
+// Returns the largest distance by which kMeshopt rounds a position.
+[[nodiscard]] double position_rounding(const PositionedMesh& mesh);
 
 struct LevelOfDetail {
   const PositionedMesh* mesh = nullptr;  // Not null, with triangles.
@@ -44,6 +50,7 @@ struct LevelOfDetail {
 // (MSFT_lod); viewers without support for levels show the finest. Otherwise as scene_glb().
 // `unit_metres` is the length of one unit of the meshes in metres. Every node has its error in
 // metres in its extras ("error").
-[[nodiscard]] std::string levels_glb(std::span<const LevelOfDetail> levels, double unit_metres);
+[[nodiscard]] std::string levels_glb(std::span<const LevelOfDetail> levels, double unit_metres,
+                                     MeshCodec codec = MeshCodec::kNone);
 
 }  // namespace multitetra

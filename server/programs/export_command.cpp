@@ -35,6 +35,7 @@ struct ExportArguments {
   std::string format = "3dtiles";
   std::vector<double> isovalues;
   double error = TreeSettings{}.error;
+  std::string codec;  // Empty: the format's own.
   bool sharded = false;
   int threads = 0;
   bool json = false;
@@ -85,7 +86,8 @@ class Exporter {
       if (cell == tree_.root()) write("tileset.json", tileset_json(tree_, cell, facts, id + "/"));
       write(id + "/" + cell_name(cell) + ".json", tileset_json(tree_, cell, facts, ""));
       if (!facts.is_empty)
-        write(id + "/" + cell_name(cell) + ".glb", cell_glb(mesh, tree_.info(), cell));
+        write(id + "/" + cell_name(cell) + ".glb",
+              cell_glb(mesh, tree_.info(), cell, tree_.settings().codec));
     });
   }
 
@@ -99,7 +101,7 @@ class Exporter {
   }
 
   // Writes one file. Skips levels with nearly as many triangles as the previous one.
-  void write_levels() {
+  void write_levels(MeshCodec codec) {
     constexpr double kFewer = 0.75;
     const std::vector<WholeLevel> asked = whole_levels(tree_.info(), tree_.settings());
     std::vector<LevelMesh> levels;
@@ -114,7 +116,7 @@ class Exporter {
         levels.push_back({.mesh = std::move(mesh), .error_bound = asked[i].error_bound});
       }
     }
-    write("surface.glb", whole_levels_glb(levels, tree_.info()));
+    write("surface.glb", whole_levels_glb(levels, tree_.info(), codec));
   }
 
  private:
@@ -196,9 +198,9 @@ void write_segments(const ExportArguments& arguments, DatasetInfo info,
 }
 
 // Checks settings like those in a server's path.
-TreeSettings settings_of(double isovalue, double error) {
-  const auto settings =
-      tree_settings_from(text_of(TreeSettings{.isovalue = isovalue, .error = error}));
+TreeSettings settings_of(double isovalue, double error, CellCodec codec) {
+  const auto settings = tree_settings_from(
+      text_of(TreeSettings{.isovalue = isovalue, .error = error, .codec = codec}));
   if (!settings) throw std::invalid_argument(settings.error().text);
   return *settings;
 }
@@ -206,6 +208,10 @@ TreeSettings settings_of(double isovalue, double error) {
 int export_trees(ExportArguments arguments) {
   if (arguments.sharded && arguments.format != "neuroglancer") {
     throw UsageError("--sharded", "only --format neuroglancer supports shards.");
+  }
+  const bool is_meshopt = arguments.codec == kMeshCodecs.of(MeshCodec::kMeshopt);
+  if (is_meshopt && arguments.format == "neuroglancer") {
+    throw UsageError("--codec", "meshes of --format neuroglancer have Draco alone.");
   }
   const ThreadLimit limit(arguments.threads);
   Progress progress("export", 1, arguments.quiet || arguments.json);
@@ -221,7 +227,8 @@ int export_trees(ExportArguments arguments) {
   std::map<std::uint64_t, MeshFiles> segments;
   const double count = static_cast<double>(arguments.isovalues.size());
   for (std::size_t i = 0; i < arguments.isovalues.size(); ++i) {
-    const TreeSettings settings = settings_of(arguments.isovalues[i], arguments.error);
+    const TreeSettings settings = settings_of(arguments.isovalues[i], arguments.error,
+                                              is_meshopt ? CellCodec::kMeshopt : CellCodec::kDraco);
     const CellTree tree(dataset->info, settings);
     std::filesystem::path folder = arguments.folder;
     if (arguments.isovalues.size() > 1) {
@@ -233,7 +240,7 @@ int export_trees(ExportArguments arguments) {
     if (arguments.format == "3dtiles") {
       exporter.write_tilesets();
     } else if (arguments.format == "glb-lods") {
-      exporter.write_levels();
+      exporter.write_levels(is_meshopt ? MeshCodec::kMeshopt : MeshCodec::kNone);
     } else {
       segments[segment_of(settings.isovalue)] = exporter.segment();
     }
@@ -287,6 +294,12 @@ void add_export_command(Command& program, Run& run) {
   command->add_option("--error", arguments->error, "Largest error of the finest level, in voxels")
       ->within(0.0, 1e9)
       ->capture_default_str();
+  command
+      ->add_option(
+          "--codec", arguments->codec,
+          "Compression of GLB files by EXT_meshopt_compression; default: Draco in 3dtiles, "
+          "none in glb-lods")
+      ->one_of({"meshopt"});
   command->add_flag("--sharded", arguments->sharded,
                     "For neuroglancer: manifests and fragments in one shard");
   add_threads_option(*command, arguments->threads);

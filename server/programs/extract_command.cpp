@@ -153,6 +153,7 @@ int extract_folder(const ExtractArguments& arguments, MeshFormat format) {
 int extract(const ExtractArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   const MeshFormat format = format_of(arguments.output);
+  require_codec(arguments.surface, format == MeshFormat::kGlb);
   if (is_folder_of_datasets(arguments.file)) return extract_folder(arguments, format);
   require_outputs(
       {{"--output", arguments.output},
@@ -231,7 +232,8 @@ int extract(const ExtractArguments& arguments) {
                                          {.name = surface_name(info),
                                           .lattice = output.lattice,
                                           .min_component = output.min_component,
-                                          .world = output.world}));
+                                          .world = output.world,
+                                          .codec = arguments.surface.query.codec}));
   notices.add(larger_file_notice(arguments.output, arguments.surface.query.request.max_bytes));
   if (has_model_file) {
     progress.begin("model_file");

@@ -60,7 +60,7 @@ Json json_of(const ExtractedSurface& surface) {
 }
 
 void write_surfaces(const ExtractSeriesArguments& arguments,
-                    const std::vector<ExtractedSurface>& surfaces) {
+                    const std::vector<ExtractedSurface>& surfaces, MeshCodec codec) {
   if (arguments.format != MeshFormat::kGlb) {
     for (const ExtractedSurface& surface : surfaces) {
       write_file(surface.file, mesh_file(surface.output.mesh, arguments.format,
@@ -77,7 +77,8 @@ void write_surfaces(const ExtractSeriesArguments& arguments,
                      .mesh = &surface.output.mesh,
                      .color = member && member->label ? member->label->color : std::nullopt});
   }
-  write_file(arguments.output, scene_glb(parts, surfaces.front().output.world));
+  write_file(arguments.output,
+             scene_glb(parts, surfaces.front().output.world, codec));
 }
 
 void print_facts(const ExtractedSurface& surface) {
@@ -177,7 +178,7 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
     throw ExitError(kEmptySurface, not_written_text(arguments.output));
   }
   progress.begin("files");
-  write_surfaces(arguments, surfaces);
+  write_surfaces(arguments, surfaces, surface.query.codec);
   progress.finish();
 
   write_report();

@@ -17,7 +17,7 @@ namespace multitetra {
 namespace {
 
 // The version of the output. Increase it when equal requests give different bytes.
-constexpr std::string_view kFormVersion = "6";
+constexpr std::string_view kFormVersion = "7";
 
 // Meshes above this size take noticeable time.
 constexpr std::uint64_t kManyTriangles = 200'000;
@@ -40,11 +40,12 @@ Result<std::optional<StoredMesh>> store_if_there_is_room(std::vector<Surface> su
 }
 
 // Returns the bytes of a file for each of many triangles. They have half as many vertices; OBJ and
-// Draco files are as measured on scans.
-double bytes_of_triangle(MeshFormat format, bool has_normals, bool has_scalars) {
+// compressed files are as measured on scans.
+double bytes_of_triangle(const MeshForm& form, bool has_normals, bool has_scalars) {
   const double normal = has_normals ? 12 : 0;
-  switch (format) {
+  switch (form.format) {
     case MeshFormat::kGlb:
+      if (form.codec == MeshCodec::kMeshopt) return 5 + (has_scalars ? 2 : 0);
       return 12 + 0.5 * (24 + (has_scalars ? 16 : 0));
     case MeshFormat::kPly:
       return 13 + 0.5 * (12 + normal + (has_scalars ? 7 : 0));
@@ -98,11 +99,15 @@ Result<IsosurfaceRoute::RequestedFile> IsosurfaceRoute::requested_file(
         ErrorCode::kInvalidArgument,
         "Several surfaces in one file require format=glb; otherwise request one at a time.");
   }
+  if (const auto fits = check_codec(query->surface.codec, *format == MeshFormat::kGlb); !fits) {
+    return tl::unexpected(fits.error());
+  }
   const bool is_in_world = query->surface.coordinates == CoordinateSystem::kWorld;
   RequestedFile wanted{.info = std::move(*info),
                        .requests = *std::move(surfaces),
                        .scalars = *std::move(scalars),
                        .form = {.format = *format,
+                                .codec = query->surface.codec,
                                 .is_in_world = is_in_world,
                                 .colors = query->surface.colors,
                                 .color_by = query->surface.color_by,
@@ -111,7 +116,8 @@ Result<IsosurfaceRoute::RequestedFile> IsosurfaceRoute::requested_file(
                        .key = {},
                        .tag = {}};
   wanted.key = std::string(kFormVersion) + ' ' + std::string(media_type(*format)) +
-               (is_in_world ? " w " : " i ") + key_of(wanted.info);
+               (is_in_world ? " w " : " i ") + std::string(name(wanted.form.codec)) + ' ' +
+               key_of(wanted.info);
   if (wanted.form.min_component > 0) {
     wanted.key += " from " + shortest_text(wanted.form.min_component);
   }
@@ -198,7 +204,7 @@ asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(
   const std::uint64_t max_bytes = requests.front().max_bytes;
   const bool has_normals = requests.front().normal_bits > 0;
   double most = static_cast<double>(max_bytes) /
-                bytes_of_triangle(wanted.form.format, has_normals, wanted.scalars.has_value());
+                bytes_of_triangle(wanted.form, has_normals, wanted.scalars.has_value());
   for (int files = 1;; ++files) {
     for (std::size_t i = 0; max_bytes > 0 && i < requests.size(); ++i) {
       const std::uint64_t own = wanted.requests[i].max_triangles;

@@ -93,8 +93,10 @@ asio::awaitable<Result<SharedBytes>> TilesetRoute::make(const RequestedFile& wan
   }
   const ByteReservations::Reservation memory = std::move(made->memory);
   std::function<Result<SharedBytes>()> write =
-      [surface = std::make_shared<Surface>(*std::move(made)), info, cell = wanted.cell] {
-        return std::make_shared<const std::string>(cell_glb(std::move(surface->mesh), info, cell));
+      [surface = std::make_shared<Surface>(*std::move(made)), info, cell = wanted.cell,
+       codec = wanted.tree.settings().codec] {
+        return std::make_shared<const std::string>(
+            cell_glb(std::move(surface->mesh), info, cell, codec));
       };
   co_return co_await run_on_workers<SharedBytes>(writing_, context.client->share(), "cell",
                                                  /*is_long=*/false, context.stop.get_token(),

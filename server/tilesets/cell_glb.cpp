@@ -29,9 +29,10 @@ void turn_to_grid(std::vector<UnitVector>& normals, const Affine& grid_to_world)
 
 }  // namespace
 
-std::string cell_glb(LatticeMesh mesh, const DatasetInfo& info, const OctreeCube& cell) {
+std::string cell_glb(LatticeMesh mesh, const DatasetInfo& info, const OctreeCube& cell,
+                     CellCodec codec) {
   turn_to_grid(mesh.normals, grid_to_world(info));
-  return lattice_glb(mesh, cell, grid_step_metres(info), surface_name(info));
+  return lattice_glb(mesh, cell, grid_step_metres(info), surface_name(info), codec);
 }
 
 }  // namespace multitetra

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "common/base/hex_text.hpp"
 #include "common/base/number_text.hpp"
@@ -29,29 +30,43 @@ constexpr int kTreeNormalBits = 8;
 
 Result<TreeSettings> tree_settings_from(std::string_view text) {
   constexpr std::string_view kError = "error=";
+  constexpr std::string_view kCodec = "codec=";
   const auto refuse = [&](const std::string& what) {
     return fail(ErrorCode::kInvalidArgument,
                 "\"" + std::string(text) + "\": " + what +
-                    "; give an isovalue and optionally the error of the finest level in voxels, "
-                    "such as 500.5 or 500.5,error=0.25.");
+                    "; give an isovalue and optionally the error of the finest level in voxels "
+                    "and the codec of 3D Tiles, such as 500.5 or 500.5,error=0.5,codec=meshopt.");
   };
-  const std::size_t comma = text.find(',');
-  const auto isovalue = parse_finite(text.substr(0, comma));
+  std::vector<std::string_view> parts;
+  for (std::string_view rest = text;; rest.remove_prefix(parts.back().size() + 1)) {
+    parts.push_back(rest.substr(0, rest.find(',')));
+    if (parts.back().size() == rest.size()) break;
+  }
+  const auto isovalue = parse_finite(parts.front());
   if (!isovalue) return refuse("the isovalue is not a finite number");
   TreeSettings settings{.isovalue = *isovalue};
-  if (comma == std::string_view::npos) return settings;
-  const std::string_view rest = text.substr(comma + 1);
-  if (!rest.starts_with(kError)) return refuse("only error= is allowed after the comma");
-  const auto error = parse_finite(rest.substr(kError.size()));
-  if (!error || *error < 0) return refuse("the error is not a finite number of at least 0");
-  settings.error = *error;
+  std::size_t at = 1;
+  if (at < parts.size() && parts[at].starts_with(kError)) {
+    const auto error = parse_finite(parts[at++].substr(kError.size()));
+    if (!error || *error < 0) return refuse("the error is not a finite number of at least 0");
+    settings.error = *error;
+  }
+  if (at < parts.size() && parts[at].starts_with(kCodec)) {
+    const auto codec = kCellCodecs.find(parts[at++].substr(kCodec.size()));
+    if (!codec) return refuse("the codec is not draco or meshopt");
+    settings.codec = *codec;
+  }
+  if (at < parts.size()) return refuse("only error= and then codec= are allowed after the comma");
   return settings;
 }
 
 std::string text_of(const TreeSettings& settings) {
-  const std::string isovalue = shortest_text(settings.isovalue);
-  if (settings.error == TreeSettings{}.error) return isovalue;
-  return isovalue + ",error=" + shortest_text(settings.error);
+  std::string text = shortest_text(settings.isovalue);
+  if (settings.error != TreeSettings{}.error) text += ",error=" + shortest_text(settings.error);
+  if (settings.codec != TreeSettings{}.codec) {
+    text += ",codec=" + std::string(kCellCodecs.of(settings.codec));
+  }
+  return text;
 }
 
 std::string cell_name(const OctreeCube& cell) {

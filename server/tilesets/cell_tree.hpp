@@ -21,18 +21,20 @@
 #include "common/request/dataset_info.hpp"
 #include "common/request/default_error.hpp"
 #include "common/request/isosurface_request.hpp"
+#include "common/wire/lattice_glb.hpp"
 
 namespace multitetra {
 
 struct TreeSettings {
   double isovalue = 0;
-  double error = kDefaultError;  // Error of the leaves in voxels; finite, >= 0.
+  double error = kDefaultError;         // Error of the leaves in voxels; finite, >= 0.
+  CellCodec codec = CellCodec::kDraco;  // Of 3D Tiles.
 
   friend bool operator==(const TreeSettings&, const TreeSettings&) = default;
 };
 
-// Parses and formats settings such as "500.5,error=0.25", as used in paths. The error is omitted if
-// it is the default. Invalid text gives kInvalidArgument, with the reason and an example.
+// Parses and formats settings such as "500.5,error=0.5,codec=meshopt", as used in paths, in this
+// order. Defaults are omitted. Invalid text gives kInvalidArgument, with the reason and an example.
 [[nodiscard]] Result<TreeSettings> tree_settings_from(std::string_view text);
 [[nodiscard]] std::string text_of(const TreeSettings& settings);
 

@@ -61,7 +61,8 @@ std::vector<WholeLevel> whole_levels(const DatasetInfo& info, const TreeSettings
   return levels;
 }
 
-std::string whole_levels_glb(std::span<const LevelMesh> levels, const DatasetInfo& info) {
+std::string whole_levels_glb(std::span<const LevelMesh> levels, const DatasetInfo& info,
+                             MeshCodec codec) {
   const double metres = metres_of(info.meaning.length_unit).value_or(1);
   std::vector<PositionedMesh> meshes;
   meshes.reserve(levels.size());
@@ -71,14 +72,15 @@ std::string whole_levels_glb(std::span<const LevelMesh> levels, const DatasetInf
   std::vector<LevelOfDetail> details;
   for (std::size_t i = 0; i < levels.size(); ++i) {
     const bool is_coarsest = i + 1 == levels.size();
+    const double rounding = codec == MeshCodec::kNone ? 0 : position_rounding(meshes[i]);
     details.push_back({.mesh = &meshes[i],
-                       .error = levels[i].error_bound * metres,
+                       .error = (levels[i].error_bound + rounding) * metres,
                        .screen_coverage = is_coarsest
                                               ? 0
                                               : coverage_where_pixel(levels[i + 1].error_bound,
                                                                      diagonal(meshes.front()))});
   }
-  return levels_glb(details, metres);
+  return levels_glb(details, metres, codec);
 }
 
 }  // namespace multitetra

@@ -8,6 +8,7 @@
 #include "common/mesh/mesh.hpp"
 #include "common/request/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
+#include "common/request/mesh_codec.hpp"
 #include "server/tilesets/cell_tree.hpp"
 
 namespace multitetra {
@@ -32,6 +33,7 @@ struct LevelMesh {
 // Returns one binary glTF in metres, see levels_glb(). A level is shown while the error of the next
 // one is more than a pixel on a screen of 1080 lines; the coarsest one always.
 [[nodiscard]] std::string whole_levels_glb(std::span<const LevelMesh> levels,
-                                           const DatasetInfo& info);
+                                           const DatasetInfo& info,
+                                           MeshCodec codec = MeshCodec::kNone);
 
 }  // namespace multitetra

@@ -362,7 +362,6 @@ class Comparison {
                                        .border = 1.5 * n,
                                        .make = [&] { return sent_by_draco(coarse()); }}));
     }
-    if (!has_meshoptimizer()) return;
     report["peers"].push_back(meshoptimizer_version());
     report["rows"].push_back(row_of({.name = "flying edges, meshopt codec",
                                      .setting = "all",

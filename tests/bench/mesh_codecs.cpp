@@ -12,9 +12,7 @@
 
 #include "common/wire/tile.hpp"
 
-#ifdef MULTITETRA_HAS_MESHOPTIMIZER
 #include <meshoptimizer.h>
-#endif
 
 namespace multitetra {
 
@@ -32,7 +30,6 @@ EncodedMesh encoded_by_draco(const PlainMesh& mesh) {
           }};
 }
 
-#ifdef MULTITETRA_HAS_MESHOPTIMIZER
 
 namespace {
 
@@ -125,7 +122,6 @@ PlainMesh decoded(const MeshoptFile& file) {
 
 }  // namespace
 
-bool has_meshoptimizer() { return true; }
 std::string meshoptimizer_version() {
   return "meshoptimizer " + std::to_string(MESHOPTIMIZER_VERSION);
 }
@@ -188,17 +184,5 @@ PlainMesh simplified_by_meshoptimizer(const PlainMesh& mesh, double error) {
   return result;
 }
 
-#else
-
-bool has_meshoptimizer() { return false; }
-std::string meshoptimizer_version() { throw std::logic_error("built without meshoptimizer"); }
-EncodedMesh encoded_by_meshoptimizer(const PlainMesh&) {
-  throw std::logic_error("built without meshoptimizer");
-}
-PlainMesh simplified_by_meshoptimizer(const PlainMesh&, double) {
-  throw std::logic_error("built without meshoptimizer");
-}
-
-#endif
 
 }  // namespace multitetra

@@ -21,8 +21,6 @@ struct EncodedMesh {
 // Uses the edgebreaker method at the speed of this project's tiles.
 [[nodiscard]] EncodedMesh encoded_by_draco(const PlainMesh& mesh);
 
-// Returns whether this program was built with meshoptimizer, which the functions below require.
-[[nodiscard]] bool has_meshoptimizer();
 [[nodiscard]] std::string meshoptimizer_version();
 // Encodes vertices and triangles in meshoptimizer's order by its index and vertex codecs, then
 // zstd, as its documentation recommends for transmission.

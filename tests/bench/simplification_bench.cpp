@@ -25,9 +25,7 @@
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/distance_statistics.hpp"
 
-#ifdef MULTITETRA_HAS_MESHOPTIMIZER
 #include <meshoptimizer.h>
-#endif
 
 namespace multitetra {
 namespace {
@@ -57,7 +55,6 @@ std::vector<SurfaceTriangle> placed(const LatticeMesh& mesh, const Vec3& step) {
 
 LatticeMesh peer(const LatticeMesh& mesh, [[maybe_unused]] const Vec3& step,
                  [[maybe_unused]] double budget) {
-#ifdef MULTITETRA_HAS_MESHOPTIMIZER
   std::vector<float> positions;
   const LatticePoint o = mesh.vertices.front();
   for (const LatticePoint& p : mesh.vertices) {
@@ -79,9 +76,6 @@ LatticeMesh peer(const LatticeMesh& mesh, [[maybe_unused]] const Vec3& step,
         {mesh.vertices[result[i]], mesh.vertices[result[i + 1]], mesh.vertices[result[i + 2]]});
   }
   return index_triangles(triangles, mesh.resolution);
-#else
-  return mesh;
-#endif
 }
 
 void report(const char* name, const Totals& t, const Totals& base,
@@ -169,7 +163,6 @@ int main(int argc, char** argv) {
       small.bound = std::max(small.bound, t.simplification_bound);
       after.push_back(std::move(t.mesh));
     }
-#ifdef MULTITETRA_HAS_MESHOPTIMIZER
     for (const TileMesh& t : surface(model_error, max_triangles).tiles) {
       double start = cpu();
       LatticeMesh p = peer(t.mesh, step, budget);
@@ -182,7 +175,6 @@ int main(int argc, char** argv) {
         other.push_back(std::move(p));
       }
     }
-#endif
     std::printf("input of simplification: %.0f triangles\n", input.triangles);
     small.input = theirs.input = input.triangles;
     report("simplified", small, plain, after, step, full, border);

@@ -19,7 +19,8 @@ assert.deepEqual(
 assert.equal(report.info.totalTriangleCount, Number(triangles));
 
 const { GLTFLoader } = await import(pathToFileURL(installed.resolve("three/addons/loaders/GLTFLoader.js")));
-const scene = await new GLTFLoader().parseAsync(bytes.buffer, "");
+const { MeshoptDecoder } = await import(pathToFileURL(installed.resolve("three/addons/libs/meshopt_decoder.module.js")));
+const scene = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(bytes.buffer, "");
 let loaded = 0;
 scene.scene.traverse((object) => {
   if (!object.isMesh) return;

@@ -145,13 +145,13 @@ talk_browser() {
 
 talk_gltf() {
   node_with gltf-validator && node_with three || { leave_out "gltf-validator and three.js"; return 1; }
-  local url normals
+  local url form
   for url in "${https[@]}"; do
-    for normals in 0 8; do
+    for form in normals=0 normals=8 codec=meshopt; do
       curl -sSf --cacert tls.pem -H "Authorization: Bearer $token" -D headers -o mesh.glb \
-        "$url/v1/datasets/head/isosurface?error=1&format=glb&normals=$normals" || { fail "gltf: $url"; continue; }
+        "$url/v1/datasets/head/isosurface?error=1&format=glb&$form" || { fail "gltf: $url"; continue; }
       node "$here/gltf.mjs" mesh.glb "$(sed -n 's/^Multitetra-Triangles: \([0-9]*\).*/\1/Ip' headers)" ||
-        fail "gltf: $url, normals $normals"
+        fail "gltf: $url, $form"
     done
   done
 }

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include <meshoptimizer.h>
 #include <nlohmann/json.hpp>
 
 #include "common/base/affine.hpp"
@@ -22,9 +24,10 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
+constexpr const char* kMeshoptExtension = "EXT_meshopt_compression";
 // Extensions that a file may require.
-constexpr std::array<std::string_view, 3> kKnownExtensions = {
-    kDracoExtension, "KHR_mesh_quantization", "KHR_materials_unlit"};
+constexpr std::array<std::string_view, 4> kKnownExtensions = {
+    kDracoExtension, kMeshoptExtension, "KHR_mesh_quantization", "KHR_materials_unlit"};
 
 // From 5120 on.
 constexpr std::array<std::optional<StoredType>, 7> kComponentTypes = {
@@ -229,6 +232,15 @@ class GlbReader {
   // Returns the bytes of a view, and its stride or 0.
   std::pair<std::string_view, std::size_t> view(std::size_t number) {
     const json& description = element(document_, "bufferViews", number);
+    if (description.contains("extensions") &&
+        description["extensions"].contains(kMeshoptExtension)) {
+      const std::string& bytes = unpacked(number, description["extensions"][kMeshoptExtension]);
+      return {bytes, whole_or(description, "byteStride", 0)};
+    }
+    return {plain_view(description), whole_or(description, "byteStride", 0)};
+  }
+
+  std::string_view plain_view(const json& description) {
     if (whole_or(description, "buffer", 0) != 0 ||
         element(document_, "buffers", 0).contains("uri")) {
       throw MeshFileError("its arrays are in another file, which is not supported");
@@ -238,7 +250,41 @@ class GlbReader {
     if (offset > binary_.size() || length > binary_.size() - offset) {
       throw MeshFileError("an array extends beyond the end of the file");
     }
-    return {binary_.substr(offset, length), whole_or(description, "byteStride", 0)};
+    return binary_.substr(offset, length);
+  }
+
+  // Returns the decoded bytes of a view with EXT_meshopt_compression. Filters are for normals and
+  // floats; positions that have one are refused.
+  const std::string& unpacked(std::size_t number, const json& packed) {
+    const auto known = unpacked_.find(number);
+    if (known != unpacked_.end()) return known->second;
+    const std::string_view bytes = plain_view(packed);
+    const std::size_t count = whole_or(packed, "count", 0);
+    const std::size_t stride = whole_or(packed, "byteStride", 0);
+    const std::string mode = packed.value("mode", "");
+    const bool has_triangles = mode == "TRIANGLES";
+    if (!has_triangles && mode != "ATTRIBUTES") {
+      throw MeshFileError("its meshopt data have the mode '" + mode.substr(0, 20) +
+                          "', which is not supported");
+    }
+    if (packed.value("filter", "NONE") != "NONE") {
+      throw MeshFileError("its positions have a filter of meshopt, which is not supported");
+    }
+    // The codec takes at least a byte for sixteen elements, and for a triangle.
+    const bool is_valid =
+        has_triangles
+            ? (stride == 2 || stride == 4) && count % 3 == 0 && count / 3 <= bytes.size()
+            : stride > 0 && stride <= 256 && stride % 4 == 0 && count / 16 <= bytes.size();
+    std::string decoded(is_valid ? count * stride : 0, '\0');
+    const auto* const source = reinterpret_cast<const unsigned char*>(bytes.data());
+    if (!is_valid ||
+        (has_triangles
+             ? meshopt_decodeIndexBuffer(decoded.data(), count, stride, source, bytes.size())
+             : meshopt_decodeVertexBuffer(decoded.data(), count, stride, source, bytes.size())) !=
+            0) {
+      throw MeshFileError("its meshopt data are damaged");
+    }
+    return unpacked_.emplace(number, std::move(decoded)).first->second;
   }
 
   // Calls `take` for each element of an array of scalars or 3-vectors.
@@ -289,6 +335,7 @@ class GlbReader {
   TriangleMesh mesh_;
   std::size_t nodes_ = 0;
   int draco_meshes_ = 0;
+  std::map<std::size_t, std::string> unpacked_;  // By view, with EXT_meshopt_compression.
 };
 
 }  // namespace

@@ -121,7 +121,7 @@ std::string file_of(const std::vector<PositionedMesh>& meshes, const std::vector
     parts.push_back({.name = {"isovalue " + shortest_text(isovalues[i]), facts.name.label},
                      .mesh = &meshes[i]});
   }
-  return scene_glb(parts, facts.world);
+  return scene_glb(parts, facts.world, facts.codec);
 }
 
 }  // namespace
@@ -135,6 +135,7 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
   std::vector<double> isovalues;
   int lattice = kDefaultLatticeResolution;
   double shortest = 0;
+  double rounding = 0;
   for (Surface& surface : surfaces) {
     if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client has disconnected.");
     const auto found = checked(surface, info);
@@ -153,16 +154,23 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
       surface.mesh = with_components(surface.mesh, components, shortest);
     }
     meshes.push_back(painted(surface.mesh, surface.scalars, info, form));
+    if (form.codec == MeshCodec::kMeshopt && form.is_in_world) {
+      rounding = std::max(rounding, position_rounding(meshes.back()));
+    }
     isovalues.push_back(surface.request.isovalue);
     lattice = surface.mesh.resolution;
     surface.mesh = {};
   }
+  all.error_bound += rounding;
   add_facts(header, all);
   const PhysicalMeaning world = form.is_in_world ? info.meaning : PhysicalMeaning();
   add_world(header, world);
-  const std::string bytes = file_of(
-      meshes, isovalues, form.format,
-      {.name = surface_name(info), .lattice = lattice, .min_component = shortest, .world = world});
+  const std::string bytes = file_of(meshes, isovalues, form.format,
+                                    {.name = surface_name(info),
+                                     .lattice = lattice,
+                                     .min_component = shortest,
+                                     .world = world,
+                                     .codec = form.codec});
   meshes.clear();
   auto reservation = place.reservation(bytes.size());
   if (!reservation) return tl::unexpected(reservation.error());

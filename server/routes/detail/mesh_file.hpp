@@ -27,6 +27,7 @@ struct StoredMesh {
 
 struct MeshForm {
   MeshFormat format = MeshFormat::kGlb;
+  MeshCodec codec = MeshCodec::kNone;
   bool is_in_world = true;  // Otherwise in sample indices.
   // The color map for scalars, if any. Its range is that of the step's scalars.
   ColorScale colors = {.map = ColorMap::kViridis};

@@ -122,8 +122,23 @@ TEST_F(SceneTest, ABudgetOfBytesIsOneOfTheFile) {
     EXPECT_LE(response.body().size(), most) << format;
     EXPECT_GT(response.body().size(), most / 2) << format;
   }
+  EXPECT_LE(get("isovalue=0&error=0&codec=meshopt&max_bytes=10KB").body().size(), 10U << 10);
   EXPECT_LE(get("isovalue=-2,2&error=0&max_bytes=30KB").body().size(), 30U << 10);
   expect_refused("isovalue=0&error=0&format=ply&max_bytes=100", "100 bytes", 422);
+}
+
+TEST_F(SceneTest, CompressesGlbWithMeshopt) {
+  const auto plain = get("isovalue=0&error=0.5&normals=8");
+  const auto packed = get("isovalue=0&error=0.5&normals=8&codec=meshopt");
+  ASSERT_EQ(packed.result_int(), 200U) << packed.body();
+  EXPECT_LT(2 * packed.body().size(), plain.body().size()) << "of few triangles";
+  EXPECT_NE(packed["ETag"], plain["ETag"]);
+  EXPECT_GT(std::stod(std::string(packed["Multitetra-Error-Bound"])),
+            std::stod(std::string(plain["Multitetra-Error-Bound"])));
+  EXPECT_EQ(json_of_glb(packed.body()).at("extensionsRequired"),
+            (Json{"EXT_meshopt_compression", "KHR_mesh_quantization"}));
+  expect_refused("isovalue=0&format=stl&codec=meshopt", "compresses GLB files alone");
+  expect_refused("isovalue=0&codec=zip", "none or meshopt");
 }
 
 TEST_F(SceneTest, NotesCavitiesThatRemovalFills) {

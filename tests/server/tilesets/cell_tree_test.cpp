@@ -23,19 +23,22 @@ DatasetInfo info_of(std::int32_t exponent) {
 TEST(TreeSettings, RoundTrip) {
   for (const TreeSettings& settings : {TreeSettings{.isovalue = 500.5},
                                        {.isovalue = -1e-30, .error = 0},
-                                       {.isovalue = 0.1, .error = 1e9}}) {
+                                       {.isovalue = 0.1, .error = 1e9},
+                                       {.isovalue = 2, .codec = CellCodec::kMeshopt},
+                                       {.isovalue = 2, .error = 1, .codec = CellCodec::kMeshopt}}) {
     EXPECT_EQ(tree_settings_from(text_of(settings)), settings) << text_of(settings);
   }
   EXPECT_EQ(tree_settings_from("7")->error, 0.25);
 }
 
 TEST(TreeSettings, RejectsInvalidTextWithAnExample) {
-  for (const char* text : {"", "x", "1 ", "nan", "inf", "1e999", "1,", "1,error", "1,error=",
-                           "1,error=-1", "1,error=nan", "1,error=1,error=2", "1,tau=2"}) {
+  for (const char* text : {"", "x", "1 ", "nan", "inf", "1e999", "1,", "1,error",
+                           "1,error=", "1,error=-1", "1,error=nan", "1,error=1,error=2", "1,tau=2",
+                           "1,codec=zip", "1,codec=meshopt,error=1", "1,codec=meshopt,"}) {
     const auto settings = tree_settings_from(text);
     ASSERT_FALSE(settings) << text;
     EXPECT_EQ(settings.error().code, ErrorCode::kInvalidArgument);
-    EXPECT_NE(settings.error().text.find("500.5,error=0.25"), std::string::npos);
+    EXPECT_NE(settings.error().text.find("500.5,error=0.5,codec=meshopt"), std::string::npos);
   }
 }
 

@@ -1,0 +1,276 @@
+#include "common/wire/detail/scene_writer.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "common/image/color_map.hpp"
+#include "common/wire/detail/glb.hpp"
+#include "common/wire/detail/meshopt_arrays.hpp"
+#include "common/wire/detail/position_bounds.hpp"
+#include "common/wire/detail/triangle_normals.hpp"
+
+namespace multitetra {
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "GLB files are written as the bytes lie in memory: little-endian.");
+
+using Json = nlohmann::json;
+using Triple = std::array<float, 3>;
+
+constexpr const char* kMeshopt = "EXT_meshopt_compression";
+
+// glTF's constants for component types and buffer view targets.
+constexpr int kByte = 5120;
+constexpr int kUnsignedShort = 5123;
+constexpr int kUnsignedInt = 5125;
+constexpr int kFloat = 5126;
+constexpr int kVertexBuffer = 34962;
+constexpr int kIndexBuffer = 34963;
+
+// Returns vertex normals, weighted by the areas of the surrounding triangles.
+std::vector<Triple> smooth_normals(const PositionedMesh& mesh) {
+  std::vector<Vec3> sums(mesh.positions.size(), Vec3{0, 0, 0});
+  for (const TriangleIndices& t : mesh.triangles) {
+    const Vec3 area = area_vector(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]);
+    for (const std::uint32_t corner : t) sums[corner] = sum(sums[corner], area);
+  }
+  std::vector<Triple> normals(sums.size());
+  std::transform(sums.begin(), sums.end(), normals.begin(), unit_or_upwards);
+  return normals;
+}
+
+Json named(const ScenePart& part, Json what) {
+  if (!part.name.text.empty()) what["name"] = part.name.text;
+  return what;
+}
+
+// Vertex colors are multiplied with the base color, which is then white.
+Json material_of(const ScenePart& part, std::size_t color) {
+  Json material = surface_material();
+  auto base = part_color(color);
+  if (const auto& own = part.color) {
+    base = {linear_light(static_cast<int>(*own >> 16 & 0xFF)),
+            linear_light(static_cast<int>(*own >> 8 & 0xFF)),
+            linear_light(static_cast<int>(*own & 0xFF))};
+  }
+  if (!part.mesh->colors.empty()) base = {1, 1, 1};
+  material["pbrMetallicRoughness"]["baseColorFactor"] = {base[0], base[1], base[2], 1.0};
+  return material;
+}
+
+bool has_scalars(const PositionedMesh& mesh) {
+  return !mesh.scalars.empty() && std::none_of(mesh.scalars.begin(), mesh.scalars.end(),
+                                               [](float v) { return std::isnan(v); });
+}
+
+// Returns a node's matrix, column-major: (x, y, z) -> (x, z, -y), z up to y up, after moving by
+// `low` and scaling.
+Json upright(const UnitLengths& unit, const std::array<double, 3>& low = {0, 0, 0},
+             double step = 1) {
+  const auto [x, y, z] = unit;
+  return {x * step, 0, 0, 0, 0, 0, -y * step, 0, 0, z * step, 0, 0, x * low[0], z * low[2],
+          // Avoids -0.
+          low[1] == 0 ? 0 : -y * low[1], 1};
+}
+
+template <typename T>
+std::span<const std::byte> bytes_of(const std::vector<T>& values) {
+  return std::as_bytes(std::span(values));
+}
+
+}  // namespace
+
+Json SceneWriter::empty_scene() { return empty_gltf(); }
+
+void SceneWriter::add(const ScenePart& part, std::size_t color, const UnitLengths& unit,
+                      bool has_exact_positions) {
+  if (part.mesh->triangles.empty()) return;
+  const bool is_packed = codec_ == MeshCodec::kMeshopt;
+  const PositionedMesh ordered = is_packed ? in_compressible_order(*part.mesh) : PositionedMesh();
+  const PositionedMesh& mesh = is_packed ? ordered : *part.mesh;
+  const std::optional<PositionSteps> rounded =
+      is_packed && !has_exact_positions ? position_steps(mesh) : std::nullopt;
+  Json attributes;
+  Json matrix = upright(unit);
+  if (rounded) {
+    matrix = upright(unit, rounded->low, rounded->step);
+    attributes["POSITION"] = add_attribute({.bytes = bytes_of(rounded->steps),
+                                            .component = kUnsignedShort,
+                                            .stride = sizeof(rounded->steps[0])});
+    const auto [low, high] = position_bounds(mesh.positions);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto steps = [&](float value) {
+        return std::lround((double{value} - rounded->low[axis]) / rounded->step);
+      };
+      json_["accessors"].back()["min"].push_back(steps(low[axis]));
+      json_["accessors"].back()["max"].push_back(steps(high[axis]));
+    }
+  } else {
+    attributes["POSITION"] = add_attribute(
+        {.bytes = bytes_of(mesh.positions), .component = kFloat, .stride = sizeof(Triple)});
+    const auto [low, high] = position_bounds(mesh.positions);
+    json_["accessors"].back()["min"] = low;
+    json_["accessors"].back()["max"] = high;
+  }
+  const std::vector<Triple> normals = mesh.normals.empty() ? smooth_normals(mesh) : mesh.normals;
+  if (is_packed) {
+    const auto packed = octahedral(normals);
+    attributes["NORMAL"] = add_attribute({.bytes = bytes_of(packed),
+                                          .component = kByte,
+                                          .stride = sizeof(packed[0]),
+                                          .is_normalized = true,
+                                          .filter = "OCTAHEDRAL"});
+  } else {
+    attributes["NORMAL"] =
+        add_attribute({.bytes = bytes_of(normals), .component = kFloat, .stride = sizeof(Triple)});
+  }
+  if (!mesh.colors.empty()) attributes["COLOR_0"] = add_colors(mesh);
+  if (has_scalars(mesh)) {
+    attributes["_SCALAR"] = add_attribute({.bytes = bytes_of(mesh.scalars),
+                                           .component = kFloat,
+                                           .type = "SCALAR",
+                                           .stride = sizeof(float)});
+  }
+  const std::size_t indices = add_triangles(mesh);
+  add_node(part, color, attributes, indices, matrix);
+}
+
+void SceneWriter::set_world(const PhysicalMeaning& world) {
+  Json& asset = json_["asset"];
+  if (!world.length_unit.empty()) asset["extras"]["length_unit"] = world.length_unit;
+  if (world.space != WorldSpace::kUnnamed) asset["extras"]["space"] = name(world.space);
+}
+
+void SceneWriter::make_levels(std::span<const LevelOfDetail> levels) {
+  Json coarser = Json::array();
+  Json coverage = Json::array();
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    if (i > 0) coarser.push_back(i);
+    coverage.push_back(levels[i].screen_coverage);
+    json_["nodes"][i]["extras"]["error"] = levels[i].error;
+  }
+  json_["scenes"][0]["nodes"] = {0};
+  if (coarser.empty()) return;
+  json_["extensionsUsed"] = {"MSFT_lod"};
+  json_["nodes"][0]["extensions"]["MSFT_lod"]["ids"] = std::move(coarser);
+  json_["nodes"][0]["extras"]["MSFT_screencoverage"] = std::move(coverage);
+}
+
+std::string SceneWriter::file() && {
+  if (!binary_.empty()) json_["buffers"] = {{{"byteLength", binary_.size()}}};
+  if (unpacked_bytes_ > 0) {
+    // Stands for the unpacked arrays; the file does not have them.
+    json_["buffers"].push_back(
+        {{"byteLength", unpacked_bytes_}, {"extensions", {{kMeshopt, {{"fallback", true}}}}}});
+    for (const char* extension : {kMeshopt, "KHR_mesh_quantization"}) {
+      json_["extensionsUsed"].push_back(extension);
+      json_["extensionsRequired"].push_back(extension);
+    }
+  }
+  return glb_beginning(json_, binary_.size()) + binary_;
+}
+
+std::size_t SceneWriter::add_colors(const PositionedMesh& mesh) {
+  if (codec_ == MeshCodec::kNone) {
+    std::vector<Triple> colors;
+    colors.reserve(mesh.colors.size());
+    for (const auto& color : mesh.colors) {
+      colors.push_back({linear_light(color[0]), linear_light(color[1]), linear_light(color[2])});
+    }
+    return add_attribute(
+        {.bytes = bytes_of(colors), .component = kFloat, .stride = sizeof(Triple)});
+  }
+  std::vector<std::array<std::uint16_t, 4>> colors;
+  colors.reserve(mesh.colors.size());
+  const auto part = [](int value) {
+    return static_cast<std::uint16_t>(std::lround(65535 * double{linear_light(value)}));
+  };
+  for (const auto& color : mesh.colors) {
+    colors.push_back({part(color[0]), part(color[1]), part(color[2]), 0});
+  }
+  return add_attribute({.bytes = bytes_of(colors),
+                        .component = kUnsignedShort,
+                        .stride = sizeof(colors[0]),
+                        .is_normalized = true});
+}
+
+std::size_t SceneWriter::add_attribute(const Elements& elements) {
+  const std::size_t count = elements.bytes.size() / elements.stride;
+  if (codec_ == MeshCodec::kNone) {
+    add_view(elements.bytes, kVertexBuffer);
+  } else {
+    Json extension = {{"mode", "ATTRIBUTES"}};
+    if (elements.filter != nullptr) extension["filter"] = elements.filter;
+    add_packed_view(meshopt_attributes(elements.bytes, elements.stride), elements.stride, count,
+                    std::move(extension), kVertexBuffer);
+  }
+  const std::size_t accessor = add_accessor(count, elements.component, elements.type);
+  if (elements.is_normalized) json_["accessors"].back()["normalized"] = true;
+  return accessor;
+}
+
+std::size_t SceneWriter::add_triangles(const PositionedMesh& mesh) {
+  const std::size_t corners = 3 * mesh.triangles.size();
+  if (codec_ == MeshCodec::kNone) {
+    add_view(bytes_of(mesh.triangles), kIndexBuffer);
+    return add_accessor(corners, kUnsignedInt, "SCALAR");
+  }
+  const bool is_short = mesh.positions.size() <= 65535;
+  const std::string packed = meshopt_triangles(mesh.triangles, mesh.positions.size());
+  add_packed_view(packed, is_short ? 2 : 4, corners, {{"mode", "TRIANGLES"}}, kIndexBuffer);
+  return add_accessor(corners, is_short ? kUnsignedShort : kUnsignedInt, "SCALAR");
+}
+
+std::size_t SceneWriter::add_accessor(std::size_t count, int component, const char* type) {
+  json_["accessors"].push_back({{"bufferView", json_["bufferViews"].size() - 1},
+                                {"componentType", component},
+                                {"count", count},
+                                {"type", type}});
+  return json_["accessors"].size() - 1;
+}
+
+void SceneWriter::add_view(std::span<const std::byte> bytes, int target) {
+  json_["bufferViews"].push_back({{"buffer", 0},
+                                  {"byteOffset", binary_.size()},
+                                  {"byteLength", bytes.size()},
+                                  {"target", target}});
+  binary_.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+}
+
+void SceneWriter::add_packed_view(std::string_view packed, std::size_t stride, std::size_t count,
+                                  Json extension, int target) {
+  extension.update({{"buffer", 0},
+                    {"byteOffset", binary_.size()},
+                    {"byteLength", packed.size()},
+                    {"byteStride", stride},
+                    {"count", count}});
+  Json view = {{"buffer", 1},
+               {"byteOffset", unpacked_bytes_},
+               {"byteLength", count * stride},
+               {"target", target},
+               {"extensions", {{kMeshopt, std::move(extension)}}}};
+  if (target == kVertexBuffer) view["byteStride"] = stride;
+  json_["bufferViews"].push_back(std::move(view));
+  binary_ += packed;
+  binary_.resize((binary_.size() + 3) / 4 * 4, '\0');
+  unpacked_bytes_ = (unpacked_bytes_ + count * stride + 3) / 4 * 4;
+}
+
+void SceneWriter::add_node(const ScenePart& part, std::size_t color, const Json& attributes,
+                           std::size_t indices, const Json& matrix) {
+  const std::size_t number = json_["nodes"].size();
+  json_["materials"].push_back(named(part, material_of(part, color)));
+  json_["meshes"].push_back(
+      named(part, {{"primitives",
+                    {{{"attributes", attributes}, {"indices", indices}, {"material", number}}}}}));
+  json_["nodes"].push_back({{"mesh", number}, {"matrix", matrix}});
+  name_node(json_["nodes"].back(), part.name);
+  json_["scenes"][0]["nodes"].push_back(number);
+}
+
+}  // namespace multitetra
