@@ -73,6 +73,14 @@ Router::Router(const ServerContext& server, HttpOptions http, RouteOptions route
       tilesets_(routes_),
       neuroglancer_(routes_) {}
 
+bool Router::is_probe(std::string_view text) const {
+  const auto target = parse_target(without_base_path(without_authority(text), http_.base_path));
+  const auto route = target ? route_of(*target) : Result<Route>(tl::unexpected(target.error()));
+  return route &&
+         (std::holds_alternative<Liveness>(*route) || std::holds_alternative<Readiness>(*route) ||
+          std::holds_alternative<Metrics>(*route));
+}
+
 std::string Router::loggable(std::string_view target) const { return without_token(target); }
 
 asio::awaitable<Outcome> Router::answer(const HttpRequest& request, RequestContext& context) {
