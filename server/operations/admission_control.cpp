@@ -183,10 +183,11 @@ void AdmissionControl::reload() {
   const auto attempt = [this](const char* what, const auto& load) {
     try {
       log_line(LogLevel::kInfo, std::string(what) + " reloaded", {{"tokens", load()}});
+      observer_->reloaded(what, /*failed=*/false);
     } catch (const std::exception& failure) {
       log_line(LogLevel::kError,
                std::string(failure.what()) + " The previous " + what + " stays in use.", {});
-      observer_->reload_failed(what);
+      observer_->reloaded(what, /*failed=*/true);
     }
   };
   using Count = std::optional<LogValue>;

@@ -89,8 +89,9 @@ class ServiceObserver {
   virtual void error_answered(const ClientFacts&, const Error&, std::uint64_t /*request*/) {}
   virtual void http_answered(const ClientFacts&, const HttpFacts&) {}
   virtual void step_made(double /*seconds*/) {}
-  // Reports that SIGHUP could not reload something, a string literal such as "certificate".
-  virtual void reload_failed(const char* /*what*/) {}
+  // Reports that something was loaded, a string literal such as "certificate", and whether that
+  // failed, for datasets also in part.
+  virtual void reloaded(const char* /*what*/, bool /*failed*/) {}
   virtual void sent(ProtocolName, std::size_t /*bytes*/) {}
 };
 
@@ -129,8 +130,8 @@ class ServiceObservers : public ServiceObserver {
   void step_made(double seconds) override {
     for (const auto& one : all_) one->step_made(seconds);
   }
-  void reload_failed(const char* what) override {
-    for (const auto& one : all_) one->reload_failed(what);
+  void reloaded(const char* what, bool failed) override {
+    for (const auto& one : all_) one->reloaded(what, failed);
   }
   void sent(ProtocolName protocol, std::size_t bytes) override {
     for (const auto& one : all_) one->sent(protocol, bytes);

@@ -50,8 +50,9 @@ ends 5 'no dataset' "$server" serve nowhere.mtd
 # A damaged dataset is logged and skipped; the others are served until SIGTERM, with exit code 0.
 head -c 100 v.mtd >damaged.mtd
 cp v.mtd twice.mtd
-start server "$server" serve damaged.mtd v.mtd twice.mtd --tcp 127.0.0.1:0 --http off
+start server "$server" serve damaged.mtd v.mtd twice.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0
 url=$(url_of server tcp)
+curl -s "$(url_of server http)/metrics" | grep -q 'last_reload_failed{what="datasets"} 1' || fail "metrics do not show it"
 grep -q 'skipped: ' server.log || fail "the damaged dataset is not logged: $(cat server.log)"
 grep -q 'skipped: .*twice.mtd' server.log || fail "a second dataset of a name is not logged: $(cat server.log)"
 [ "$(grep -c ' serving ' server.log)" = 1 ] || fail "a dataset that is left out is said to be served: $(cat server.log)"

@@ -117,12 +117,16 @@ TEST(PrometheusMetrics, ShowFailedReloadsAndWhenTheCertificateExpires) {
   const std::string before = metrics.text({});
   EXPECT_FALSE(has(before, "multitetra_certificate_expiry_timestamp_seconds"));
   EXPECT_TRUE(has(before, "multitetra_reload_failures_total{what=\"certificate\"} 0"));
-  metrics.reload_failed("certificate");
-  metrics.reload_failed("certificate");
-  metrics.reload_failed("datasets");
+  EXPECT_TRUE(has(before, "multitetra_last_reload_failed{what=\"datasets\"} 0"));
+  metrics.reloaded("certificate", true);
+  metrics.reloaded("certificate", true);
+  metrics.reloaded("certificate", false);
+  metrics.reloaded("datasets", true);
   const std::string text = metrics.text({.certificate_expires = 1'800'000'000});
   EXPECT_TRUE(has(text, "multitetra_reload_failures_total{what=\"certificate\"} 2"));
   EXPECT_TRUE(has(text, "multitetra_reload_failures_total{what=\"datasets\"} 1"));
+  EXPECT_TRUE(has(text, "multitetra_last_reload_failed{what=\"certificate\"} 0"));
+  EXPECT_TRUE(has(text, "multitetra_last_reload_failed{what=\"datasets\"} 1"));
   EXPECT_TRUE(has(text, "multitetra_certificate_expiry_timestamp_seconds 1800000000")) << text;
 }
 
