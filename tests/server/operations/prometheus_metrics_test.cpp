@@ -71,6 +71,10 @@ TEST(PrometheusMetrics, CountReadsOfDatasets) {
 
 TEST(PrometheusMetrics, CountConnectionsRefusalsAndErrorsByCode) {
   PrometheusMetrics metrics;
+  for (const std::string code : {"damaged_data", "internal", "unauthenticated"}) {
+    const std::string labels = "{code=\"" + code + "\",transport=\"http\"}";
+    EXPECT_TRUE(has(metrics.text({}), "multitetra_errors_total" + labels + " 0")) << code;
+  }
   metrics.connected(kWebSocketClient);
   metrics.connected(kWebSocketClient);
   metrics.disconnected(kWebSocketClient, 1.5);
