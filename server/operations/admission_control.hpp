@@ -149,6 +149,8 @@ class AdmissionControl {
   friend class ConnectionContext;
   friend class RequestRecord;
   void request_over();
+  // Reports a connection above a limit.
+  void report_excess(const ClientFacts& client);
   // Closes the longest idle connection of the address with the most connections, if that has more
   // than the new connection's address would have.
   void evict_idle_connection(const std::string& limit_key);

@@ -100,9 +100,9 @@ void RequestLog::disconnected(const ClientFacts& client, double seconds) {
 void RequestLog::refused(const ClientFacts& client, const char* limit) {
   // The line of the answer has the reason for a request over a limit.
   const std::string_view text = limit;
-  const LogLevel level = text == "connections"    ? LogLevel::kWarning
-                         : text == "idle_seconds" ? LogLevel::kInfo
-                                                  : LogLevel::kDebug;
+  const LogLevel level = text.starts_with("connections") ? LogLevel::kWarning
+                         : text == "idle_seconds"        ? LogLevel::kInfo
+                                                         : LogLevel::kDebug;
   log_line_about(client.peer, level, "refused",
                  {{"connection", client.connection},
                   {"transport", client.protocol},
