@@ -23,6 +23,10 @@ for line in max-connections=11 max-regions=22 max-estimates=33; do
 done
 grep -q 'b.example' config || fail "a list in the file is not taken: $(cat config)"
 
+for key in tls-cert tls-key tokens trusted-proxy base-path allow-host cache-dir; do
+  grep -B 1 -x "# $key=\"\"" config | head -n 1 | grep -q '^# ..' || fail "$key and its help are not in: $(cat config)"
+done
+
 # The printed configuration reads back unchanged.
 "$server" serve --config config --print-config >again
 cmp config again || fail "--print-config does not read what it prints"
