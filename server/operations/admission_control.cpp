@@ -263,6 +263,11 @@ void RequestRecord::end(std::string_view outcome) {
   client_->admission().observer().request_ended(client_->facts(), facts_);
 }
 
+void RequestRecord::end(const Error& failure) {
+  if (!has_ended_) facts_.failure = failure;
+  end(name(failure.code));
+}
+
 double RequestRecord::seconds() const { return seconds_since(since_); }
 
 }  // namespace multitetra

@@ -187,6 +187,8 @@ class RequestRecord {
   void sent_body(std::size_t bytes) { facts_.bytes += bytes; }
   // Ends the request with an outcome as in RequestFacts. Only the first call has an effect.
   void end(std::string_view outcome);
+  // Ends the request with an error reply, also the log's and the metrics' report of that.
+  void end(const Error& failure);
   [[nodiscard]] const RequestFacts& facts() const { return facts_; }
 
  private:

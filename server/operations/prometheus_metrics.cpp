@@ -167,6 +167,7 @@ void PrometheusMetrics::request_ended(const ClientFacts& client, const RequestFa
             {"kind", facts.kind},
             {"outcome", std::string(facts.outcome)}})
       .Increment();
+  if (facts.failure) error_answered(client, *facts.failure, facts.request);
   f.tiles.Increment(static_cast<double>(facts.tiles));
   if (facts.tiles > 0) f.tile_bytes.Increment(static_cast<double>(facts.bytes));
   if (facts.seconds_to_first_tile) {

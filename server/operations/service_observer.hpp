@@ -51,6 +51,8 @@ struct RequestFacts {
   // "complete", "cancelled", "superseded", "left" (the client has disconnected), or the name of an
   // ErrorCode.
   std::string_view outcome = "complete";
+  // Over TCP and WebSocket: the error reply that ended it, named by `outcome`.
+  std::optional<Error> failure = {};
 };
 
 // An HTTP request and its outcome.
@@ -85,7 +87,8 @@ class ServiceObserver {
   // Reports the start of a request; request_ended() follows.
   virtual void request_began(const ClientFacts&, const char* /*kind*/) {}
   virtual void request_ended(const ClientFacts&, const RequestFacts&) {}
-  // Reports an error sent for a request (by id) or for the connection (0).
+  // Reports an error sent for a request (by id) or for the connection (0). A failure in
+  // RequestFacts is not reported again.
   virtual void error_answered(const ClientFacts&, const Error&, std::uint64_t /*request*/) {}
   virtual void http_answered(const ClientFacts&, const HttpFacts&) {}
   virtual void step_made(double /*seconds*/) {}

@@ -80,6 +80,8 @@ TEST(PrometheusMetrics, CountConnectionsRefusalsAndErrorsByCode) {
   metrics.disconnected(kWebSocketClient, 1.5);
   metrics.refused(kWebSocketClient, "connections");
   metrics.error_answered(kWebSocketClient, {ErrorCode::kUnknownDataset, "No."}, 3);
+  metrics.request_ended(kWebSocketClient,
+                        {.outcome = "internal", .failure = Error{ErrorCode::kInternal, "No."}});
   metrics.sent("websocket", 123);
   metrics.step_made(0.2);
   const std::string text = metrics.text({});
@@ -90,6 +92,7 @@ TEST(PrometheusMetrics, CountConnectionsRefusalsAndErrorsByCode) {
   EXPECT_TRUE(
       has(text, "multitetra_errors_total{code=\"unknown_dataset\",transport=\"websocket\"} 1"))
       << text;
+  EXPECT_TRUE(has(text, "multitetra_errors_total{code=\"internal\",transport=\"websocket\"} 1"));
   EXPECT_TRUE(has(text, "multitetra_sent_bytes_total{transport=\"websocket\"} 123"));
   EXPECT_TRUE(has(text, "multitetra_step_seconds_count 1"));
 }
