@@ -164,10 +164,12 @@ asio::awaitable<Answer> Router::served(const Route& route, RouteArguments asked)
   };
   const std::string token = token_of(route, asked.request);
   // Requests count for their token if the access list has it, else for their address.
-  const auto permit = Permit::of(token, context.client->admission().access(), nullptr);
+  const AccessListPtr& access = context.client->admission().access();
+  const auto permit = Permit::of(token, access, nullptr);
   const bool has_known_token = permit && permit->has_token();
   if (!has_known_token) {
-    context.client->set_identity({}, false);  // Clears the name set by the previous request.
+    // Replaces the name set by the previous request.
+    context.client->set_identity(access ? access->owner_of(token) : "", false);
     if (const auto allowed = within_rate(); !allowed) {
       co_return error_answer(429, allowed.error(), context.request_id);
     }
