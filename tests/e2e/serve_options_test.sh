@@ -51,6 +51,13 @@ ends 4 'nowhere.pem does not exist' "$server" serve v.mtd --tls-cert nowhere.pem
 ends 4 'tokens file' "$server" serve v.mtd --tokens nowhere
 ends 5 'no dataset' "$server" serve nowhere.mtd
 
+# With a log in JSON, they are lines of it.
+for options in "v.mtd --tokens nowhere" nowhere.mtd; do
+  # shellcheck disable=SC2086
+  "$server" serve $options --log-format json 2>fatal || true
+  tail -n 1 fatal | python3 -c 'import json, sys; assert json.loads(sys.stdin.read())["level"] == "error"' || fail "$(cat fatal)"
+done
+
 # A damaged dataset is logged and skipped; the others are served until SIGTERM, with exit code 0.
 head -c 100 v.mtd >damaged.mtd
 cp v.mtd twice.mtd
