@@ -58,7 +58,8 @@ struct RequestFacts {
 // An HTTP request and its outcome.
 struct HttpFacts {
   std::string_view id = {};  // The X-Request-Id.
-  // A string literal: "isosurface", "tile", "viewer", ..., "refused" if not examined, "malformed".
+  // A string literal: "isosurface", "tile", "viewer", ..., "redirect", "refused" if not examined,
+  // "malformed".
   const char* kind = "malformed";
   std::string_view method = {};
   std::string_view target = {};

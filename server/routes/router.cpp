@@ -117,6 +117,7 @@ asio::awaitable<Outcome> Router::routed(const HttpRequest& request, RequestConte
   }
   const std::string_view path = without_authority(view_of(request.target()));
   if (is_base_path(path, http_.base_path)) {
+    context.kind = "redirect";
     Answer answer{.status = 308};
     add_field(answer, "Location", http_.base_path + "/");
     co_return answer;

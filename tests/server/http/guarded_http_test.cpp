@@ -56,6 +56,15 @@ TEST(GuardedHttp, AnswersProbesAboveTheLimitOfConnections) {
   EXPECT_EQ(other.get("/livez/v1/datasets").result_int(), 503U);
 }
 
+TEST(GuardedHttp, CountsRedirectsToTheBasePathAsSuch) {
+  RunningHttpServer server(fake_catalogue("octahedron"), {.base_path = "/volumes"},
+                           {.metrics = std::make_shared<PrometheusMetrics>()});
+  HttpClient client(server.http());
+  EXPECT_EQ(client.get("/volumes").result_int(), 308U);
+  const std::string metrics = client.get("/metrics").body();
+  EXPECT_NE(metrics.find("{kind=\"redirect\",status=\"308\"} 1\n"), std::string::npos) << metrics;
+}
+
 TEST(GuardedHttp, LimitsClientsOfATrustedProxy) {
   RunningHttpServer server(
       fake_catalogue("octahedron"), {},
