@@ -119,8 +119,8 @@ std::string config_text(const Command& command, const std::vector<std::string>& 
       text += comment;
       comment = (text.empty() ? "" : "\n") + commented(line.substr(1));
     } else if (!line.empty()) {
-      // Skips options without a value.
-      if (!line.ends_with("=\"\"")) text += comment + line + "\n";
+      // An option without a value is a comment, as an empty value would set it.
+      text += comment + (line.ends_with("=\"\"") ? "# " : "") + line + "\n";
       comment.clear();
     }
   }

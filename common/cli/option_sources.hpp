@@ -32,8 +32,9 @@ void add_option_sources(Command& command, OptionSources& sources);
 void read_config_file(const Command& command, const std::filesystem::path& file);
 
 // Returns all options with their current values in the file's form, each with its description as a
-// comment. The values of `path_options` (long names without dashes) are made absolute, so that the
-// file means the same in every folder; URLs such as https://host/a.mtd are kept.
+// comment; options without a value are comments, too. The values of `path_options` (long names
+// without dashes) are made absolute, so that the file means the same in every folder; URLs such as
+// https://host/a.mtd are kept.
 [[nodiscard]] std::string config_text(const Command& command,
                                       const std::vector<std::string>& path_options = {});
 

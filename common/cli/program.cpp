@@ -28,23 +28,24 @@ void print_error(const std::string& program, std::string_view text) {
   std::cerr << styled(Style::kRed, program + ":", STDERR_FILENO) << " " << printable(text) << "\n";
 }
 
-int run_program(const std::string& program, const std::function<int()>& body) {
+int run_program(const std::string& program, const std::function<int()>& body,
+                const ErrorPrinter& print) {
   try {
     const int code = body();
     flush_output();
     return code;
   } catch (const ExitError& error) {
-    print_error(program, error.what());
+    print(program, error.what());
     return error.code();
   } catch (const std::invalid_argument& error) {  // Options only the work can check.
-    print_error(program, error.what());
+    print(program, error.what());
     return kUsage;
   } catch (const std::bad_alloc&) {
-    print_error(program,
-                "Not enough memory on this machine or for this process; allow a larger error or "
-                "use a larger machine.");
+    print(program,
+          "Not enough memory on this machine or for this process; allow a larger error or "
+          "use a larger machine.");
   } catch (const std::exception& error) {
-    print_error(program, error.what());
+    print(program, error.what());
   }
   return kFailed;
 }

@@ -19,16 +19,22 @@ namespace {
 // Queued replies, beyond which reading pauses.
 constexpr std::size_t kMaxWaitingReplies = 64;
 
-// Returns the request and the dataset of a message; 0 if it has none.
-std::pair<std::uint64_t, std::string> requested_dataset(const ClientMessage& message) {
-  if (const auto* open = std::get_if<OpenStream>(&message))
-    return {open->request_id, open->dataset};
-  if (const auto* estimate = std::get_if<Estimate>(&message)) {
-    return {estimate->request_id, estimate->dataset};
+// Returns the dataset of a message; empty if it has none.
+std::string requested_dataset(const ClientMessage& message) {
+  return std::visit(
+      [](const auto& m) -> std::string {
+        if constexpr (requires { m.dataset; }) return m.dataset;
+        return {};
+      },
+      message);
+}
+
+void end_with(RequestRecord& record, const ServerMessage& last) {
+  if (const auto* refusal = std::get_if<ErrorReply>(&last)) {
+    record.end(refusal->error);
+  } else {
+    record.end(outcome_of(last));
   }
-  if (const auto* slice = std::get_if<Slice>(&message)) return {slice->request_id, slice->dataset};
-  if (const auto* probe = std::get_if<Probe>(&message)) return {probe->request_id, probe->dataset};
-  return {};
 }
 
 }  // namespace
@@ -85,7 +91,7 @@ void Conversation::take(const tl::expected<ClientMessage, ParseError>& message,
                         std::size_t message_bytes) {
   constexpr std::size_t kLongMessageBytes = 64 * 1024;
   constexpr double kMaxPauseSeconds = 5;
-  if (message) note_hidden_dataset(*message);
+  if (message) hidden_dataset_ = hidden_dataset(*message);
   Received received = receive_from(*client_, session_, message, message_bytes);
   if (received.retry_after > 0 && message_bytes >= kLongMessageBytes) {
     const std::chrono::duration<double> quiet(std::min(received.retry_after, kMaxPauseSeconds));
@@ -94,14 +100,14 @@ void Conversation::take(const tl::expected<ClientMessage, ParseError>& message,
   request_reservation_ = std::move(received.reservation);
   perform(std::move(received.actions));
   request_reservation_ = {};
+  hidden_dataset_.clear();
 }
 
-void Conversation::note_hidden_dataset(const ClientMessage& message) {
-  if (!session_.is_welcomed() || hidden_datasets_.size() >= kMaxWaitingReplies) return;
-  const auto [request, dataset] = requested_dataset(message);
-  if (request == 0 || session_.permit().rights().may_see(dataset)) return;
+std::string Conversation::hidden_dataset(const ClientMessage& message) const {
+  std::string dataset = requested_dataset(message);
+  if (!session_.is_welcomed() || session_.permit().rights().may_see(dataset)) return {};
   const CataloguePtr catalogue = caller_->catalogue();
-  if (catalogue && catalogue->find(dataset)) hidden_datasets_[request] = dataset;
+  return catalogue && catalogue->find(dataset) ? dataset : std::string();
 }
 
 void Conversation::end(const Error& error) { perform(session_.end(error)); }
@@ -150,7 +156,7 @@ asio::awaitable<std::optional<ServerMessage>> Conversation::next_message() {
       replies_.pop_front();
       reply_reservation_ = std::move(reply.reservation);
       replies_taken_.notify_all();
-      co_return note_reply(std::move(reply.message));
+      co_return std::move(reply.message);
     }
     if (is_over_) co_return std::nullopt;
     if (auto message = next_stream_message()) co_return message;
@@ -167,27 +173,20 @@ std::optional<ServerMessage> Conversation::next_stream_message() {
   } else if (std::holds_alternative<StepEnd>(*message)) {
     stream_->record->sent_step();
   } else if (is_last(*message)) {
-    stream_->record->end(outcome_of(*message));
+    end_with(*stream_->record, *message);
     leaving_ = std::move(stream_->record);
     session_.stream_ended(stream_->request_id);
     drop_stream();
   }
-  return note_reply(*std::move(message));
+  return message;
 }
 
-ServerMessage Conversation::note_reply(ServerMessage message) {
-  if (const auto* refusal = std::get_if<ErrorReply>(&message)) {
-    Error logged = refusal->error;
-    const auto hidden = hidden_datasets_.find(refusal->request_id);
-    if (hidden != hidden_datasets_.end()) {
-      if (logged.code == ErrorCode::kUnknownDataset) {
-        logged.text = "Dataset \"" + hidden->second + "\" is not allowed for this token.";
-      }
-      hidden_datasets_.erase(hidden);
-    }
-    client_->admission().observer().error_answered(client_->facts(), logged, refusal->request_id);
+void Conversation::report(const ErrorReply& refusal) {
+  Error logged = refusal.error;
+  if (logged.code == ErrorCode::kUnknownDataset && !hidden_dataset_.empty()) {
+    logged.text = "Dataset \"" + hidden_dataset_ + "\" is not allowed for this token.";
   }
-  return message;
+  client_->admission().observer().error_answered(client_->facts(), logged, refusal.request_id);
 }
 
 void Conversation::reject_oversized_reply(const ServerMessage& message) {
@@ -196,7 +195,9 @@ void Conversation::reject_oversized_reply(const ServerMessage& message) {
   if (const auto* list = std::get_if<DatasetList>(&message)) {
     const Error error = {ErrorCode::kLimitExceeded,
                          "The list of datasets" + beyond + "; this server has too many datasets."};
-    replies_.push_front({ErrorReply{.request_id = list->request_id, .error = error}});
+    const ErrorReply refusal{.request_id = list->request_id, .error = error};
+    report(refusal);
+    replies_.push_front({refusal});
   } else if (stream_) {
     stream_->messages->fail(
         {ErrorCode::kLimitExceeded, "The reply" + beyond + "; request a larger error."});
@@ -238,8 +239,10 @@ void Conversation::perform(Send action) {
   auto reservation = client_->reserve(waiting_bytes(action.message));
   if (const auto* list = std::get_if<DatasetList>(&action.message)) {
     RequestRecord record(client_, {.kind = "list", .request = list->request_id});
-    record.end(reservation ? "complete" : name(reservation.error().code));
     if (!reservation) action.message = ErrorReply{list->request_id, reservation.error()};
+    reservation ? record.end("complete") : record.end(reservation.error());
+  } else if (const auto* refusal = std::get_if<ErrorReply>(&action.message)) {
+    report(*refusal);
   }
   replies_.push_back(
       {std::move(action.message), reservation ? *std::move(reservation) : Reservation()});
@@ -282,7 +285,7 @@ void Conversation::answer_made(std::uint64_t number, Result<DatasetQueryReply> m
   queries_.erase(found);
   if (is_over_) return;
   idleness_.record_activity(Clock::now());
-  query.record->end(made ? "complete" : name(made.error().code));
+  made ? query.record->end("complete") : query.record->end(made.error());
   if (made) {
     std::visit([&](auto& answer) { reply(std::move(answer), std::move(query.reservation)); },
                *made);
@@ -300,7 +303,7 @@ void Conversation::perform(StopStream action) {
     stream_->messages->end(std::get<StreamOutcome>(action.outcome));
     last = stream_->messages->take().value();
   }
-  stream_->record->end(outcome_of(last));
+  end_with(*stream_->record, last);
   replies_.push_back({std::move(last)});
   drop_stream();
 }

@@ -80,7 +80,8 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   };
 
   void take(const tl::expected<ClientMessage, ParseError>& message, std::size_t message_bytes);
-  void note_hidden_dataset(const ClientMessage& message);
+  // Returns the dataset of a message if it exists but is hidden from the client.
+  [[nodiscard]] std::string hidden_dataset(const ClientMessage& message) const;
   asio::awaitable<void> greet(Hello hello, std::size_t message_bytes,
                               asio::awaitable<Result<CataloguePtr>> finding);
   void perform(Actions actions);
@@ -92,7 +93,8 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
 
   void answer_made(std::uint64_t number, Result<DatasetQueryReply> made);
   [[nodiscard]] std::optional<ServerMessage> next_stream_message();
-  [[nodiscard]] ServerMessage note_reply(ServerMessage message);
+  // Logs and counts an error reply for which there is no record.
+  void report(const ErrorReply& refusal);
   void reply(ServerMessage message, ByteReservations::Reservation reservation = {});
   void drop_stream();
   [[nodiscard]] bool has_room() const;
@@ -102,8 +104,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   CallerPtr caller_;
   Session session_;
   ConnectionContextPtr client_;
-  // Datasets that exist but are hidden from the client, by request id. Only the log names them.
-  std::map<std::uint64_t, std::string> hidden_datasets_;
+  std::string hidden_dataset_;  // That of the message being answered. Only the log names it.
   bool is_over_ = false;
   // The dataset listing for the new client is in progress.
   bool is_greeting_ = false;

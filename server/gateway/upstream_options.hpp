@@ -18,7 +18,8 @@ struct UpstreamOptions {
   std::chrono::milliseconds connect_timeout{3'000};  // Time until Welcome.
   // The longest silence of a connected server before it counts as lost.
   std::chrono::milliseconds silence_timeout{10'000};
-  // How long a stream waits for a server before it fails.
+  // How long a stream waits for a server before it fails; also the time without a message from any
+  // server after which no further loss of one is tolerated, as the request may be the cause.
   std::chrono::milliseconds failover_timeout{30'000};
   // The delay before a failed server is retried, doubled up to the longest.
   std::chrono::milliseconds min_backoff{100};

@@ -20,7 +20,7 @@ struct RequestContext {
   std::uint64_t number = 0;  // Unique in this process; by it a gateway's servers know the request.
   std::string request_id = {};  // The same as text.
   std::chrono::steady_clock::time_point began = std::chrono::steady_clock::now();
-  const char* kind = "malformed";  // A result of name(Route).
+  const char* kind = "malformed";  // Or a result of name(Route), or "redirect".
   // The service, for requests that need it.
   CallerPtr caller = nullptr;
   // Stops the request's work on other threads.

@@ -23,6 +23,9 @@ class RequestHandler {
   // Does not throw for any client input. Request and context must outlive the coroutine.
   [[nodiscard]] virtual asio::awaitable<Outcome> answer(const HttpRequest& request,
                                                         RequestContext& context) = 0;
+  // Returns whether the target is a health probe or the metrics, which are answered also above the
+  // limits of connections.
+  [[nodiscard]] virtual bool is_probe(std::string_view target) const = 0;
   // Returns a request's target as it may be logged.
   [[nodiscard]] virtual std::string loggable(std::string_view target) const = 0;
 };

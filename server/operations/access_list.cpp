@@ -116,6 +116,20 @@ TokenDigest digest_of_token(std::string_view token) {
   return digest;
 }
 
+const AccessList::Entry* AccessList::find(std::string_view token) const {
+  const TokenDigest digest = digest_of_token(token);
+  const Entry* found = nullptr;
+  for (const Entry& entry : entries_) {  // No early exit: constant time.
+    if (CRYPTO_memcmp(entry.digest.data(), digest.data(), digest.size()) == 0) found = &entry;
+  }
+  return found;
+}
+
+std::string AccessList::owner_of(std::string_view token) const {
+  const Entry* const found = token.empty() ? nullptr : find(token);
+  return found ? found->rights.name() : std::string();
+}
+
 Result<AccessRights> AccessList::rights_of(std::string_view token,
                                            std::chrono::system_clock::time_point now) const {
   if (token.empty()) {
@@ -123,11 +137,7 @@ Result<AccessRights> AccessList::rights_of(std::string_view token,
     return fail(ErrorCode::kUnauthenticated,
                 "This server requires a token. Its operator issues them.");
   }
-  const TokenDigest digest = digest_of_token(token);
-  const Entry* found = nullptr;
-  for (const Entry& entry : entries_) {  // No early exit: constant time.
-    if (CRYPTO_memcmp(entry.digest.data(), digest.data(), digest.size()) == 0) found = &entry;
-  }
+  const Entry* const found = find(token);
   if (found == nullptr) {
     return fail(ErrorCode::kUnauthenticated,
                 "This server does not accept the token. Its operator issues tokens.");

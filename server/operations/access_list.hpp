@@ -80,6 +80,10 @@ class AccessList {
       std::string_view token,
       std::chrono::system_clock::time_point now = std::chrono::system_clock::now()) const;
 
+  // Returns the name of a token in the list, also of an expired one; otherwise "". Only for the
+  // log.
+  [[nodiscard]] std::string owner_of(std::string_view token) const;
+
   void add(Entry entry) { entries_.push_back(std::move(entry)); }
   void add_anonymous(AccessRights rights) { anonymous_.push_back(std::move(rights)); }
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
@@ -87,6 +91,9 @@ class AccessList {
   [[nodiscard]] const std::vector<AccessRights>& anonymous() const { return anonymous_; }
 
  private:
+  // Returns null if the list does not contain the token. The duration reveals nothing about it.
+  [[nodiscard]] const Entry* find(std::string_view token) const;
+
   std::vector<Entry> entries_;
   // Rights without a token; at most one entry.
   std::vector<AccessRights> anonymous_;

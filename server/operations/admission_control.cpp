@@ -60,7 +60,7 @@ Result<void> ConnectionContext::forwarded_for(std::string_view addresses) {
   auto ticket = limited.empty() ? admission_.connections_.acquire()
                                 : admission_.connections_.acquire(limited);
   if (!ticket) {
-    admission_.observer().refused(facts_, "connections");
+    admission_.report_excess(facts_);
     return tl::unexpected(ticket.error());
   }
   ticket_ = *std::move(ticket);
@@ -144,7 +144,7 @@ AdmissionControl::AdmissionResult AdmissionControl::admit(ProtocolName protocol,
   auto ticket = is_proxy ? connections_.acquire() : connections_.acquire(name);
   std::optional<Error> refusal;
   if (!ticket) {
-    observer_->refused(facts, "connections");
+    report_excess(facts);
     refusal = ticket.error();
     ticket = refused_.acquire();
     if (!ticket) return {};
@@ -154,6 +154,10 @@ AdmissionControl::AdmissionResult AdmissionControl::admit(ProtocolName protocol,
       std::make_shared<ConnectionContext>(*this, std::move(facts), address, *std::move(ticket));
   if (!refusal) clients_.insert(client.get());
   return {.client = std::move(client), .refusal = std::move(refusal)};
+}
+
+void AdmissionControl::report_excess(const ClientFacts& client) {
+  observer_->refused(client, connections_.is_full() ? "connections" : "connections_per_address");
 }
 
 void AdmissionControl::evict_idle_connection(const std::string& limit_key) {
@@ -183,10 +187,11 @@ void AdmissionControl::reload() {
   const auto attempt = [this](const char* what, const auto& load) {
     try {
       log_line(LogLevel::kInfo, std::string(what) + " reloaded", {{"tokens", load()}});
+      observer_->reloaded(what, /*failed=*/false);
     } catch (const std::exception& failure) {
       log_line(LogLevel::kError,
                std::string(failure.what()) + " The previous " + what + " stays in use.", {});
-      observer_->reload_failed(what);
+      observer_->reloaded(what, /*failed=*/true);
     }
   };
   using Count = std::optional<LogValue>;
@@ -256,6 +261,11 @@ void RequestRecord::end(std::string_view outcome) {
   facts_.outcome = outcome;
   facts_.seconds = seconds();
   client_->admission().observer().request_ended(client_->facts(), facts_);
+}
+
+void RequestRecord::end(const Error& failure) {
+  if (!has_ended_) facts_.failure = failure;
+  end(name(failure.code));
 }
 
 double RequestRecord::seconds() const { return seconds_since(since_); }

@@ -149,6 +149,8 @@ class AdmissionControl {
   friend class ConnectionContext;
   friend class RequestRecord;
   void request_over();
+  // Reports a connection above a limit.
+  void report_excess(const ClientFacts& client);
   // Closes the longest idle connection of the address with the most connections, if that has more
   // than the new connection's address would have.
   void evict_idle_connection(const std::string& limit_key);
@@ -185,6 +187,8 @@ class RequestRecord {
   void sent_body(std::size_t bytes) { facts_.bytes += bytes; }
   // Ends the request with an outcome as in RequestFacts. Only the first call has an effect.
   void end(std::string_view outcome);
+  // Ends the request with an error reply, also the log's and the metrics' report of that.
+  void end(const Error& failure);
   [[nodiscard]] const RequestFacts& facts() const { return facts_; }
 
  private:

@@ -161,6 +161,8 @@ void start_log(const LogOptions& options) {
   spdlog::set_default_logger(std::move(logger));
 }
 
+LogFormat log_format() { return format_now; }
+
 void set_log_level(LogLevel level) { spdlog::set_level(level_of(level)); }
 
 bool is_logged(LogLevel level) { return spdlog::default_logger_raw()->should_log(level_of(level)); }

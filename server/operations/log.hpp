@@ -34,6 +34,8 @@ struct LogOptions {
 
 // Logs to standard error from this call on.
 void start_log(const LogOptions& options);
+// Returns the format of start_log(); text before.
+[[nodiscard]] LogFormat log_format();
 // Callable from any thread.
 void set_log_level(LogLevel level);
 

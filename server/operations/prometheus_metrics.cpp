@@ -113,7 +113,12 @@ struct PrometheusMetrics::Families {
               "Streams interrupted by the loss of their server behind this gateway.");
   Family<Counter>& reload_failures =
       counter(registry, "multitetra_reload_failures_total",
-              "Files that could not be reloaded on SIGHUP; the previous ones stay in use.");
+              "Failures to load certificate, tokens or datasets; the previous ones stay in use.");
+  Family<Gauge>& last_reload_failed =
+      BuildGauge()
+          .Name("multitetra_last_reload_failed")
+          .Help("1 if the last attempt to load this has failed, for datasets also of one file.")
+          .Register(registry);
   Family<Gauge>& certificate = BuildGauge()
                                    .Name("multitetra_certificate_expiry_timestamp_seconds")
                                    .Help("When the certificate of the listeners expires.")
@@ -126,6 +131,13 @@ PrometheusMetrics::PrometheusMetrics() : families_(std::make_unique<Families>())
   // Prometheus sees the first increment only of a counter that was there before.
   for (const char* const what : {"certificate", "tokens file", "datasets", "credentials"}) {
     families_->reload_failures.Add({{"what", what}});
+    families_->last_reload_failed.Add({{"what", what}});
+  }
+  for (const char* const transport : {"tcp", "http", "websocket"}) {
+    for (int code = 0; code <= static_cast<int>(ErrorCode::kUnauthenticated); ++code) {
+      const std::string code_name(name(static_cast<ErrorCode>(code)));
+      families_->errors.Add({{"transport", transport}, {"code", code_name}});
+    }
   }
 }
 PrometheusMetrics::~PrometheusMetrics() = default;
@@ -155,6 +167,7 @@ void PrometheusMetrics::request_ended(const ClientFacts& client, const RequestFa
             {"kind", facts.kind},
             {"outcome", std::string(facts.outcome)}})
       .Increment();
+  if (facts.failure) error_answered(client, *facts.failure, facts.request);
   f.tiles.Increment(static_cast<double>(facts.tiles));
   if (facts.tiles > 0) f.tile_bytes.Increment(static_cast<double>(facts.bytes));
   if (facts.seconds_to_first_tile) {
@@ -180,8 +193,9 @@ void PrometheusMetrics::http_answered(const ClientFacts&, const HttpFacts& facts
 
 void PrometheusMetrics::step_made(double seconds) { families_->steps.Observe(seconds); }
 
-void PrometheusMetrics::reload_failed(const char* what) {
-  families_->reload_failures.Add({{"what", what}}).Increment();
+void PrometheusMetrics::reloaded(const char* what, bool failed) {
+  families_->reload_failures.Add({{"what", what}}).Increment(failed ? 1 : 0);
+  families_->last_reload_failed.Add({{"what", what}}).Set(failed ? 1 : 0);
 }
 
 void PrometheusMetrics::sent(ProtocolName protocol, std::size_t bytes) {

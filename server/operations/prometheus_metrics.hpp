@@ -69,7 +69,7 @@ class PrometheusMetrics : public ServiceObserver {
                       std::uint64_t request) override;
   void http_answered(const ClientFacts& client, const HttpFacts& facts) override;
   void step_made(double seconds) override;
-  void reload_failed(const char* what) override;
+  void reloaded(const char* what, bool failed) override;
   void sent(ProtocolName protocol, std::size_t bytes) override;
 
   // Returns the metrics in text format 0.0.4, with the values of `state`.

@@ -100,9 +100,9 @@ void RequestLog::disconnected(const ClientFacts& client, double seconds) {
 void RequestLog::refused(const ClientFacts& client, const char* limit) {
   // The line of the answer has the reason for a request over a limit.
   const std::string_view text = limit;
-  const LogLevel level = text == "connections"    ? LogLevel::kWarning
-                         : text == "idle_seconds" ? LogLevel::kInfo
-                                                  : LogLevel::kDebug;
+  const LogLevel level = text.starts_with("connections") ? LogLevel::kWarning
+                         : text == "idle_seconds"        ? LogLevel::kInfo
+                                                         : LogLevel::kDebug;
   log_line_about(client.peer, level, "refused",
                  {{"connection", client.connection},
                   {"transport", client.protocol},
@@ -114,7 +114,9 @@ void RequestLog::request_ended(const ClientFacts& client, const RequestFacts& fa
   // http_answered logs a rejection over HTTP.
   const bool is_rejection = !facts.id.empty() && facts.outcome != "complete" &&
                             facts.outcome != "cancelled" && facts.outcome != "left";
-  const LogLevel level = is_rejection ? LogLevel::kDebug : LogLevel::kInfo;
+  const LogLevel level = is_rejection    ? LogLevel::kDebug
+                         : facts.failure ? level_of(*facts.failure)
+                                         : LogLevel::kInfo;
   // The X-Request-Id over HTTP, else the client's request id.
   const std::string request = facts.id.empty() ? std::to_string(facts.request) : facts.id;
   const auto write = [&](std::initializer_list<LogField> fields) {
@@ -140,7 +142,8 @@ void RequestLog::request_ended(const ClientFacts& client, const RequestFacts& fa
          {"first_tile_seconds", if_any(facts.seconds_to_first_tile)},
          {"last_tile_seconds", if_any(facts.seconds_to_last_tile)},
          {"seconds", facts.seconds},
-         {"outcome", facts.outcome}});
+         {"outcome", facts.outcome},
+         {"reason", facts.failure ? unless_empty(facts.failure->text) : std::nullopt}});
 }
 
 void RequestLog::error_answered(const ClientFacts& client, const Error& error,

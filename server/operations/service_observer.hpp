@@ -51,12 +51,15 @@ struct RequestFacts {
   // "complete", "cancelled", "superseded", "left" (the client has disconnected), or the name of an
   // ErrorCode.
   std::string_view outcome = "complete";
+  // Over TCP and WebSocket: the error reply that ended it, named by `outcome`.
+  std::optional<Error> failure = {};
 };
 
 // An HTTP request and its outcome.
 struct HttpFacts {
   std::string_view id = {};  // The X-Request-Id.
-  // A string literal: "isosurface", "tile", "viewer", ..., "refused" if not examined, "malformed".
+  // A string literal: "isosurface", "tile", "viewer", ..., "redirect", "refused" if not examined,
+  // "malformed".
   const char* kind = "malformed";
   std::string_view method = {};
   std::string_view target = {};
@@ -85,12 +88,14 @@ class ServiceObserver {
   // Reports the start of a request; request_ended() follows.
   virtual void request_began(const ClientFacts&, const char* /*kind*/) {}
   virtual void request_ended(const ClientFacts&, const RequestFacts&) {}
-  // Reports an error sent for a request (by id) or for the connection (0).
+  // Reports an error sent for a request (by id) or for the connection (0). A failure in
+  // RequestFacts is not reported again.
   virtual void error_answered(const ClientFacts&, const Error&, std::uint64_t /*request*/) {}
   virtual void http_answered(const ClientFacts&, const HttpFacts&) {}
   virtual void step_made(double /*seconds*/) {}
-  // Reports that SIGHUP could not reload something, a string literal such as "certificate".
-  virtual void reload_failed(const char* /*what*/) {}
+  // Reports that something was loaded, a string literal such as "certificate", and whether that
+  // failed, for datasets also in part.
+  virtual void reloaded(const char* /*what*/, bool /*failed*/) {}
   virtual void sent(ProtocolName, std::size_t /*bytes*/) {}
 };
 
@@ -129,8 +134,8 @@ class ServiceObservers : public ServiceObserver {
   void step_made(double seconds) override {
     for (const auto& one : all_) one->step_made(seconds);
   }
-  void reload_failed(const char* what) override {
-    for (const auto& one : all_) one->reload_failed(what);
+  void reloaded(const char* what, bool failed) override {
+    for (const auto& one : all_) one->reloaded(what, failed);
   }
   void sent(ProtocolName protocol, std::size_t bytes) override {
     for (const auto& one : all_) one->sent(protocol, bytes);

@@ -2,6 +2,7 @@
 #include "common/cli/command_line.hpp"
 #include "common/cli/program.hpp"
 #include "server/programs/commands.hpp"
+#include "server/programs/serving/listener_options.hpp"
 
 namespace multitetra {
 namespace {
@@ -40,5 +41,7 @@ int run(int argc, char** argv) {
 }  // namespace multitetra
 
 int main(int argc, char** argv) {
-  return multitetra::run_program("multitetra-server", [&] { return multitetra::run(argc, argv); });
+  return multitetra::run_program(
+      "multitetra-server", [&] { return multitetra::run(argc, argv); },
+      multitetra::print_fatal_error);
 }

@@ -73,6 +73,14 @@ Router::Router(const ServerContext& server, HttpOptions http, RouteOptions route
       tilesets_(routes_),
       neuroglancer_(routes_) {}
 
+bool Router::is_probe(std::string_view text) const {
+  const auto target = parse_target(without_base_path(without_authority(text), http_.base_path));
+  const auto route = target ? route_of(*target) : Result<Route>(tl::unexpected(target.error()));
+  return route &&
+         (std::holds_alternative<Liveness>(*route) || std::holds_alternative<Readiness>(*route) ||
+          std::holds_alternative<Metrics>(*route));
+}
+
 std::string Router::loggable(std::string_view target) const { return without_token(target); }
 
 asio::awaitable<Outcome> Router::answer(const HttpRequest& request, RequestContext& context) {
@@ -109,6 +117,7 @@ asio::awaitable<Outcome> Router::routed(const HttpRequest& request, RequestConte
   }
   const std::string_view path = without_authority(view_of(request.target()));
   if (is_base_path(path, http_.base_path)) {
+    context.kind = "redirect";
     Answer answer{.status = 308};
     add_field(answer, "Location", http_.base_path + "/");
     co_return answer;
@@ -156,10 +165,12 @@ asio::awaitable<Answer> Router::served(const Route& route, RouteArguments asked)
   };
   const std::string token = token_of(route, asked.request);
   // Requests count for their token if the access list has it, else for their address.
-  const auto permit = Permit::of(token, context.client->admission().access(), nullptr);
+  const AccessListPtr& access = context.client->admission().access();
+  const auto permit = Permit::of(token, access, nullptr);
   const bool has_known_token = permit && permit->has_token();
   if (!has_known_token) {
-    context.client->set_identity({}, false);  // Clears the name set by the previous request.
+    // Replaces the name set by the previous request.
+    context.client->set_identity(access ? access->owner_of(token) : "", false);
     if (const auto allowed = within_rate(); !allowed) {
       co_return error_answer(429, allowed.error(), context.request_id);
     }

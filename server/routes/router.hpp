@@ -24,6 +24,7 @@ class Router : public RequestHandler {
 
   [[nodiscard]] asio::awaitable<Outcome> answer(const HttpRequest& request,
                                                 RequestContext& context) override;
+  [[nodiscard]] bool is_probe(std::string_view target) const override;
   [[nodiscard]] std::string loggable(std::string_view target) const override;
 
  private:

@@ -103,18 +103,19 @@ class Server::Running {
   void reload() {
     post(io_.get_executor(), [this] { reload_now(); });
   }
-  void offer(CataloguePtr catalogue) {
-    post(io_.get_executor(), [this, catalogue = std::move(catalogue)] {
+  void offer(CataloguePtr catalogue, bool is_complete) {
+    post(io_.get_executor(), [this, catalogue = std::move(catalogue), is_complete] {
       auto* datasets = dynamic_cast<LocalService*>(service_.get());
       assert(datasets);
       datasets->offer(catalogue);
+      admission_.observer().reloaded("datasets", !is_complete);
       warn_about(*catalogue);
     });
   }
   void keep_datasets(std::string why) {
     post(io_.get_executor(), [this, why = std::move(why)] {
       log_line(LogLevel::kError, "the previous datasets stay in use: " + why, {});
-      admission_.observer().reload_failed("datasets");
+      admission_.observer().reloaded("datasets", /*failed=*/true);
     });
   }
   // Logs patterns of the tokens file that match no dataset.
@@ -170,7 +171,7 @@ class Server::Running {
 
   void reload_now() {
     admission_.reload();
-    if (!service_->reload()) admission_.observer().reload_failed("credentials");
+    admission_.observer().reloaded("credentials", !service_->reload());
     if (options_.when_reloaded) options_.when_reloaded();
   }
 
@@ -237,7 +238,9 @@ void Server::run() { running_->run(); }
 void Server::stop() { running_->stop(); }
 void Server::drain() { running_->drain(); }
 void Server::reload() { running_->reload(); }
-void Server::offer(CataloguePtr catalogue) { running_->offer(std::move(catalogue)); }
+void Server::offer(CataloguePtr catalogue, bool is_complete) {
+  running_->offer(std::move(catalogue), is_complete);
+}
 void Server::keep_datasets(std::string why) { running_->keep_datasets(std::move(why)); }
 
 }  // namespace multitetra

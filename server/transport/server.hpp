@@ -73,8 +73,9 @@ class Server {
   // any thread.
   void reload();
   // Replaces the datasets offered to new connections and lists, for a server of datasets. Running
-  // streams continue, and clients keep the datasets of their latest list. Callable from any thread.
-  void offer(CataloguePtr catalogue);
+  // streams continue, and clients keep the datasets of their latest list. Counts a failure unless
+  // all files could be read. Callable from any thread.
+  void offer(CataloguePtr catalogue, bool is_complete = true);
   // Logs and counts that new datasets could not be read. Callable from any thread.
   void keep_datasets(std::string why);
 

@@ -35,8 +35,9 @@ http {
   server {
     listen 127.0.0.1:$port;
     $(cat locations)
+    location / { return 410; }  # The rest of the site.
     location /elsewhere/ {
-      $(sed -n '/location .volumes {/,/}/{/proxy_[hs]/p}' locations)
+      $(sed -n '/location .volumes. {/,/}/{/proxy_[hs]/p}' locations)
       proxy_pass $http/;
     }
   }
@@ -55,8 +56,10 @@ for path in volumes elsewhere; do
   "$client" fetch --server "ws://127.0.0.1:$port/$path/v1/stream" --isovalue 0 -o mesh.ply --quiet || fail "no stream below /$path/"
 done
 [ "$(curl -s -o /dev/null -w '%{http_code}' "$site/volumes/metrics")" = 404 ] || fail "nginx exposes the metrics"
-[ "$(curl -s -o /dev/null -w '%{http_code} %{redirect_url}' "$site/volumes")" = "308 $site/volumes/" ] ||
+[ "$(curl -s -o /dev/null -w '%{http_code} %{redirect_url}' "$site/volumes")" = "301 $site/volumes/" ] ||
   fail "/volumes does not lead to /volumes/"
-ends 1 "it redirects to /volumes/; connect there" "$client" list --server "ws://127.0.0.1:$port/volumes"
+[ "$(curl -s -o /dev/null -w '%{http_code}' "$site/volumesother")" = 410 ] || fail "another folder of the site is taken"
+ends 1 "it redirects to $site/volumes/; connect there" "$client" list --server "ws://127.0.0.1:$port/volumes"
+ends 1 "it redirects to /volumes/; connect there" "$client" list --server "ws://${http#http://}/volumes"
 curl -sf -o /dev/null "$http/livez" || fail "the server itself is not to be asked without the path"
 ends 2 "/volumes" "$server" serve gyroid.mtd --base-path 'https://example.org/volumes'

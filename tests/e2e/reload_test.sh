@@ -32,6 +32,7 @@ fetched() {  # fetched NAME: prints the digest of its surface.
   "$client" fetch --server "$url" --dataset "$1" --isovalue 0 --normals 8 -o mesh.ply --report mesh.json --quiet
   digest mesh.json
 }
+reload_failed() { curl -s "$http/metrics" | sed -n 's/^multitetra_last_reload_failed{what="datasets"} //p'; }
 tag() { curl -sI "$http/v1/datasets/$1/isosurface?isovalue=0" | tr -d '\r' | sed -n 's/^ETag: //Ip'; }
 
 mkdir served
@@ -71,6 +72,7 @@ head -c 2000 served/b.mtd >served/broken.mtd
 head -c 2000 served/b.mtd >cut && mv cut served/b.mtd
 reload
 [ "$(names)" = "gyroid volume " ] || fail "a broken file took a dataset away: $(names)"
+[ "$(reload_failed)" = 1 ] || fail "metrics do not show the broken file"
 grep -q 'skipped: .*broken.mtd' server.log || fail "the broken file is not logged"
 grep -q 'still serving the previous version' server.log || fail "the broken replacement is not logged"
 fetched gyroid >/dev/null || fail "what was served before is not served any more"
@@ -78,6 +80,7 @@ rm served/b.mtd served/broken.mtd
 reload
 [ "$(names)" = "volume " ] || fail "what is gone is still offered: $(names)"
 grep -q 'no longer served' server.log || fail "the removed dataset is not logged"
+[ "$(reload_failed)" = 0 ] || fail "metrics show a broken file that is gone"
 
 # An unreadable folder changes nothing.
 mv served away

@@ -23,6 +23,10 @@ for line in max-connections=11 max-regions=22 max-estimates=33; do
 done
 grep -q 'b.example' config || fail "a list in the file is not taken: $(cat config)"
 
+for key in tls-cert tls-key tokens trusted-proxy base-path allow-host cache-dir; do
+  grep -B 1 -x "# $key=\"\"" config | head -n 1 | grep -q '^# ..' || fail "$key and its help are not in: $(cat config)"
+done
+
 # The printed configuration reads back unchanged.
 "$server" serve --config config --print-config >again
 cmp config again || fail "--print-config does not read what it prints"
@@ -47,11 +51,19 @@ ends 4 'nowhere.pem does not exist' "$server" serve v.mtd --tls-cert nowhere.pem
 ends 4 'tokens file' "$server" serve v.mtd --tokens nowhere
 ends 5 'no dataset' "$server" serve nowhere.mtd
 
+# With a log in JSON, they are lines of it.
+for options in "v.mtd --tokens nowhere" nowhere.mtd; do
+  # shellcheck disable=SC2086
+  "$server" serve $options --log-format json 2>fatal || true
+  tail -n 1 fatal | python3 -c 'import json, sys; assert json.loads(sys.stdin.read())["level"] == "error"' || fail "$(cat fatal)"
+done
+
 # A damaged dataset is logged and skipped; the others are served until SIGTERM, with exit code 0.
 head -c 100 v.mtd >damaged.mtd
 cp v.mtd twice.mtd
-start server "$server" serve damaged.mtd v.mtd twice.mtd --tcp 127.0.0.1:0 --http off
+start server "$server" serve damaged.mtd v.mtd twice.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0
 url=$(url_of server tcp)
+curl -s "$(url_of server http)/metrics" | grep -q 'last_reload_failed{what="datasets"} 1' || fail "metrics do not show it"
 grep -q 'skipped: ' server.log || fail "the damaged dataset is not logged: $(cat server.log)"
 grep -q 'skipped: .*twice.mtd' server.log || fail "a second dataset of a name is not logged: $(cat server.log)"
 [ "$(grep -c ' serving ' server.log)" = 1 ] || fail "a dataset that is left out is said to be served: $(cat server.log)"

@@ -30,7 +30,7 @@ ends 2 '"alice" already has a token in tokens' "$server" token alice --file toke
 bob sp*" ] || fail "the list: $(cat list)"
 "$server" token list --file tokens --json | grep -q '"expires": null' || fail "the list as JSON"
 
-start server "$server" serve sphere.mtd --tcp 127.0.0.1:0 --http off --tokens tokens
+start server "$server" serve sphere.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0 --tokens tokens
 url=$(url_of server tcp)
 accepts_token() { "$client" list --server "$url" --token "$1" >/dev/null 2>&1; }
 reload_until() {
@@ -95,6 +95,11 @@ reload_until accepts_token "$long" || fail "a token that expires is not known"
 accepts_token "$short" || fail "a token is not known before it expires"
 while [ "$(date -u +%Y-%m-%dT%H:%M:%SZ)" \< "$soon" ]; do sleep 0.2; done
 ends 1 "expired at $soon" "$client" list --server "$url" --token "$short"
+curl -s -o answer -H "Authorization: Bearer $short" "$(url_of server http)/v1/datasets"
 accepts_token "$long" || fail "a token expired too soon"
+! grep -q short answer || fail "the answer names the token: $(cat answer)"
+for line in 'error .*name=short.*expired at' 'http .*name=short.*status=401.*expired at'; do
+  grep -q "$line" server.log || fail "an expired token is refused without its name: $(cat server.log)"
+done
 "$server" token list --file tokens | grep -q "^short \*  EXPIRED $soon" || fail "the list does not mark expired tokens"
 ends_well server "$pid"

@@ -66,6 +66,10 @@ Received receive_from(ConnectionContext& client, Session& session,
     append(actions, session.renew(admission.access()));
   }
   const bool was_welcomed = session.is_welcomed();
+  const auto* const hello = message ? std::get_if<Hello>(&*message) : nullptr;
+  if (hello && !was_welcomed && admission.access()) {  // For the line of a refusal.
+    client.set_identity(admission.access()->owner_of(hello->token), false);
+  }
   if (!message) {
     append(actions, session.receive(message.error()));
   } else if (auto admitted = admit(client, session, *message, message_bytes)) {
@@ -77,7 +81,7 @@ Received receive_from(ConnectionContext& client, Session& session,
   }
   if (!was_welcomed && session.is_welcomed()) {
     client.set_identity(session.permit().rights().name(), session.permit().has_token());
-    if (const auto* hello = std::get_if<Hello>(&*message)) {
+    if (hello) {
       client.set_forwarded_share(hello->on_behalf_of, hello->client_address);
     }
     client.is_welcomed();

@@ -103,7 +103,9 @@ asio::awaitable<void> HttpConnection::run() {
     context->take_number(new_request_number());
     context->watch = [this] { watch(); };
     const bool with_body = request->method() != http::verb::head;
-    if (const auto admitted = check_admission(*request); !admitted) {
+    // Overload must neither restart the server nor hide it from Prometheus.
+    const auto admitted = check_admission(*request);
+    if (!admitted && !handler_.is_probe(view_of(request->target()))) {
       client_->admission().observer().error_answered(client_->facts(), admitted.error(), 0);
       context->kind = "refused";
       const Answer answer = error_answer(503, admitted.error(), context->request_id);
@@ -119,7 +121,7 @@ asio::awaitable<void> HttpConnection::run() {
       upgrade_ = std::move(request);
       co_return;
     }
-    const bool keep_alive = request->keep_alive() && !is_ending_;
+    const bool keep_alive = admitted && request->keep_alive() && !is_ending_;
     const bool is_written = co_await write(*answer, with_body, keep_alive);
     if (context->record && is_written) {
       context->record->sent_body(with_body ? answer->body.length : 0);

@@ -18,7 +18,7 @@ namespace multitetra {
 class HttpConnection : public Connection, public std::enable_shared_from_this<HttpConnection> {
  public:
   // Handler and options outlive the connection. If set, `refusal` is the answer to the first
-  // request.
+  // request, unless that is a probe.
   HttpConnection(std::unique_ptr<ByteStream> stream, ConnectionContextPtr client,
                  std::optional<Error> refusal, RequestHandler& handler, const HttpOptions& options);
 
@@ -36,7 +36,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   // Returns the next request; nullopt at the end of input or after it has answered a malformed
   // request.
   asio::awaitable<std::optional<HttpRequest>> read_request();
-  // Returns the error for a request that may not be answered.
+  // Returns the error for a request that is above the limits of connections.
   [[nodiscard]] Result<void> check_admission(const HttpRequest& request);
   // Returns whether everything was written.
   asio::awaitable<bool> write(const Answer& answer, bool with_body, bool keep_alive);

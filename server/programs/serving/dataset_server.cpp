@@ -17,7 +17,7 @@ namespace {
 void rescan_datasets(Server& server, ServedDatasets& datasets) {
   try {
     const CataloguePtr catalogue = datasets.read();
-    server.offer(catalogue);
+    server.offer(catalogue, datasets.is_complete());
     log_line(LogLevel::kInfo, "datasets reloaded",
              {{"datasets", static_cast<std::uint64_t>(catalogue->size())}});
   } catch (const std::exception& error) {
@@ -52,6 +52,7 @@ int serve_until_stopped(const ServeOptions& options, const BackgroundTask& besid
                     "There is no dataset to serve; create one with: multitetra-server prepare "
                     "VOLUME -o FILE.mtd");
   }
+  server_with.metrics->reloaded("datasets", !datasets.is_complete());
   server_with.service.cache = cache;
   server_with.service.blocks = [files] { return state_of(files->counts()); };
   CoalescingTask* asked = nullptr;  // Set before the server runs.

@@ -66,5 +66,7 @@ int run(int argc, char** argv) {
 }  // namespace multitetra
 
 int main(int argc, char** argv) {
-  return multitetra::run_program("multitetra-gateway", [&] { return multitetra::run(argc, argv); });
+  return multitetra::run_program(
+      "multitetra-gateway", [&] { return multitetra::run(argc, argv); },
+      multitetra::print_fatal_error);
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "common/cli/program.hpp"
 #include "server/http/host.hpp"
 #include "server/http/origin.hpp"
 #include "server/http/target.hpp"
@@ -313,6 +314,14 @@ void begin_serving(const ListenerOptions& o, const std::string& without_tokens) 
              .level = log_level_from(o.log_level).value()});
   raise_open_file_limit(o);
   warn_of_open_listeners(o, without_tokens);
+}
+
+void print_fatal_error(const std::string& program, std::string_view text) {
+  if (log_format() == LogFormat::kJson && is_logged(LogLevel::kError)) {
+    log_line(LogLevel::kError, text, {});
+  } else {
+    print_error(program, text);
+  }
 }
 
 void serve_with_log(Server& server) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/cli/command.hpp"
@@ -81,5 +82,7 @@ void begin_serving(const ListenerOptions& options,
 [[nodiscard]] bool is_open_to_others(const ListenerOptions& options);
 // Serves until stopped; logs the server's addresses at the start, and the end.
 void serve_with_log(Server& server);
+// Prints the error that ends a program: as a line of the log if that is JSON.
+void print_fatal_error(const std::string& program, std::string_view text);
 
 }  // namespace multitetra

@@ -76,6 +76,7 @@ ServedDatasets::Opened* ServedDatasets::opened(const std::string& place) {
              std::string(was_served ? "still serving the previous version: " : "skipped: ") +
                  error.what(),
              {{"file", place}});
+    is_complete_ = false;
     return was_served ? &before->second : nullptr;
   }
 }
@@ -83,7 +84,9 @@ ServedDatasets::Opened* ServedDatasets::opened(const std::string& place) {
 CataloguePtr ServedDatasets::read() {
   auto catalogue = std::make_shared<DatasetCatalogue>();
   std::set<std::string> there;
-  for (const std::string& place : dataset_paths()) {
+  const std::vector<std::string> paths = dataset_paths();
+  is_complete_ = true;
+  for (const std::string& place : paths) {
     if (!there.insert(place).second) continue;
     Opened* const found = opened(place);
     if (found == nullptr) continue;
@@ -95,6 +98,7 @@ CataloguePtr ServedDatasets::read() {
                {{"dataset", info.name}, {"file", place}, {"size", size_text(info)}});
     } catch (const std::invalid_argument& twice) {
       found->is_served = false;
+      is_complete_ = false;
       log_line(LogLevel::kError, std::string("skipped: ") + twice.what(), {{"file", place}});
     }
   }

@@ -2,7 +2,7 @@
 //
 //   ServedDatasets datasets({"/srv/volumes"}, cache);
 //   Server server(datasets.read(), ...);
-//   ... server.offer(datasets.read());  // After files were added, removed or replaced.
+//   ... server.offer(datasets.read(), datasets.is_complete());  // After files were added, removed or replaced.
 #pragma once
 
 #include <sys/types.h>
@@ -32,6 +32,8 @@ class ServedDatasets {
   // removed datasets. Throws std::filesystem::filesystem_error or StoreError if a folder cannot be
   // read, without any effect.
   [[nodiscard]] CataloguePtr read();
+  // Returns whether the last read() has served the current version of every file.
+  [[nodiscard]] bool is_complete() const { return is_complete_; }
 
  private:
   struct Input {
@@ -65,6 +67,7 @@ class ServedDatasets {
   std::shared_ptr<RemoteFiles> files_;
   std::shared_ptr<CubeMemoryPool> pool_;
   std::map<std::string, Opened> opened_;
+  bool is_complete_ = true;
 };
 
 }  // namespace multitetra

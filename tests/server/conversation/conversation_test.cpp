@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <boost/asio/use_future.hpp>
 
+#include "server/dataset/byte_source.hpp"
 #include "server/service/local_service.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -134,16 +135,25 @@ class LoggedErrors : public ServiceObserver {
   void error_answered(const ClientFacts&, const Error& error, std::uint64_t) override {
     texts.push_back(error.text);
   }
+  void request_ended(const ClientFacts&, const RequestFacts& facts) override {
+    if (facts.failure) failures.push_back(facts.dataset + ": " + facts.failure->text);
+  }
   std::vector<std::string> texts;
+  std::vector<std::string> failures;
 };
 
-TEST(ConversationLog, LogsDatasetsTheTokenDoesNotCover) {
+TEST(ConversationLog, NamesHiddenAndDamagedDatasets) {
   const auto logged = std::make_shared<LoggedErrors>();
   const TemporaryFolder folder;
   std::ofstream(folder.path() / "tokens") << "guests none public-*\n";
   AdmissionControl admission{{.tokens = folder.path() / "tokens", .observer = logged}};
   asio::io_context io{1};
-  const CataloguePtr catalogue = catalogue_of(std::make_shared<FakeSteps>("fake"));
+  const auto catalogue = std::make_shared<DatasetCatalogue>();
+  catalogue->add(std::make_shared<FakeSteps>("fake"));
+  catalogue->add(std::make_shared<FakeSteps>(
+      "public-damaged", [](const StepRequest&, const std::stop_token&) -> TiledStep {
+        throw DatasetFileError("Brick 7 is damaged.");
+      }));
   LocalService service{io.get_executor(), catalogue, {.workers = 1}};
   const ConnectionContextPtr client = admission.admit("tcp", "127.0.0.1", "test").client;
   const auto conversation = std::make_shared<Conversation>(
@@ -164,6 +174,11 @@ TEST(ConversationLog, LogsDatasetsTheTokenDoesNotCover) {
   ASSERT_EQ(logged->texts.size(), 2u);
   EXPECT_EQ(logged->texts[0], "Dataset \"fake\" is not allowed for this token.");
   EXPECT_TRUE(logged->texts[1].starts_with("No dataset is named"));
+  const auto damaged = answer_to(OpenStream{.request_id = 3, .dataset = "public-damaged"});
+  EXPECT_EQ(std::get<ErrorReply>(damaged).error.code, ErrorCode::kDamagedData);
+  ASSERT_EQ(logged->failures.size(), 1u) << "with its dataset";
+  EXPECT_TRUE(logged->failures[0].starts_with("public-damaged: ")) << logged->failures[0];
+  EXPECT_EQ(logged->texts.size(), 2u) << "and not twice";
   conversation->leave();
   service.workers().join();
 }

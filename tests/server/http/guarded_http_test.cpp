@@ -25,7 +25,7 @@ using testing::TlsRequest;
 using testing::WebSocketClient;
 
 unsigned status_of(HttpClient& client, std::string_view fields = {}) {
-  return client.get("/livez", fields).result_int();
+  return client.get("/v1/datasets", fields).result_int();
 }
 
 TEST(GuardedHttp, RejectsExcessConnectionsWith503) {
@@ -39,6 +39,30 @@ TEST(GuardedHttp, RejectsExcessConnectionsWith503) {
   EXPECT_NE(answer.body().find("\"unavailable\""), std::string::npos) << answer.body();
   EXPECT_FALSE(answer.keep_alive());
   EXPECT_EQ(status_of(first), 200U);
+}
+
+TEST(GuardedHttp, AnswersProbesAboveTheLimitOfConnections) {
+  RunningHttpServer server(fake_catalogue("octahedron"), {.base_path = "/volumes"},
+                           {.admission = {.connections = {.total = 1}},
+                            .metrics = std::make_shared<PrometheusMetrics>()});
+  HttpClient first(server.http());
+  EXPECT_EQ(status_of(first), 200U);
+  for (const std::string target : {"/livez", "/readyz", "/metrics", "/volumes/metrics"}) {
+    HttpClient probe(server.http());
+    EXPECT_EQ(probe.get(target).result_int(), 200U) << target;
+    EXPECT_EQ(probe.rest(), "") << target;
+  }
+  HttpClient other(server.http());
+  EXPECT_EQ(other.get("/livez/v1/datasets").result_int(), 503U);
+}
+
+TEST(GuardedHttp, CountsRedirectsToTheBasePathAsSuch) {
+  RunningHttpServer server(fake_catalogue("octahedron"), {.base_path = "/volumes"},
+                           {.metrics = std::make_shared<PrometheusMetrics>()});
+  HttpClient client(server.http());
+  EXPECT_EQ(client.get("/volumes").result_int(), 308U);
+  const std::string metrics = client.get("/metrics").body();
+  EXPECT_NE(metrics.find("{kind=\"redirect\",status=\"308\"} 1\n"), std::string::npos) << metrics;
 }
 
 TEST(GuardedHttp, LimitsClientsOfATrustedProxy) {
@@ -110,7 +134,7 @@ TEST(GuardedHttp, IsNotReadyWhileDraining) {
   unsigned status = 200;
   for (int i = 0; i < 5000 && status == 200; ++i) status = probe.get("/readyz").result_int();
   EXPECT_EQ(status, 503U);
-  EXPECT_EQ(status_of(probe), 200U) << "It lives still.";
+  EXPECT_EQ(probe.get("/livez").result_int(), 200U) << "It lives still.";
   EXPECT_EQ(probe.get("/v1/datasets/octahedron/isosurface?isovalue=1").result_int(), 503U);
 }
 

@@ -136,7 +136,7 @@ TEST(HttpListener, LimitsConnections) {
   HttpClient first(server.http());
   EXPECT_EQ(first.get("/livez").result_int(), 200U);
   HttpClient second(server.http());
-  EXPECT_EQ(second.get("/livez").result_int(), 503U);
+  EXPECT_EQ(second.get("/v1/datasets").result_int(), 503U);
   EXPECT_EQ(second.rest(), "");
   EXPECT_EQ(first.get("/livez").result_int(), 200U);
 }

@@ -162,6 +162,10 @@ TEST(AccessList, ExpiresTokensAtTheirTime) {
   EXPECT_NE(list.rights_of("secret", end).error().text.find("expired at 2027-01-31T12:00:00Z"),
             std::string::npos);
   EXPECT_FALSE(list.rights_of("secret", end - std::chrono::hours(1))->may_see("expires=2027"));
+  const AccessList expired = parsed(access_line("alice", "secret", {"*"}, AccessRights::Time{}));
+  EXPECT_EQ(expired.owner_of("secret"), "alice") << "for the log";
+  EXPECT_EQ(expired.owner_of("other"), "");
+  EXPECT_EQ(expired.owner_of(""), "");
 }
 
 TEST(AccessList, AcceptsExpiryCenturiesAhead) {

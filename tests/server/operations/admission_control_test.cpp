@@ -58,6 +58,23 @@ TEST(AdmissionControl, ClosesTheLongestIdleConnectionOfTheLargestShareForANewOne
   EXPECT_EQ(admission.connections(), 5U);
 }
 
+class ExceededLimits : public ServiceObserver {
+ public:
+  void refused(const ClientFacts&, const char* limit) override { limits.emplace_back(limit); }
+  std::vector<std::string> limits;
+};
+
+// Alerts of overload must not count the refusals of one address.
+TEST(AdmissionControl, ReportsWhetherTheServerOrTheAddressHasTooManyConnections) {
+  const auto exceeded = std::make_shared<ExceededLimits>();
+  AdmissionControl admission({.connections = {.total = 2, .per_name = 1}, .observer = exceeded});
+  std::vector<ConnectionContextPtr> clients;
+  for (const char* address : {"192.0.2.1", "192.0.2.1", "192.0.2.2", "192.0.2.3"}) {
+    clients.push_back(admission.admit("tcp", address, address).client);
+  }
+  EXPECT_EQ(exceeded->limits, (std::vector<std::string>{"connections_per_address", "connections"}));
+}
+
 TEST(AdmissionControl, CountsSubnetsOfAnIpv6NetworkAsOneShareWithFewConnections) {
   AdmissionControl admission(
       {.connections = {.per_name = 2}, .requests = {.per_second = 0.001, .burst = 2}});

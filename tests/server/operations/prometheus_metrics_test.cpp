@@ -71,11 +71,17 @@ TEST(PrometheusMetrics, CountReadsOfDatasets) {
 
 TEST(PrometheusMetrics, CountConnectionsRefusalsAndErrorsByCode) {
   PrometheusMetrics metrics;
+  for (const std::string code : {"damaged_data", "internal", "unauthenticated"}) {
+    const std::string labels = "{code=\"" + code + "\",transport=\"http\"}";
+    EXPECT_TRUE(has(metrics.text({}), "multitetra_errors_total" + labels + " 0")) << code;
+  }
   metrics.connected(kWebSocketClient);
   metrics.connected(kWebSocketClient);
   metrics.disconnected(kWebSocketClient, 1.5);
   metrics.refused(kWebSocketClient, "connections");
   metrics.error_answered(kWebSocketClient, {ErrorCode::kUnknownDataset, "No."}, 3);
+  metrics.request_ended(kWebSocketClient,
+                        {.outcome = "internal", .failure = Error{ErrorCode::kInternal, "No."}});
   metrics.sent("websocket", 123);
   metrics.step_made(0.2);
   const std::string text = metrics.text({});
@@ -86,6 +92,7 @@ TEST(PrometheusMetrics, CountConnectionsRefusalsAndErrorsByCode) {
   EXPECT_TRUE(
       has(text, "multitetra_errors_total{code=\"unknown_dataset\",transport=\"websocket\"} 1"))
       << text;
+  EXPECT_TRUE(has(text, "multitetra_errors_total{code=\"internal\",transport=\"websocket\"} 1"));
   EXPECT_TRUE(has(text, "multitetra_sent_bytes_total{transport=\"websocket\"} 123"));
   EXPECT_TRUE(has(text, "multitetra_step_seconds_count 1"));
 }
@@ -117,12 +124,16 @@ TEST(PrometheusMetrics, ShowFailedReloadsAndWhenTheCertificateExpires) {
   const std::string before = metrics.text({});
   EXPECT_FALSE(has(before, "multitetra_certificate_expiry_timestamp_seconds"));
   EXPECT_TRUE(has(before, "multitetra_reload_failures_total{what=\"certificate\"} 0"));
-  metrics.reload_failed("certificate");
-  metrics.reload_failed("certificate");
-  metrics.reload_failed("datasets");
+  EXPECT_TRUE(has(before, "multitetra_last_reload_failed{what=\"datasets\"} 0"));
+  metrics.reloaded("certificate", true);
+  metrics.reloaded("certificate", true);
+  metrics.reloaded("certificate", false);
+  metrics.reloaded("datasets", true);
   const std::string text = metrics.text({.certificate_expires = 1'800'000'000});
   EXPECT_TRUE(has(text, "multitetra_reload_failures_total{what=\"certificate\"} 2"));
   EXPECT_TRUE(has(text, "multitetra_reload_failures_total{what=\"datasets\"} 1"));
+  EXPECT_TRUE(has(text, "multitetra_last_reload_failed{what=\"certificate\"} 0"));
+  EXPECT_TRUE(has(text, "multitetra_last_reload_failed{what=\"datasets\"} 1"));
   EXPECT_TRUE(has(text, "multitetra_certificate_expiry_timestamp_seconds 1800000000")) << text;
 }
 

@@ -156,6 +156,19 @@ TEST(RequestLog, LogsTheReasonOfRejectionsAndErrors) {
   EXPECT_EQ(lines[1].at("request"), "3");
 }
 
+TEST(RequestLog, LogsTheReasonOfAFailureWithItsDataset) {
+  const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
+    log.request_ended(kAlice, {.dataset = "head",
+                               .outcome = "internal",
+                               .failure = Error{ErrorCode::kInternal, "The disk failed."}});
+  });
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_EQ(lines[0].at("level"), "warning");
+  EXPECT_EQ(lines[0].at("dataset"), "head");
+  EXPECT_EQ(lines[0].at("outcome"), "internal");
+  EXPECT_EQ(lines[0].at("reason"), "The disk failed.");
+}
+
 TEST(RequestLog, OmitsTokensInTargets) {
   const auto target = [](const char* asked) {
     const auto lines = logged(LogLevel::kInfo, [asked](RequestLog& log) {
