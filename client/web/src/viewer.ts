@@ -33,6 +33,7 @@ import type { ShownSurface } from "./shown_surface";
 import { Events } from "./state/events";
 import {
   atTime, type Entry, isSameData, isSameSeries, findByName, nameOfLabel, settingsOfEntry, initialSelection, timeOf, timesOf, unknownDatasetText,
+  withLabelChanges,
 } from "./state/series";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
@@ -137,7 +138,7 @@ export class Viewer {
     if (change.dataset !== undefined) this.notices.clear();
     const isUnknown = change.dataset && this.list.length > 0 && !findByName(this.list, change.dataset);
     const unknown = isUnknown ? change.dataset : null;
-    if (unknown) change = { ...change, dataset: before.dataset };
+    change = withLabelChanges(this.list, info, before, unknown ? { ...change, dataset: before.dataset } : change);
     if (change.followView && !before.followView) this.detail.enable();
     if (change.eye && change.target) this.stage.setView(change.eye, change.target);
     change = { ...change, ...initialCut(change, before, this.stage.view()) };

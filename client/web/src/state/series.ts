@@ -167,6 +167,17 @@ export function initialSelection(list: readonly DatasetInfo[], settings: Setting
   return { info: atTime(list, findByName(list, changes.dataset!) ?? found, t), changes };
 }
 
+// Adds to a change of settings what follows for labels: named labels replace all shown surfaces, and surfaces and their
+// look do not stay between labels and another dataset. `shown`: the current dataset.
+export function withLabelChanges(
+  list: readonly DatasetInfo[], shown: DatasetInfo | null, now: Settings, change: Partial<Settings>,
+): Partial<Settings> {
+  const after = change.dataset ? findByName(list, change.dataset) : shown;
+  const isOther = shown && after && !isSameSeries(shown, after) && (shown.member?.label || after.member?.label);
+  const all = isOther ? { ...firstOnly(defaults), isovalue: null, surfaces: [], ...change } : change;
+  return all.labels ? { ...all, ...initialSelection(list, { ...now, surfaces: [], ...all })?.changes } : all;
+}
+
 // Shortens the settings of a segmentation for addresses: the visible labels, and as surfaces only labels whose look was
 // changed. initialSelection() restores the settings.
 export function withShortLabels(list: readonly DatasetInfo[], settings: Settings): Settings {
