@@ -5,7 +5,6 @@ import type { Viewer, ViewerEvents } from "./viewer";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Picked } from "./scene/picking";
 import { parseSettings } from "./state/parse_settings";
-import { surfacesOf } from "./state/surfaces";
 
 const version = 1;
 const together = 100; // Milliseconds: changes within this time are sent together.
@@ -96,12 +95,9 @@ export class Embedding {
   }
 
   private postMissed(): void {
-    const { info, surfaces } = this.viewer;
+    const { info, reports } = this.viewer;
     if (info) this.postDataset(info);
-    surfacesOf(this.viewer.get()).forEach((_, surface) => {
-      const { shown, components } = surfaces.progressOf(surface);
-      if (shown && surfaces.isCurrent(surface)) this.post("shown", stepMessage({ ...shown, surface, components }));
-    });
+    for (const shown of reports.current) this.post("shown", stepMessage(shown));
     if (this.failure) this.post("error", { text: this.failure });
   }
 

@@ -126,10 +126,10 @@ viewer.on("progress", ({ surface }) => {
   showBar();
   panel.showSurface(surface, surfaces.progressOf(surface));
 });
-viewer.on("shown", ({ surface }) => {
+viewer.on("shown", () => {
   panel.showPaused(viewer.isDetailPaused);
   hint.hidden = false;
-  if (surface === 0) document.title = `${viewer.info?.name} · Multi-Tetra viewer`;
+  document.title = `${viewer.info?.name} · Multi-Tetra viewer`;
 });
 viewer.on("picked", ({ surface }) => surface && panel.showPicked(surface.tiles.at));
 settings.watch((now, before) => {

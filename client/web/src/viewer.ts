@@ -29,6 +29,7 @@ import { colorsRefusal, type Scene, sceneOf } from "./scene_at";
 import { pngOf } from "./scene/png";
 import { Stage } from "./scene/stage";
 import { SceneDecorations } from "./scene/scene_decorations";
+import { ShownReports } from "./shown_reports";
 import type { ShownSurface } from "./shown_surface";
 import { Events } from "./state/events";
 import {
@@ -57,6 +58,7 @@ export class Viewer {
   readonly stage: Stage;
   readonly pool = new TilePool(Math.min(6, Math.max(2, (navigator.hardwareConcurrency || 4) - 1)));
   readonly surfaces: SurfaceSet;
+  readonly reports: ShownReports;
   readonly notices: Notices;
   readonly measuring: Measuring;
   info: DatasetInfo | null = null; // The current dataset.
@@ -88,6 +90,7 @@ export class Viewer {
       shown: (at, shown, isFirst) => this.reportShown(at, shown, isFirst),
       progress: (surface) => this.events.emit("progress", { surface }),
     });
+    this.reports = new ShownReports(this.surfaces, () => this.get(), (shown) => this.events.emit("shown", shown));
     this.notices = new Notices({
       connectNow: () => this.surfaces.connect(),
       useToken: (typed) => this.useToken(typed),
@@ -368,9 +371,12 @@ export class Viewer {
   private requestSurfaces(): void {
     if (!this.info) return;
     const refusal = colorsRefusal(this.list, this.get(), this.info);
-    if (!refusal) return this.surfaces.request(sceneOf(this.list, this.get(), this.info), this.get(), this.requestView, this.isDragging);
-    this.set({ colorBy: "" }); // Requests the surfaces without the field.
-    this.notices.announce(refusal);
+    if (refusal) {
+      this.set({ colorBy: "" }); // Requests the surfaces without the field.
+      return this.notices.announce(refusal);
+    }
+    this.surfaces.request(sceneOf(this.list, this.get(), this.info), this.get(), this.requestView, this.isDragging);
+    this.reports.update();
   }
 
   private applyLook(): void {
@@ -391,7 +397,7 @@ export class Viewer {
     this.samples.updateSlices();
     for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.measuring.surfaceReplaced(tiles);
     if (at === 0 && shown.facts.isFinal && this.detail.recordDuration(this.surfaces.progress.get().complete) && this.get().followView) this.requestSurfaces();
-    if (this.surfaces.isCurrent(at)) this.events.emit("shown", { ...shown.facts, surface: at, components: this.surfaces.progressOf(at).components });
+    this.reports.add(at);
   }
 
   private receivePick(place: Picked): void {

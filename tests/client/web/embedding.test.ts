@@ -8,10 +8,9 @@ const facts = { isovalue: 3, spacing: 1 };
 function framed(parts: object = {}, ignoredInAddress: string[] = []) {
   const set: unknown[] = [];
   const listeners = new Map<string, (what: unknown) => void>();
-  const surfaces = { progressOf: () => ({ shown: facts, components: null }), isCurrent: () => true };
   const viewer = {
     on: (kind: string, listener: (what: unknown) => void) => listeners.set(kind, listener), get: () => defaults,
-    set: (...words: unknown[]) => set.push(words), info: null, surfaces, ...parts,
+    set: (...words: unknown[]) => set.push(words), info: null, reports: { current: [facts] }, ...parts,
   };
   const said: { multitetra: string; [name: string]: unknown }[] = [];
   const page = { postMessage: (message: (typeof said)[number]) => said.push(message) } as unknown as Window;
@@ -40,9 +39,8 @@ describe("Embedding", () => {
   });
 
   test("SendsNoSurfaceThatIsReplaced", () => {
-    let isCurrent = true;
-    const surfaces = { progressOf: () => ({ shown: facts, components: null }), isCurrent: () => isCurrent };
-    const { say, said } = framed({ surfaces, set: () => (isCurrent = false) });
+    const reports = { current: [facts] };
+    const { say, said } = framed({ reports, set: () => (reports.current = []) });
     say({ multitetra: "set", state: { isovalue: 4 } });
     expect(said.map(({ multitetra }) => multitetra)).toEqual(["ready", "state"]);
   });
