@@ -95,9 +95,9 @@ export class Embedding {
   }
 
   private postMissed(): void {
-    const { info, reports } = this.viewer;
+    const { info, surfaces } = this.viewer;
     if (info) this.postDataset(info);
-    for (const shown of reports.current) this.post("shown", stepMessage(shown));
+    for (const shown of surfaces.reports.current) this.post("shown", stepMessage(shown));
     if (this.failure) this.post("error", { text: this.failure });
   }
 

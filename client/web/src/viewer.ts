@@ -29,11 +29,11 @@ import { colorsRefusal, type Scene, sceneOf } from "./scene_at";
 import { pngOf } from "./scene/png";
 import { Stage } from "./scene/stage";
 import { SceneDecorations } from "./scene/scene_decorations";
-import { ShownReports } from "./shown_reports";
 import type { ShownSurface } from "./shown_surface";
+import { permittedSettings } from "./slices";
 import { Events } from "./state/events";
 import {
-  atTime, type Entry, isSameData, isSameSeries, findByName, nameOfLabel, settingsOfEntry, initialSelection, timeOf, timesOf, unknownDatasetText,
+  atTime, type Entry, isSameData, isSameSeries, findByName, nameOfLabel, settingsOfChoice, initialSelection, timeOf, timesOf, unknownDatasetText,
   withLabelChanges,
 } from "./state/series";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
@@ -58,7 +58,6 @@ export class Viewer {
   readonly stage: Stage;
   readonly pool = new TilePool(Math.min(6, Math.max(2, (navigator.hardwareConcurrency || 4) - 1)));
   readonly surfaces: SurfaceSet;
-  readonly reports: ShownReports;
   readonly notices: Notices;
   readonly measuring: Measuring;
   info: DatasetInfo | null = null; // The current dataset.
@@ -88,9 +87,9 @@ export class Viewer {
     this.queries = new DatasetQueries(address, () => this.token.get(), (text) => this.notices.announce(text, true));
     this.surfaces = new SurfaceSet(address, () => this.token.get(), this.pool, this.stage, {
       shown: (at, shown, isFirst) => this.reportShown(at, shown, isFirst),
+      drawn: (shown) => this.events.emit("shown", shown),
       progress: (surface) => this.events.emit("progress", { surface }),
     });
-    this.reports = new ShownReports(this.surfaces, () => this.get(), (shown) => this.events.emit("shown", shown));
     this.notices = new Notices({
       connectNow: () => this.surfaces.connect(),
       useToken: (typed) => this.useToken(typed),
@@ -105,7 +104,7 @@ export class Viewer {
       (surface, place) => this.changeParts(withoutPart(this.get(), surface, place)), (label) => nameOfLabel(label, this.get()));
     const turn = (changes: Partial<Settings>, isDragging: boolean) => this.set(changes, isDragging);
     this.samples = new SampleViews(this.stage, {
-      queries: this.queries, surfaces: this.surfaces, pool: this.pool, settings: () => this.get(),
+      queries: this.queries, surfaces: this.surfaces, pool: this.pool, settings: () => permittedSettings(this.get(), this.surfaces.datasets.get()),
       failed: (text) => this.notices.announce(text, true),
     }, () => ({ info: this.info, list: this.list, isPlayable: () => this.times !== null }), turn);
     this.player = new TimePlayer(() => this.playbackState(), {
@@ -139,8 +138,7 @@ export class Viewer {
     this.isDragging = isDragging;
     const [before, info] = [this.settings.get(), this.info];
     if (change.dataset !== undefined) this.notices.clear();
-    const isUnknown = change.dataset && this.list.length > 0 && !findByName(this.list, change.dataset);
-    const unknown = isUnknown ? change.dataset : null;
+    const unknown = this.list.length > 0 && change.dataset && !findByName(this.list, change.dataset) ? change.dataset : null;
     change = withLabelChanges(this.list, info, before, unknown ? { ...change, dataset: before.dataset } : change);
     if (change.followView && !before.followView) this.detail.enable();
     if (change.eye && change.target) this.stage.setView(change.eye, change.target);
@@ -163,10 +161,7 @@ export class Viewer {
   // Selects another dataset with its default view.
   choose(entry: Entry): void {
     if (this.info && isSameSeries(entry.info, this.info)) return;
-    this.settings.set({
-      ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], eye: null, target: null,
-      up: defaults.up, clip: "off", clipNormal: null, places: [], cross: null,
-    });
+    this.settings.set(settingsOfChoice(entry));
     this.useDataset(entry.info);
   }
 
@@ -197,9 +192,8 @@ export class Viewer {
   }
 
   reset(): void {
-    this.settings.set({ eye: null, target: null, up: defaults.up });
-    this.stage.defaultView();
-    this.fit();
+    this.settings.set({ eye: null, target: null });
+    this.turnUp(defaults.up);
   }
 
   lookFrom(direction: THREE.Vector3): void {
@@ -371,16 +365,13 @@ export class Viewer {
   private requestSurfaces(): void {
     if (!this.info) return;
     const refusal = colorsRefusal(this.list, this.get(), this.info);
-    if (refusal) {
-      this.set({ colorBy: "" }); // Requests the surfaces without the field.
-      return this.notices.announce(refusal);
-    }
-    this.surfaces.request(sceneOf(this.list, this.get(), this.info), this.get(), this.requestView, this.isDragging);
-    this.reports.update();
+    if (!refusal) return this.surfaces.request(sceneOf(this.list, this.get(), this.info), this.get(), this.requestView, this.isDragging);
+    this.set({ colorBy: "" }); // Requests the surfaces without the field.
+    this.notices.announce(refusal);
   }
 
   private applyLook(): void {
-    const now = this.settings.get();
+    const now = permittedSettings(this.get(), this.surfaces.datasets.get());
     const clip = clipPlane(now, this.info);
     this.handles.show(now, this.info);
     this.surfaces.applyLook(now, clip);
@@ -397,7 +388,7 @@ export class Viewer {
     this.samples.updateSlices();
     for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.measuring.surfaceReplaced(tiles);
     if (at === 0 && shown.facts.isFinal && this.detail.recordDuration(this.surfaces.progress.get().complete) && this.get().followView) this.requestSurfaces();
-    this.reports.add(at);
+    this.surfaces.reports.add(at);
   }
 
   private receivePick(place: Picked): void {

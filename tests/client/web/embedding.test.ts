@@ -10,7 +10,7 @@ function framed(parts: object = {}, ignoredInAddress: string[] = []) {
   const listeners = new Map<string, (what: unknown) => void>();
   const viewer = {
     on: (kind: string, listener: (what: unknown) => void) => listeners.set(kind, listener), get: () => defaults,
-    set: (...words: unknown[]) => set.push(words), info: null, reports: { current: [facts] }, ...parts,
+    set: (...words: unknown[]) => set.push(words), info: null, surfaces: { reports: { current: [facts] } }, ...parts,
   };
   const said: { multitetra: string; [name: string]: unknown }[] = [];
   const page = { postMessage: (message: (typeof said)[number]) => said.push(message) } as unknown as Window;
@@ -40,7 +40,7 @@ describe("Embedding", () => {
 
   test("SendsNoSurfaceThatIsReplaced", () => {
     const reports = { current: [facts] };
-    const { say, said } = framed({ reports, set: () => (reports.current = []) });
+    const { say, said } = framed({ surfaces: { reports }, set: () => (reports.current = []) });
     say({ multitetra: "set", state: { isovalue: 4 } });
     expect(said.map(({ multitetra }) => multitetra)).toEqual(["ready", "state"]);
   });

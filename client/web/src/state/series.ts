@@ -149,6 +149,14 @@ export function settingsOfEntry({ info, series }: Entry, named: string | null = 
   return { dataset, isovalue: labelIsovalue, color, opacity, visible, surfaces: others };
 }
 
+// The settings when the user chooses an entry: also its default view.
+export function settingsOfChoice(entry: Entry): Partial<Settings> {
+  return {
+    ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], eye: null, target: null,
+    up: defaults.up, clip: "off", clipNormal: null, places: [], cross: null,
+  };
+}
+
 // Returns the dataset that the settings name and the changes that follow: all labels of a segmentation if no surfaces
 // are named, only one visible if it is named. Null: the dataset is not in the list.
 export function initialSelection(list: readonly DatasetInfo[], settings: Settings): { info: DatasetInfo; changes: Partial<Settings> | null } | null {
