@@ -93,12 +93,14 @@ export class SurfaceSet {
     this.sharedPreviews.close();
   }
 
-  // Resolves when everything visible of the dataset is complete or has failed, or when `isEnough`.
-  async settled(info: () => DatasetInfo | null, isEnough = () => false): Promise<void> {
+  // Resolves when everything visible of the dataset is complete or has failed, or when `isEnough`. Rejects when
+  // aborted.
+  async settled(info: () => DatasetInfo | null, isEnough = () => false, signal?: AbortSignal): Promise<void> {
     const isUnknown = () => this.datasets.get().list !== null && !info();
     const isThere = () => isSameData(this.firstShown?.info, info()) || this.progress.get().failure !== null || isUnknown();
     while (!isEnough() && (!this.isSettled || !isThere())) {
       await new Promise((resolve) => setTimeout(resolve, 20));
+      signal?.throwIfAborted();
     }
   }
 

@@ -228,7 +228,7 @@ export class Viewer {
   // Returns the scene with annotations as PNG, when it is complete or the connection is lost, on the page's background
   // or transparent.
   async picture(options: PictureOptions = {}): Promise<Blob> {
-    await this.surfaces.settled(() => this.info, () => this.surfaces.progress.get().phase === "lost");
+    await this.surfaces.settled(() => this.info, () => this.surfaces.progress.get().phase === "lost", options.signal);
     return pngOf(this.drawn(options));
   }
 

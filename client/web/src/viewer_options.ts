@@ -20,6 +20,7 @@ export interface PictureOptions {
   enlargement?: number; // Relative to the screen; default: 1.
   width?: number; // In pixels, instead of `enlargement`, within the GPU's limits.
   isTransparent?: boolean; // Without a background.
+  signal?: AbortSignal; // Ends the wait for the surface, with the signal's reason.
   isVideoFrame?: boolean; // A video frame, which always shows its time.
 }
 

@@ -232,8 +232,7 @@ function surfaceOfLabel({ name: dataset, member }: DatasetInfo, visible: boolean
 export function unknownDatasetText(list: readonly DatasetInfo[], dataset: string): string {
   const names = list.flatMap(({ name, member }) => (member ? [member.series, name] : [name]));
   const meant = nearestName(dataset, names);
-  const advice = meant ? `Did you mean "${meant}"?` : "Choose one from the list.";
-  return `No dataset named "${dataset}" is served here. ${advice}`;
+  return `No dataset named "${dataset}" is served here.${meant ? ` Did you mean "${meant}"?` : ""}`;
 }
 
 function firstOf({ members, labels }: Series): DatasetInfo {
