@@ -1,7 +1,7 @@
 // Synchronizes settings and the page's address: changed settings appear in the address, edits of it are applied, and
 // the browser's "Back" reverts a change of dataset or isovalue.
 import type { Token } from "./server_address";
-import { findByName, withShortLabels, initialSelection } from "./state/series";
+import { findByName, withShortLabels } from "./state/series";
 import type { Settings } from "./state/settings";
 import { afterEdit, ignoredParts, toAddress } from "./state/url_state";
 import type { Viewer } from "./viewer";
@@ -48,10 +48,7 @@ export class AddressSync {
     if (hash.slice(1) === toAddress(this.settingsForAddress())) return;
     const { dataset, ...now } = afterEdit(this.viewer.get(), hash);
     const { list } = this.viewer.surfaces.datasets.get();
-    const wanted = { ...now, dataset: dataset || this.settingsForAddress().dataset };
-    // Resolved immediately, so that remaining labels are not loaded again.
-    const labels = list && wanted.labels ? initialSelection(list, wanted)?.changes : null;
-    this.viewer.set({ ...wanted, ...labels });
+    this.viewer.set({ ...now, dataset: dataset || this.settingsForAddress().dataset });
     const isUnknown = dataset !== "" && list !== null && findByName(list, dataset) === null;
     if (!isUnknown) this.reportIgnored(hash);
   }

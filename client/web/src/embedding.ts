@@ -5,11 +5,10 @@ import type { Viewer, ViewerEvents } from "./viewer";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Picked } from "./scene/picking";
 import { parseSettings } from "./state/parse_settings";
-import { surfacesOf } from "./state/surfaces";
 
 const version = 1;
 const together = 100; // Milliseconds: changes within this time are sent together.
-const maxPictureWait = 60_000; // Milliseconds.
+const maxPictureWait = 60_000; // Milliseconds without progress.
 
 interface Query {
   multitetra?: unknown;
@@ -21,6 +20,7 @@ interface Query {
 export class Embedding {
   private origin: string | null = null; // The origin of the parent page, after its first message.
   private timer = 0;
+  private isFitDue = false; // When a step of the set isovalue is shown.
   private failure = ""; // Why the requested surface is not shown; empty: no failure.
 
   constructor(
@@ -40,6 +40,7 @@ export class Embedding {
     viewer.on("shown", (facts) => {
       this.failure = "";
       this.post("shown", stepMessage(facts));
+      if (this.isFitDue) this.fit();
     });
     viewer.on("failed", (text) => this.fail(text));
     viewer.on("progress", ({ surface }) => this.fail(viewer.surfaces.progressOf(surface).failure?.text));
@@ -64,7 +65,7 @@ export class Embedding {
       case "get":
         return this.post("state", { id, state: this.viewer.get(), ignored: [...this.ignoredInAddress.splice(0), ...ignored] });
       case "fit":
-        return this.viewer.fit();
+        return this.fit();
       case "reset":
         return this.viewer.reset();
       case "picture":
@@ -74,18 +75,29 @@ export class Embedding {
     }
   }
 
+  private fit(): void {
+    this.isFitDue = !this.viewer.surfaces.isCurrent(0);
+    if (!this.isFitDue) this.viewer.fit();
+  }
+
   // A picture of a frame that the browser does not draw, or of a very slow surface, would never be complete.
   private async postPicture(id: unknown): Promise<void> {
+    const wait = new AbortController();
+    const error = new Error(`Nothing more of the surface arrived for ${maxPictureWait / 1000} s.`);
+    const extend = () => {
+      this.self.clearTimeout(timer);
+      timer = this.self.setTimeout(() => wait.abort(error), maxPictureWait);
+    };
     let timer: number | undefined;
-    const late = new Promise<never>((_, reject) => {
-      timer = this.self.setTimeout(() => reject(new Error(`The surface is not complete after ${maxPictureWait / 1000} s.`)), maxPictureWait);
-    });
+    extend();
+    const ignore = this.viewer.on("progress", extend);
     try {
-      this.post("picture", { id, png: await Promise.race([this.viewer.picture(), late]) });
-    } catch (error) {
-      this.post("error", { id, text: `No picture: ${(error as Error).message}` });
+      this.post("picture", { id, png: await this.viewer.picture({ signal: wait.signal }) });
+    } catch (reason) {
+      this.post("error", { id, text: `No picture: ${(reason as Error).message}` });
     } finally {
       this.self.clearTimeout(timer);
+      ignore();
     }
   }
 
@@ -98,10 +110,7 @@ export class Embedding {
   private postMissed(): void {
     const { info, surfaces } = this.viewer;
     if (info) this.postDataset(info);
-    surfacesOf(this.viewer.get()).forEach((_, surface) => {
-      const { shown, components } = surfaces.progressOf(surface);
-      if (shown && surfaces.isCurrent(surface)) this.post("shown", stepMessage({ ...shown, surface, components }));
-    });
+    for (const shown of surfaces.reports.current) this.post("shown", stepMessage(shown));
     if (this.failure) this.post("error", { text: this.failure });
   }
 

@@ -13,6 +13,7 @@ import { h } from "./shared/elements";
 import { Help } from "./panel/help";
 import { installKeyboard } from "./panel/keyboard";
 import { Panel } from "./panel/panel";
+import { noSamples } from "./panel/slice_section";
 import { StatusBar } from "./panel/status_bar";
 import { installTooltips } from "./panel/tooltip";
 import { viewTools } from "./panel/view_tools";
@@ -87,7 +88,10 @@ const actions = {
   redo: () => changes.redo(settings.get(), (to) => viewer.set(to)),
   stepTime: (steps: number) => viewer.stepTime(steps),
   roll: (radians: number) => viewer.roll(radians),
-  toggleSlices: () => viewer.set({ layout: viewer.get().layout === "four" ? "surface" : "four" }),
+  toggleSlices: () => {
+    if (!surfaces.datasets.get().permitsSamples) return notices.announce(noSamples, true);
+    viewer.set({ layout: viewer.get().layout === "four" ? "surface" : "four" });
+  },
 };
 const hint = h("p", { class: "stage-hint", hidden: true },
   "drag to rotate · scroll to zoom · click to measure");
@@ -112,10 +116,11 @@ surfaces.sizes.watch(({ expected }) => {
   showBar();
   panel.showExpected(expected);
 });
-surfaces.datasets.watch(({ list }) => {
+surfaces.datasets.watch(({ list, permitsSamples }) => {
   if (!list) return;
   datasets.show(entries());
-  panel.showDatasets(list);
+  panel.showDatasets(list, permitsSamples);
+  tools.showPermission(permitsSamples);
   if (viewer.info) datasets.choose(viewer.info);
 });
 viewer.on("dataset", (info) => {
@@ -126,10 +131,10 @@ viewer.on("progress", ({ surface }) => {
   showBar();
   panel.showSurface(surface, surfaces.progressOf(surface));
 });
-viewer.on("shown", ({ surface }) => {
+viewer.on("shown", () => {
   panel.showPaused(viewer.isDetailPaused);
   hint.hidden = false;
-  if (surface === 0) document.title = `${viewer.info?.name} · Multi-Tetra viewer`;
+  document.title = `${viewer.info?.name} · Multi-Tetra viewer`;
 });
 viewer.on("picked", ({ surface }) => surface && panel.showPicked(surface.tiles.at));
 settings.watch((now, before) => {

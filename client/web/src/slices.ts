@@ -7,6 +7,7 @@ import { LatestSlice, type SliceSources } from "./latest_slice";
 import { sliceGrid } from "./scene/slice_grid";
 import { SlicePlane } from "./scene/slice_plane";
 import type { Stage } from "./scene/stage";
+import type { ServedDatasets } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
 import { type Vec3, voxelLength, worldBox } from "./stream/dataset";
@@ -54,6 +55,11 @@ export interface ShownSamples {
 
 // `usual`: the default window; absent: all values.
 export type ValueRange = Pick<DatasetInfo, "min" | "max"> & { usual?: { level: number; width: number } };
+
+// Returns the settings without slices and filled cuts where the server permits surfaces only.
+export function permittedSettings(settings: Settings, { permitsSamples }: ServedDatasets): Settings {
+  return permitsSamples ? settings : { ...settings, slice: "off", layout: "surface", filled: false };
+}
 
 interface Place {
   normal: Vec3; // A unit vector.

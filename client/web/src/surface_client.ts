@@ -20,7 +20,7 @@ import type { CachedStep } from "./step_cache";
 import { type DatasetInfo, ErrorCode, Priority, type ServerKind } from "./protocol/messages";
 import { tileIdPrefix, type ShownSurface } from "./shown_surface";
 import { type HiddenParts, hiddenPartsOf } from "./state/hidden_parts";
-import { noProgress, noFailure, type Progress } from "./state/progress";
+import { noDatasets, noProgress, noFailure, type Progress, type ServedDatasets } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { SurfaceConnection } from "./surface_connection";
@@ -50,7 +50,7 @@ export interface SurfaceRequest {
 
 export class SurfaceClient implements PreviewClient {
   readonly progress = new Store<Progress>(noProgress);
-  readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
+  readonly datasets = new Store<ServedDatasets>(noDatasets);
   readonly sizes = new ExpectedSizes();
   private readonly conversation: Conversation;
   private readonly connection: SurfaceConnection;
@@ -307,7 +307,7 @@ export class SurfaceClient implements PreviewClient {
         break;
       }
       case "datasets":
-        this.datasets.set({ list: effect.datasets });
+        this.datasets.set({ list: effect.datasets, permitsSamples: effect.permitsSamples });
         break;
       case "opened":
         clearTimeout(this.postponed);

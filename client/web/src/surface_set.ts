@@ -12,9 +12,10 @@ import type { Scene } from "./scene_at";
 import { FieldColors } from "./scene/field_colors";
 import type { Stage } from "./scene/stage";
 import { maxTriangles, Surface } from "./scene/surface";
+import { ShownReports } from "./shown_reports";
 import type { ShownSurface } from "./shown_surface";
 import { hiddenPartsOf } from "./state/hidden_parts";
-import { noProgress, type Progress, type SurfacesStatus, type SurfaceSize } from "./state/progress";
+import { noDatasets, noProgress, type Progress, type ServedDatasets, type SurfacesStatus, type SurfaceSize } from "./state/progress";
 import { isSameData } from "./state/series";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
@@ -24,6 +25,7 @@ import type { RequestedSteps } from "./stream/stream_request";
 import { ConnectionPool } from "./stream/connection_pool";
 import { SharedPreviews } from "./stream/shared_previews";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
+import type { ViewerEvents } from "./viewer_options";
 import type { TilePool } from "./workers/tile_pool";
 import type { DrawnTiles } from "./workers/worker_messages";
 
@@ -45,6 +47,7 @@ export interface ShownTiles {
 
 export interface SurfaceSetEvents {
   shown: (at: number, shown: ShownSurface, isFirstOfScene: boolean) => void;
+  drawn: (shown: ViewerEvents["shown"]) => void;
   progress: (at: number) => void; // Of a surface other than the first.
 }
 
@@ -53,8 +56,9 @@ const maxConnections = 5; // For surfaces other than the first.
 
 export class SurfaceSet {
   readonly progress = new Store<Progress>(noProgress); // Of the first surface.
-  readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
+  readonly datasets = new Store<ServedDatasets>(noDatasets);
   readonly sizes = new Store<{ expected: SurfaceSize | null }>({ expected: null });
+  readonly reports = new ShownReports(this, () => this.look!.settings, (shown) => this.events.drawn(shown));
   readonly field = new FieldColors(() => this.stage.invalidate());
   private members: Member[] = [];
   private lastNumber = 0;
@@ -89,12 +93,14 @@ export class SurfaceSet {
     this.sharedPreviews.close();
   }
 
-  // Resolves when everything visible of the dataset is complete or has failed, or when `isEnough`.
-  async settled(info: () => DatasetInfo | null, isEnough = () => false): Promise<void> {
+  // Resolves when everything visible of the dataset is complete or has failed, or when `isEnough`. Rejects when
+  // aborted.
+  async settled(info: () => DatasetInfo | null, isEnough = () => false, signal?: AbortSignal): Promise<void> {
     const isUnknown = () => this.datasets.get().list !== null && !info();
     const isThere = () => isSameData(this.firstShown?.info, info()) || this.progress.get().failure !== null || isUnknown();
     while (!isEnough() && (!this.isSettled || !isThere())) {
       await new Promise((resolve) => setTimeout(resolve, 20));
+      signal?.throwIfAborted();
     }
   }
 
@@ -110,6 +116,7 @@ export class SurfaceSet {
       member.client.request(infos[at]!, settingsOf(settings, at)!, view, { moment, scalars, isDragging, steps });
     }
     this.finishAll();
+    this.reports.update();
   }
 
   confirmSize(): void {
@@ -190,8 +197,11 @@ export class SurfaceSet {
     });
   }
 
+  // The box of the visible surfaces; of all if none is.
   worldBox(): THREE.Box3 {
-    return this.members.reduce((box, { surface }) => box.union(surface.worldBox()), new THREE.Box3());
+    const { visibleMembers } = this;
+    return (visibleMembers.length > 0 ? visibleMembers : this.members)
+      .reduce((box, { surface }) => box.union(surface.worldBox()), new THREE.Box3());
   }
 
   // Whether nothing more is being received for visible surfaces.

@@ -30,9 +30,11 @@ import { pngOf } from "./scene/png";
 import { Stage } from "./scene/stage";
 import { SceneDecorations } from "./scene/scene_decorations";
 import type { ShownSurface } from "./shown_surface";
+import { permittedSettings } from "./slices";
 import { Events } from "./state/events";
 import {
-  atTime, type Entry, isSameData, isSameSeries, findByName, nameOfLabel, settingsOfEntry, initialSelection, timeOf, timesOf, unknownDatasetText,
+  atTime, type Entry, isSameData, isSameSeries, findByName, nameOfLabel, settingsOfChoice, initialSelection, timeOf, timesOf, unknownDatasetText,
+  withLabelChanges,
 } from "./state/series";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
@@ -85,6 +87,7 @@ export class Viewer {
     this.queries = new DatasetQueries(address, () => this.token.get(), (text) => this.notices.announce(text, true));
     this.surfaces = new SurfaceSet(address, () => this.token.get(), this.pool, this.stage, {
       shown: (at, shown, isFirst) => this.reportShown(at, shown, isFirst),
+      drawn: (shown) => this.events.emit("shown", shown),
       progress: (surface) => this.events.emit("progress", { surface }),
     });
     this.notices = new Notices({
@@ -101,7 +104,7 @@ export class Viewer {
       (surface, place) => this.changeParts(withoutPart(this.get(), surface, place)), (label) => nameOfLabel(label, this.get()));
     const turn = (changes: Partial<Settings>, isDragging: boolean) => this.set(changes, isDragging);
     this.samples = new SampleViews(this.stage, {
-      queries: this.queries, surfaces: this.surfaces, pool: this.pool, settings: () => this.get(),
+      queries: this.queries, surfaces: this.surfaces, pool: this.pool, settings: () => permittedSettings(this.get(), this.surfaces.datasets.get()),
       failed: (text) => this.notices.announce(text, true),
     }, () => ({ info: this.info, list: this.list, isPlayable: () => this.times !== null }), turn);
     this.player = new TimePlayer(() => this.playbackState(), {
@@ -135,9 +138,8 @@ export class Viewer {
     this.isDragging = isDragging;
     const [before, info] = [this.settings.get(), this.info];
     if (change.dataset !== undefined) this.notices.clear();
-    const isUnknown = change.dataset && this.list.length > 0 && !findByName(this.list, change.dataset);
-    const unknown = isUnknown ? change.dataset : null;
-    if (unknown) change = { ...change, dataset: before.dataset };
+    const unknown = this.list.length > 0 && change.dataset && !findByName(this.list, change.dataset) ? change.dataset : null;
+    change = withLabelChanges(this.list, info, before, unknown ? { ...change, dataset: before.dataset } : change);
     if (change.followView && !before.followView) this.detail.enable();
     if (change.eye && change.target) this.stage.setView(change.eye, change.target);
     change = { ...change, ...initialCut(change, before, this.stage.view()) };
@@ -159,10 +161,7 @@ export class Viewer {
   // Selects another dataset with its default view.
   choose(entry: Entry): void {
     if (this.info && isSameSeries(entry.info, this.info)) return;
-    this.settings.set({
-      ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], eye: null, target: null,
-      up: defaults.up, clip: "off", clipNormal: null, places: [], cross: null,
-    });
+    this.settings.set(settingsOfChoice(entry));
     this.useDataset(entry.info);
   }
 
@@ -193,9 +192,8 @@ export class Viewer {
   }
 
   reset(): void {
-    this.settings.set({ eye: null, target: null, up: defaults.up });
-    this.stage.defaultView();
-    this.fit();
+    this.settings.set({ eye: null, target: null });
+    this.turnUp(defaults.up);
   }
 
   lookFrom(direction: THREE.Vector3): void {
@@ -230,7 +228,7 @@ export class Viewer {
   // Returns the scene with annotations as PNG, when it is complete or the connection is lost, on the page's background
   // or transparent.
   async picture(options: PictureOptions = {}): Promise<Blob> {
-    await this.surfaces.settled(() => this.info, () => this.surfaces.progress.get().phase === "lost");
+    await this.surfaces.settled(() => this.info, () => this.surfaces.progress.get().phase === "lost", options.signal);
     return pngOf(this.drawn(options));
   }
 
@@ -373,7 +371,7 @@ export class Viewer {
   }
 
   private applyLook(): void {
-    const now = this.settings.get();
+    const now = permittedSettings(this.get(), this.surfaces.datasets.get());
     const clip = clipPlane(now, this.info);
     this.handles.show(now, this.info);
     this.surfaces.applyLook(now, clip);
@@ -390,7 +388,7 @@ export class Viewer {
     this.samples.updateSlices();
     for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.measuring.surfaceReplaced(tiles);
     if (at === 0 && shown.facts.isFinal && this.detail.recordDuration(this.surfaces.progress.get().complete) && this.get().followView) this.requestSurfaces();
-    if (this.surfaces.isCurrent(at)) this.events.emit("shown", { ...shown.facts, surface: at, components: this.surfaces.progressOf(at).components });
+    this.surfaces.reports.add(at);
   }
 
   private receivePick(place: Picked): void {

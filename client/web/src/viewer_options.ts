@@ -20,13 +20,15 @@ export interface PictureOptions {
   enlargement?: number; // Relative to the screen; default: 1.
   width?: number; // In pixels, instead of `enlargement`, within the GPU's limits.
   isTransparent?: boolean; // Without a background.
+  signal?: AbortSignal; // Ends the wait for the surface, with the signal's reason.
   isVideoFrame?: boolean; // A video frame, which always shows its time.
 }
 
 export interface ViewerEvents {
   settings: Settings; // All of them, after any change.
   dataset: DatasetInfo; // Another dataset is selected, or the current one was prepared again.
-  // A step of a surface (0 for the first) and its visible components; null: all.
+  // A drawn step of a visible surface (0 for the first) and its visible components; null: all. Again when the surface
+  // becomes visible or moves to another place.
   shown: StepFacts & { surface: number; components: ShownComponents | null };
   progress: { surface: number };
   failed: string; // A nonexistent dataset was named: the reason in a sentence. Failures of a surface are in its progress.

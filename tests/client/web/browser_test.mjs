@@ -334,7 +334,7 @@ async function resumes(page) {
 async function reportsUnknownDataset(page) {
   await open(page, "#dataset=corner_of_the_moon");
   await page.waitForSelector(".notice:not([hidden])", { timeout: patience });
-  assert.match(await page.textContent(".notice"), /corner_of_the_moon.*Choose one from the list/);
+  assert.match(await page.textContent(".notice"), /corner_of_the_moon" is served here\.$/);
   await open(page, "#dataset=gyriod");
   await notice(page, /Did you mean "gyroid"\?/);
   await page.click('.dataset[data-name="gyroid"]');
@@ -838,22 +838,24 @@ async function colorsByAField(page) {
   assert((await surfacePixels(page)).share > 0.002, "places without a value are red");
 }
 
-// Runs the page in EMBEDDING.md with the address and dataset of this test.
+// Runs the page in EMBEDDING.md with the address of this test.
 async function runsTheExample(page) {
   const guide = readFileSync(new URL("../../../client/web/EMBEDDING.md", import.meta.url), "utf8");
   const [block] = guide.match(/^ {4}<!doctype html>\n(?: {4}.*\n)+/m);
-  const text = block.replaceAll(/^ {4}/gm, "").replaceAll("https://volumes.example/", server.page)
-    .replace("dataset=head&isovalue=500.5", "dataset=gyroid&isovalue=0.25")
-    .replace('max="1000"', 'max="1" step="any"');
+  const text = block.replaceAll(/^ {4}/gm, "").replaceAll("https://volumes.example/", server.page);
   const around = `${server.page}around.html`;
   await page.route(around, (route) => route.fulfill({ contentType: "text/html", body: text }));
   await page.goto(around);
+  assert.equal(await page.inputValue("input"), "500", "the slider starts at the isovalue");
+  await page.evaluate(() => addEventListener("message", ({ data }) => (window.eye = data.state?.eye?.map(Math.round).join() ?? window.eye)));
   const facts = () => page.textContent("p");
   await page.waitForFunction(() => / triangles within [0-9.]+ voxels$/.test(document.querySelector("p").textContent), null, { timeout: patience });
-  const before = await facts();
-  await page.fill("input", "0.6"); // As the user moves it: input, then change.
+  await page.waitForFunction(() => window.eye, null, { timeout: patience });
+  const [before, eye] = [await facts(), await page.evaluate(() => window.eye)];
+  await page.fill("input", "17"); // As the user moves it: input, then change.
   await page.waitForFunction((text) => document.querySelector("p").textContent !== text, before, { timeout: patience });
   assert.match(await facts(), / triangles within [0-9.]+ voxels$/);
+  await page.waitForFunction((at) => window.eye !== at, eye, { timeout: patience }); // Another size is fitted.
 }
 
 async function hidesTools(page) {

@@ -21,6 +21,7 @@ await test("RemovesTheTokenFromTheAddress", hidesItsToken);
 await test("SendsATokenToItsServerOnly", keepsItsToken);
 await test("AppliesAnEditedAddress", appliesAnEditedAddress);
 await test("ReportsAndIgnoresUnreadableSettings", reportsIgnoredSettings);
+await test("OffersNoSlicesOfSurfacesOnly", offersNoSlices);
 await finish();
 
 // ----
@@ -146,6 +147,23 @@ async function reportsIgnoredSettings(page) {
   await notice(page, /No dataset named "corner_of_the_moon"/);
   await saysSettings(page, "dataset=gyroid&isovalue=0.3");
   assert.equal((await complete(page)).digest, shown.digest);
+}
+
+// A server or a token that permits surfaces only: no slices, not even of the address, and no errors.
+async function offersNoSlices(page) {
+  const where = await serve("--surfaces-only");
+  await open(page, "#dataset=head&error=2&layout=four&slice=x&clip=y", where);
+  await complete(page);
+  const slices = page.locator('[aria-label="Slices beside the surface"]');
+  assert.equal(await slices.getAttribute("aria-disabled"), "true");
+  assert.match(await slices.getAttribute("data-tip"), /surfaces only/);
+  assert(await page.isHidden(".slice-views"));
+  assert(await page.isHidden(".notice"));
+  await page.click('summary:has-text("Slice of the samples")');
+  assert(await page.isHidden('[aria-label="Plane"]'));
+  assert((await surfacePixels(page)).share > 0.03, "the cut surface is shown");
+  await slices.click({ force: true }); // Playwright waits for enabled elements.
+  await notice(page, /permits surfaces only/);
 }
 
 // Sets the address's hash like a user's edit.

@@ -7,18 +7,17 @@ const facts = { isovalue: 3, spacing: 1 };
 // A frame with a page around it; `said` has the messages to the page.
 function framed(parts: object = {}, ignoredInAddress: string[] = []) {
   const set: unknown[] = [];
-  const listeners = new Map<string, (what: unknown) => void>();
-  const surfaces = { progressOf: () => ({ shown: facts, components: null }), isCurrent: () => true };
+  const listeners: [string, (what: unknown) => void][] = [];
   const viewer = {
-    on: (kind: string, listener: (what: unknown) => void) => listeners.set(kind, listener), get: () => defaults,
-    set: (...words: unknown[]) => set.push(words), info: null, surfaces, ...parts,
+    on: (...words: (typeof listeners)[number]) => (listeners.push(words), () => listeners.splice(listeners.indexOf(words), 1)), get: () => defaults,
+    set: (...words: unknown[]) => set.push(words), info: null, surfaces: { reports: { current: [facts] } }, ...parts,
   };
   const said: { multitetra: string; [name: string]: unknown }[] = [];
   const page = { postMessage: (message: (typeof said)[number]) => said.push(message) } as unknown as Window;
   const frame = Object.assign(new EventTarget(), { setTimeout, clearTimeout });
   new Embedding(viewer as unknown as Viewer, page, ignoredInAddress, frame as unknown as Window);
   const say = (message: object) => frame.dispatchEvent(Object.assign(new Event("message"), { source: page, origin: "https://a.example", data: message }));
-  return { set, say, said, emit: (kind: string, what: unknown) => listeners.get(kind)!(what) };
+  return { set, say, said, emit: (kind: string, what: unknown) => listeners.forEach(([one, listener]) => one === kind && listener(what)) };
 }
 
 describe("Embedding", () => {
@@ -40,11 +39,24 @@ describe("Embedding", () => {
   });
 
   test("SendsNoSurfaceThatIsReplaced", () => {
-    let isCurrent = true;
-    const surfaces = { progressOf: () => ({ shown: facts, components: null }), isCurrent: () => isCurrent };
-    const { say, said } = framed({ surfaces, set: () => (isCurrent = false) });
+    const reports = { current: [facts] };
+    const { say, said } = framed({ surfaces: { reports }, set: () => (reports.current = []) });
     say({ multitetra: "set", state: { isovalue: 4 } });
     expect(said.map(({ multitetra }) => multitetra)).toEqual(["ready", "state"]);
+  });
+
+  test("FitsTheSurfaceThatIsSet", () => {
+    let [isCurrent, fits] = [false, 0];
+    const surfaces = { reports: { current: [] }, isCurrent: () => isCurrent };
+    const { say, emit } = framed({ surfaces, fit: () => ++fits });
+    say({ multitetra: "fit" });
+    emit("shown", facts);
+    expect(fits).toBe(0);
+    isCurrent = true;
+    for (let i = 0; i < 2; ++i) emit("shown", facts);
+    expect(fits).toBe(1);
+    say({ multitetra: "fit" });
+    expect(fits).toBe(2);
   });
 
   test("ReportsIgnoredNamesOfTheAddressOnce", () => {
@@ -59,10 +71,15 @@ describe("Embedding", () => {
     say({ multitetra: "picture", id: 7 });
     await vi.waitFor(() => expect(said.at(-1)).toEqual({ multitetra: "error", id: 7, text: "No picture: the context is lost" }));
     vi.useFakeTimers();
-    const hidden = framed({ picture: () => new Promise(() => {}) });
+    const picture = ({ signal }: { signal: AbortSignal }) => new Promise((_, reject) => (signal.onabort = () => reject(signal.reason as Error)));
+    const hidden = framed({ picture, surfaces: { reports: { current: [] }, progressOf: () => ({}) } });
     hidden.say({ multitetra: "picture", id: 8 });
-    await vi.advanceTimersByTimeAsync(60_000);
+    await vi.advanceTimersByTimeAsync(59_000);
+    hidden.emit("progress", { surface: 0 }); // A slow device continues.
+    await vi.advanceTimersByTimeAsync(59_000);
+    expect(hidden.said).toHaveLength(1);
+    await vi.advanceTimersByTimeAsync(1000);
     vi.useRealTimers();
-    expect(hidden.said.at(-1)).toEqual({ multitetra: "error", id: 8, text: "No picture: The surface is not complete after 60 s." });
+    expect(hidden.said.at(-1)).toEqual({ multitetra: "error", id: 8, text: "No picture: Nothing more of the surface arrived for 60 s." });
   });
 });

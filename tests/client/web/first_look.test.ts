@@ -66,7 +66,7 @@ describe("LabelTable", () => {
     ], "mm").split("\r\n");
     expect(rows).toEqual([
       "label,name,volume_mm3,volume_bound_mm3,area_about_mm2,triangles",
-      "1,liver,1000,7,600.1,12", '2,"a ""b"", c",,,600.1,12', "3,,,,,", "",
+      "1,liver,1000.4,6,600.123,12", '2,"a ""b"", c",,,600.123,12', "3,,,,,", "",
     ]);
   });
 });

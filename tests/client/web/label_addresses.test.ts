@@ -1,9 +1,9 @@
 import { isLabelRanges, labelRanges, labelsOfRanges } from "../../../client/web/src/state/label_ranges";
-import { nameOfLabel, settingsOfEntry, entriesOf, withShortLabels, initialSelection, withLabelName } from "../../../client/web/src/state/series";
+import { nameOfLabel, settingsOfEntry, entriesOf, withShortLabels, initialSelection, withLabelChanges, withLabelName } from "../../../client/web/src/state/series";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import { withAllSurfaces, withSurface } from "../../../client/web/src/state/surfaces";
 import { fromAddress, toAddress } from "../../../client/web/src/state/url_state";
-import { member } from "./made_datasets";
+import { member, plain } from "./made_datasets";
 
 const values = Array.from({ length: 322 }, (_, i) => i + 1);
 const list = values.map((value) => member(`cells.label${value}`, "cells", { label: { value, name: `cell ${value}` } }));
@@ -68,5 +68,25 @@ describe("AddressesOfLabels", () => {
     expect(nameOfLabel(label, defaults)).toBe("cell 3");
     expect(withLabelName(names, 3, "")).toEqual([{ label: 7, name: "a; b 50 %" }]);
     expect(["x:liver", "3", "3:", "3:a;4"].map((text) => fromAddress(`label_names=${text}`))).toEqual([{}, {}, {}, {}]);
+  });
+});
+
+describe("ChangesOfLabels", () => {
+  const [fuel, cell] = [plain("fuel"), list[0]];
+  const changed = (from: Settings, change: Partial<Settings>, shown = cell) => ({ ...from, ...withLabelChanges([fuel, ...list], shown, from, change) });
+
+  test("ReplaceAllSurfaces", () => {
+    const other = { ...defaults, dataset: "fuel", isovalue: 7, color: "#ff0000", surfaces: all.surfaces.slice(3, 5) };
+    for (const [from, shown, change] of [[all, cell, {}], [all, cell, { dataset: "cells" }], [other, fuel, { dataset: "cells" }]] as const) {
+      const now = changed(from, { ...change, labels: "2,4" }, shown);
+      expect(now).toEqual({ ...all, ...withAllSurfaces(all, (_, at) => ({ visible: at === 1 || at === 3 })) });
+    }
+    expect(changed(other, { labels: "2" }, fuel)).toEqual(other); // It has no labels.
+  });
+
+  test("LeaveNothingForOtherDatasets", () => {
+    expect(changed({ ...all, visible: false }, { dataset: "fuel" })).toEqual({ ...defaults, dataset: "fuel" });
+    expect(changed(all, { dataset: "fuel", isovalue: 3, color: "#ff0000" })).toMatchObject({ isovalue: 3, color: "#ff0000", surfaces: [] });
+    expect(changed(all, { dataset: "cells.label3" }).surfaces).toBe(all.surfaces);
   });
 });

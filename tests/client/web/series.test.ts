@@ -1,7 +1,7 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { sceneOf } from "../../../client/web/src/scene_at";
 import {
-  atTime, entriesOf, seriesOf, labelIsovalue, findByName, memberOfField, rangeOf, settingsOfEntry, timesOf, timeText,
+  atTime, entriesOf, seriesOf, labelIsovalue, findByName, memberOfField, rangeOf, settingsOfEntry, timesOf, timeText, withLabelChanges,
 } from "../../../client/web/src/state/series";
 import { labelColor } from "../../../client/web/src/state/label_colors";
 import { defaults } from "../../../client/web/src/state/settings";
@@ -20,6 +20,20 @@ describe("Series", () => {
     ]);
     expect(seriesOf(list, flow[0])).toMatchObject({ times: [0, 0.25, 0.5], timeUnit: "s", fields: ["speed", "heat"], labels: [] });
     expect(names(seriesOf(list, labels[0])!.labels)).toEqual(["seg.label1", "seg.label4", "seg.label9"]);
+  });
+
+  test("OfFieldsAndLabelsLeadFromOneToTheOther", () => {
+    const image = ["nuclei", "membrane"].map((field) => member(`cells.${field}`, "cells", { field }));
+    const parts = [2, 1].map((value) => member(`cells.label${value}`, "cells", { label: { value, name: "" } }));
+    const all = [...image, ...parts];
+    const series = seriesOf(all, image[0])!;
+    expect([series.fields, names(series.labels)]).toEqual([["nuclei", "membrane"], ["cells.label1", "cells.label2"]]);
+    expect(memberOfField(series, parts[0], "membrane")).toBe(image[1]);
+    const ofLabels = { ...defaults, ...settingsOfEntry({ name: "cells", info: image[0], series }) };
+    expect([ofLabels.dataset, ofLabels.surfaces.length]).toEqual(["cells.label1", 1]);
+    // The look of labels goes with them.
+    const back = { ...ofLabels, ...withLabelChanges(all, parts[1], ofLabels, { dataset: "cells.nuclei", isovalue: null }) };
+    expect(back).toEqual({ ...defaults, dataset: "cells.nuclei", isovalue: null, surfaces: [] });
   });
 
   test("SingleMembersAreDatasets", () => {

@@ -27,6 +27,7 @@ await test("SearchesSortsAndZoomsToLabels", findsLabels);
 await test("SelectsSeveralLabels", selectsSeveral);
 await test("SavesATableOfVisibleLabels", savesTable);
 await test("ShowsHundredsOfLabelsWithFewRequests", showsHundreds);
+await test("LabelsReplaceEachOtherInFrames", replacesLabels);
 await test("PlaysTimesColoredByAnotherField", playsTimes);
 await test("ShowsOneTimeAtOnce", showsOneTime);
 await test("SavesAPictureOfEachTime", savesTimes);
@@ -206,6 +207,42 @@ async function savesTable(page) {
     const ball = (4 / 3) * Math.PI * 5.2 ** 3;
     assert(Math.abs(Number(volume) - ball) < Number(bound) + 0.1 * ball, `${volume} ± ${bound} of ${ball}`);
   }
+}
+
+// Sets labels by messages; `shown` events have the visible ones, at their places.
+async function replacesLabels(page) {
+  const around = `${series.page}around.html`;
+  await page.route(around, (route) => route.fulfill({ contentType: "text/html", body:
+    '<title>around</title><iframe src="/?embed#dataset=seg&labels=5&follow_view=false" width="700" height="500"></iframe>' }));
+  await page.goto(around);
+  await page.evaluate(() => {
+    const viewer = document.querySelector("iframe").contentWindow;
+    window.heard = [];
+    window.addEventListener("message", ({ data }) => window.heard.push(data));
+    window.say = (message) => viewer.postMessage(message, location.origin);
+    window.asking = setInterval(() => window.say({ multitetra: "get", id: "first" }), 300);
+  });
+  const set = async (state, places) => {
+    await page.evaluate((words) => {
+      window.heard.splice(0);
+      window.say({ multitetra: "set", id: "set", state: words });
+    }, state);
+    await page.waitForFunction((all) => all.every((at) => window.heard.some(({ surface, isFinal }) => surface === at && isFinal)), places, { timeout: patience });
+    const heard = await page.evaluate(() => window.heard);
+    const shown = heard.filter(({ multitetra }) => multitetra === "shown").map(({ surface }) => surface);
+    const { state: { dataset, visible, surfaces, isovalue, color, labels } } = heard.find(({ id }) => id === "set");
+    return { shown: [...new Set(shown)].sort(), dataset, isovalue, color, labels, visible: [visible, ...surfaces.map((one) => one.visible)] };
+  };
+  await page.waitForFunction(() => window.heard.some(({ surface, isFinal }) => surface === 1 && isFinal), null, { timeout: patience });
+  await page.evaluate(() => clearInterval(window.asking));
+  assert.deepEqual(await page.evaluate(() => window.heard.filter(({ surface }) => surface === 0)), [], "the first one is hidden");
+  const two = await set({ labels: "2,9" }, [0, 2]);
+  assert.deepEqual(two, { shown: [0, 2], dataset: "seg.label2", isovalue: 0.5, color: two.color, labels: "", visible: [true, false, true] });
+  const { surfaces } = await page.evaluate(() => window.heard.find(({ id }) => id === "set").state);
+  assert.deepEqual((await set({ surfaces: [surfaces[1]] }, [1])).shown, [1], "the label that moved is reported at its place");
+  const other = await set({ dataset: "flow" }, [0]);
+  assert.deepEqual(other, { shown: [0], dataset: "flow", isovalue: null, color: "#e0cdb4", labels: "", visible: [true] });
+  assert.deepEqual((await set({ labels: "9", dataset: "seg" }, [2])).visible, [false, false, true]);
 }
 
 async function playsTimes(page) {

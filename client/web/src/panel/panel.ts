@@ -17,7 +17,7 @@ import { type LabelsEvents, type LabelsPart, labelsPart } from "./labels_section
 import { lookPart } from "./look_section";
 import type { Change, PanelSection } from "./panel_section";
 import { regionPart } from "./region_section";
-import { slicePart } from "./slice_section";
+import { type SlicePart, slicePart } from "./slice_section";
 import { type SurfacesPart, surfacesPart } from "./surfaces_section";
 import { type DownloadsPart, downloadsPart, type DownloadsEvents } from "./downloads_section";
 
@@ -37,6 +37,7 @@ export class Panel {
   private readonly series: SeriesPart;
   private readonly labels: LabelsPart;
   private readonly downloads: DownloadsPart;
+  private readonly slice: SlicePart;
   private list: readonly DatasetInfo[] = [];
   // Elements that do not apply to labels.
   private readonly ofValues: HTMLElement[];
@@ -72,7 +73,7 @@ export class Panel {
     this.ofLabels = [section("Labels", ...labels.elements)];
     const region = regionPart(change);
     const field = (this.field = fieldPart(change));
-    const slice = slicePart(change);
+    const slice = (this.slice = slicePart(change));
     const look = lookPart(change, events.roll);
     this.downloads = downloadsPart(events);
     this.histogram = isovalue.histogram;
@@ -113,8 +114,9 @@ export class Panel {
     this.accuracy.showPaused(isPaused);
   }
 
-  showDatasets(list: readonly DatasetInfo[]): void {
+  showDatasets(list: readonly DatasetInfo[], permitsSamples: boolean): void {
     this.list = list;
+    this.slice.showPermission(permitsSamples);
     for (const part of [this.isovalue, this.field, this.series, this.labels, this.surfaces]) part.showDatasets(list);
     this.show();
   }

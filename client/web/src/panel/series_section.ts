@@ -1,8 +1,10 @@
-// Selects the field of a series.
+// Selects the field of a series, or its labels.
 import type { DatasetInfo } from "../protocol/messages";
-import { seriesOf, memberOfField } from "../state/series";
+import { type Series, memberOfField, seriesOf, settingsOfEntry } from "../state/series";
 import { h } from "../shared/elements";
 import type { Change, PanelSection } from "./panel_section";
+
+const labelsOption = "/labels"; // No field has this name.
 
 export interface SeriesPart extends PanelSection {
   showDatasets: (list: readonly DatasetInfo[]) => void;
@@ -15,22 +17,33 @@ export function seriesPart(change: Change): SeriesPart {
   choice.setAttribute("data-tip", "The surfaces are where this field has the isovalue.");
   choice.addEventListener("change", () => {
     const series = info && seriesOf(list, info);
-    const other = series && memberOfField(series, info!, choice.value);
+    if (!series) return;
+    if (choice.value === labelsOption) return change(settingsOfEntry({ name: series.name, info: info!, series }));
+    const other = memberOfField(series, info!, choice.value);
     if (other) change({ dataset: other.name, isovalue: null });
   });
   return {
     elements: [choice],
     show: (_, shown) => {
       info = shown;
-      const fields = (shown && seriesOf(list, shown)?.fields) ?? [];
-      choice.hidden = fields.length < 2;
-      if ([...choice.options].map(({ value }) => value).join("\n") !== fields.join("\n")) {
-        choice.replaceChildren(...fields.map((field) => h("option", { value: field }, field || "(no name)")));
+      const offers = offersOf(shown && seriesOf(list, shown));
+      choice.hidden = offers.length < 2;
+      if ([...choice.options].map(({ value }) => value).join("\n") !== offers.map(([value]) => value).join("\n")) {
+        choice.replaceChildren(...offers.map(([value, words]) => h("option", { value }, words)));
       }
-      choice.value = shown?.member?.field ?? "";
+      const isOfLabels = shown?.member?.label && offers.some(([value]) => value === labelsOption);
+      choice.value = isOfLabels ? labelsOption : shown?.member?.field ?? "";
     },
     showDatasets: (now) => {
       list = now;
     },
   };
+}
+
+// Returns values and texts. Labels are offered beside fields, such as those of a segmented image.
+function offersOf(series: Series | null): [string, string][] {
+  if (!series) return [];
+  const fields = series.fields.map((field): [string, string] => [field, field || "(no name)"]);
+  const hasBoth = series.labels.length > 0 && series.members.some(({ member }) => !member!.label);
+  return hasBoth ? [...fields, [labelsOption, `labels (${series.labels.length})`]] : fields;
 }

@@ -6,7 +6,14 @@ import { sampleWindows } from "../shared/sample_window";
 import type { Change, PanelSection } from "./panel_section";
 import { SettingControls } from "./setting_controls";
 
-export function slicePart(change: Change): PanelSection {
+export const noSamples = "The server permits surfaces only here, no samples.";
+
+export interface SlicePart extends PanelSection {
+  showPermission: (permitsSamples: boolean) => void;
+}
+
+export function slicePart(change: Change): SlicePart {
+  const refusal = h("p", { class: "hint", hidden: true }, noSamples);
   const controls = new SettingControls(change);
   const slice = controls.choice("slice", {
     label: "Plane", tip: "The samples on a plane through the data, with the contours of the surfaces.",
@@ -39,11 +46,15 @@ export function slicePart(change: Change): PanelSection {
     }));
   };
   return {
-    elements: [slice, at, colors, windows, air, log],
+    elements: [refusal, slice, at, colors, windows, air, log],
     show: (settings, info) => {
       controls.show(settings);
       showWindows(info);
-      at.hidden = settings.slice === "off";
+      at.hidden = settings.slice === "off" || slice.hidden;
+    },
+    showPermission: (permitsSamples) => {
+      refusal.hidden = permitsSamples;
+      for (const element of [slice, at, colors, windows, air, log]) element.hidden = !permitsSamples;
     },
   };
 }

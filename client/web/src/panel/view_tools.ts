@@ -1,6 +1,7 @@
 // Buttons over the scene: fit, reset and views along the axes.
 import type { Settings } from "../state/settings";
 import { h } from "../shared/elements";
+import { noSamples } from "./slice_section";
 
 export interface ViewActions {
   fit: () => void;
@@ -17,13 +18,20 @@ const directions = [
   ["Top", 0, 0, 1],
 ] as const;
 
-export function viewTools(actions: ViewActions): { element: HTMLElement; show: (settings: Settings) => void } {
+export interface ViewTools {
+  element: HTMLElement;
+  show: (settings: Settings) => void;
+  showPermission: (permitsSamples: boolean) => void;
+}
+
+export function viewTools(actions: ViewActions): ViewTools {
   const button = (word: string, label: string, tip: string, act: () => void) => {
     const element = h("button", { type: "button", "aria-label": label, "data-tip": tip }, word);
     element.addEventListener("click", act);
     return element;
   };
-  const slices = button("Slices", "Slices beside the surface", "Three linked slices that meet in a crosshair (V).", actions.toggleSlices);
+  const tip = "Three linked slices that meet in a crosshair (V).";
+  const slices = button("Slices", "Slices beside the surface", tip, actions.toggleSlices);
   const full = button("Full", "Fullscreen", "Show only the picture (Z).", actions.fullScreen);
   full.append(h("span", { class: "wide" }, "screen")); // Hidden in narrow views.
   const element = h("nav", { class: "tools", "aria-label": "View" },
@@ -34,5 +42,12 @@ export function viewTools(actions: ViewActions): { element: HTMLElement; show: (
     slices,
     full,
     button("?", "How to use it", "Mouse, fingers and keys (?).", actions.help));
-  return { element, show: ({ layout }) => slices.setAttribute("aria-pressed", String(layout === "four")) };
+  return {
+    element,
+    show: ({ layout }) => slices.setAttribute("aria-pressed", String(layout === "four")),
+    showPermission: (permitsSamples) => {
+      slices.setAttribute("aria-disabled", String(!permitsSamples));
+      slices.setAttribute("data-tip", permitsSamples ? tip : noSamples);
+    },
+  };
 }

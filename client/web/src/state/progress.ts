@@ -1,6 +1,15 @@
 // The status of the shown and the next surface, for the status bar and the certificate.
 import type { MeshTopology } from "../mesh/boundary_matcher";
 import type { ShellMode } from "../mesh/shell_decoder";
+import type { DatasetInfo } from "../protocol/messages";
+
+// What the server offers this client.
+export interface ServedDatasets {
+  list: DatasetInfo[] | null; // Null: not received yet.
+  permitsSamples: boolean; // Slices of samples and not only surfaces.
+}
+
+export const noDatasets: ServedDatasets = { list: null, permitsSamples: true };
 
 export interface StepFacts {
   step: number;

@@ -12,7 +12,7 @@ export interface Series {
   members: readonly DatasetInfo[]; // In listed order; at least two.
   times: readonly number[]; // Distinct and ascending; empty: no times.
   timeUnit: string; // Empty: times are frame numbers.
-  fields: readonly string[]; // Distinct, in listed order.
+  fields: readonly string[]; // Distinct, in listed order; those of labels only if there are no others.
   labels: readonly DatasetInfo[]; // One member per label, by value.
 }
 
@@ -45,6 +45,7 @@ export function seriesOf(list: readonly DatasetInfo[], info: DatasetInfo): Serie
   const members = list.filter(({ member }) => member?.series === name);
   if (members.length < 2) return null;
   const times = members.map(timeOf).filter((time) => time !== null);
+  const unlabeled = members.filter(({ member }) => !member!.label);
   const byLabel = new Map([...members].reverse().map((one) => [one.member!.label?.value, one]));
   byLabel.delete(undefined);
   return {
@@ -52,7 +53,7 @@ export function seriesOf(list: readonly DatasetInfo[], info: DatasetInfo): Serie
     members,
     times: [...new Set(times)].sort((a, b) => a - b),
     timeUnit: info.member!.timeUnit,
-    fields: [...new Set(members.map(({ member }) => member!.field))],
+    fields: [...new Set((unlabeled.length > 0 ? unlabeled : members).map(({ member }) => member!.field))],
     labels: [...byLabel.values()].sort((a, b) => a.member!.label!.value - b.member!.label!.value),
   };
 }
@@ -83,10 +84,11 @@ export function timesOf(list: readonly DatasetInfo[], info: DatasetInfo): number
   return [...new Set(sameFieldAndLabel(list, info).map((one) => timeOf(one)!))].sort((a, b) => a - b);
 }
 
-// Returns the same label of another field, at the same time if possible.
+// Returns the same label of another field, or its member without a label, at the same time if possible.
 export function memberOfField(series: Series, info: DatasetInfo, field: string): DatasetInfo | null {
-  const isIt = ({ member }: DatasetInfo) => member!.field === field && member!.label?.value === info.member!.label?.value;
-  const found = series.members.filter(isIt);
+  const ofField = series.members.filter(({ member }) => member!.field === field);
+  const same = ofField.filter(({ member }) => member!.label?.value === info.member!.label?.value);
+  const found = same.length > 0 ? same : ofField.filter(({ member }) => !member!.label);
   return found.find((one) => timeOf(one) === timeOf(info)) ?? found[0] ?? null;
 }
 
@@ -149,6 +151,14 @@ export function settingsOfEntry({ info, series }: Entry, named: string | null = 
   return { dataset, isovalue: labelIsovalue, color, opacity, visible, surfaces: others };
 }
 
+// The settings when the user chooses an entry: also its default view.
+export function settingsOfChoice(entry: Entry): Partial<Settings> {
+  return {
+    ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], eye: null, target: null,
+    up: defaults.up, clip: "off", clipNormal: null, places: [], cross: null,
+  };
+}
+
 // Returns the dataset that the settings name and the changes that follow: all labels of a segmentation if no surfaces
 // are named, only one visible if it is named. Null: the dataset is not in the list.
 export function initialSelection(list: readonly DatasetInfo[], settings: Settings): { info: DatasetInfo; changes: Partial<Settings> | null } | null {
@@ -165,6 +175,18 @@ export function initialSelection(list: readonly DatasetInfo[], settings: Setting
   const label = series.labels.find(({ name }) => name === dataset)?.name ?? null;
   const changes = settingsOfEntry({ name: series.name, info: found, series }, label);
   return { info: atTime(list, findByName(list, changes.dataset!) ?? found, t), changes };
+}
+
+// Adds to a change of settings what follows for labels: named labels replace all shown surfaces, and surfaces and their
+// look do not stay between labels and another dataset. `shown`: the current dataset.
+export function withLabelChanges(
+  list: readonly DatasetInfo[], shown: DatasetInfo | null, now: Settings, change: Partial<Settings>,
+): Partial<Settings> {
+  const after = change.dataset ? findByName(list, change.dataset) : shown;
+  const [was, is] = [shown?.member?.label !== undefined, after?.member?.label !== undefined];
+  const isOther = shown && after && (isSameSeries(shown, after) ? was !== is : was || is);
+  const all = isOther ? { ...firstOnly(defaults), isovalue: null, surfaces: [], ...change } : change;
+  return all.labels ? { ...all, ...initialSelection(list, { ...now, surfaces: [], ...all })?.changes } : all;
 }
 
 // Shortens the settings of a segmentation for addresses: the visible labels, and as surfaces only labels whose look was
@@ -213,8 +235,7 @@ function surfaceOfLabel({ name: dataset, member }: DatasetInfo, visible: boolean
 export function unknownDatasetText(list: readonly DatasetInfo[], dataset: string): string {
   const names = list.flatMap(({ name, member }) => (member ? [member.series, name] : [name]));
   const meant = nearestName(dataset, names);
-  const advice = meant ? `Did you mean "${meant}"?` : "Choose one from the list.";
-  return `No dataset named "${dataset}" is served here. ${advice}`;
+  return `No dataset named "${dataset}" is served here.${meant ? ` Did you mean "${meant}"?` : ""}`;
 }
 
 function firstOf({ members, labels }: Series): DatasetInfo {

@@ -191,6 +191,6 @@ export function isOtherRequest(now: Settings, before: Settings): boolean {
 }
 
 const requestSettings = [
-  "isovalue", "error", "bound", "topologyRule", "topologyTolerance", "region", "followView", "maxTriangles", "simplify",
+  "isovalue", "visible", "error", "bound", "topologyRule", "topologyTolerance", "region", "followView", "maxTriangles", "simplify",
   "colorBy",
 ] as const;

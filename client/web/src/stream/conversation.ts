@@ -39,7 +39,8 @@ export type Phase = "connecting" | "greeting" | "ready" | "lost";
 export type Effect =
   | { kind: "send"; message: ClientKind }
   | { kind: "phase"; phase: Phase; retryInMilliseconds?: number }
-  | { kind: "datasets"; datasets: DatasetInfo[] }
+  // `permitsSamples`: not only surfaces.
+  | { kind: "datasets"; datasets: DatasetInfo[]; permitsSamples: boolean }
   | { kind: "opened"; order: StreamRequest; stream: number }
   // The estimated surface size of an order; the result of requestSize().
   | { kind: "size"; order: StreamRequest; triangles: number; bytes: number; errorWorld: number }
@@ -84,6 +85,7 @@ export class Conversation {
   private query: { id: bigint; order: StreamRequest } | null = null; // The running query.
   private nextQuery: StreamRequest | null = null;
   private datasets: DatasetInfo[] = [];
+  private permitsSamples = true;
   private requested: StreamRequest | null = null;
   private assembler: Assembler | null = null;
   private order: StreamRequest | null = null; // The order of the assembler.
@@ -213,6 +215,8 @@ export class Conversation {
     switch (message.case) {
       case "welcome":
         this.retry = firstRetry;
+        // The server omits sample shells from the codecs where it permits surfaces only.
+        this.permitsSamples = message.value.codecs.includes(PayloadCodec.SAMPLE_SHELL);
         return this.receiveWelcome();
       case "datasetList":
         return this.receiveDatasets(message.value.datasets);
@@ -275,7 +279,7 @@ export class Conversation {
 
   private receiveDatasets(datasets: DatasetInfo[]): Effect[] {
     this.datasets = datasets;
-    const effects: Effect[] = [{ kind: "datasets", datasets }];
+    const effects: Effect[] = [{ kind: "datasets", datasets, permitsSamples: this.permitsSamples }];
     const { requested } = this;
     // The page opens its first stream when it has the list; an interrupted stream is repeated with the current
     // information about its dataset.
