@@ -1,8 +1,8 @@
 // Resolves settings and the list of datasets to the datasets of the surfaces and of their colors at a time.
 import type { Moment } from "./swap_group";
 import type { DatasetInfo } from "./protocol/messages";
-import { atTime, isSameSeries, findByName, rangeOf, timeOf } from "./state/series";
-import type { Settings } from "./state/settings";
+import { atTime, isSameSeries, findByName, rangeOf, timeOf, unknownDatasetText } from "./state/series";
+import type { AdditionalSurface, Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
 import type { ScalarOptions } from "./stream/stream_request";
 import { worldDifference } from "./stream/dataset";
@@ -27,11 +27,20 @@ export function sceneOf(list: readonly DatasetInfo[], settings: Settings, info: 
   };
 }
 
-// Returns why the field cannot color surfaces of the dataset: it is in another world. Null: it can.
-export function colorsRefusal(list: readonly DatasetInfo[], { colorBy }: Settings, info: DatasetInfo): string | null {
+// What of the settings cannot be shown, as text, and the change without it.
+export interface SceneRefusal {
+  text: string;
+  change: Partial<Settings>;
+}
+
+// Refuses surfaces of unknown datasets, and a field of another world that colors the surfaces. Null: nothing.
+export function sceneRefusal(list: readonly DatasetInfo[], { colorBy, surfaces }: Settings, info: DatasetInfo): SceneRefusal | null {
+  const isKnown = ({ dataset }: AdditionalSurface) => !dataset || findByName(list, dataset) !== null;
+  const unknown = surfaces.find((one) => !isKnown(one));
+  if (unknown) return { text: unknownDatasetText(list, unknown.dataset!), change: { surfaces: surfaces.filter(isKnown) } };
   const by = colorBy ? findByName(list, colorBy) : null;
   const reason = by && worldDifference(info, by);
-  return reason && `"${colorBy}" cannot color this surface: ${reason}.`;
+  return reason ? { text: `"${colorBy}" cannot color this surface: ${reason}.`, change: { colorBy: "" } } : null;
 }
 
 // The server rejects unknown names.

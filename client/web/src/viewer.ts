@@ -25,7 +25,7 @@ import { LabelHover } from "./scene/label_hover";
 import { Measuring } from "./scene/measuring";
 import { Orientation } from "./scene/orientation";
 import { type Picked, Picking } from "./scene/picking";
-import { colorsRefusal, type Scene, sceneOf } from "./scene_at";
+import { type Scene, sceneOf, sceneRefusal } from "./scene_at";
 import { pngOf } from "./scene/png";
 import { Stage } from "./scene/stage";
 import { SceneDecorations } from "./scene/scene_decorations";
@@ -364,10 +364,10 @@ export class Viewer {
 
   private requestSurfaces(): void {
     if (!this.info) return;
-    const refusal = colorsRefusal(this.list, this.get(), this.info);
+    const refusal = sceneRefusal(this.list, this.get(), this.info);
     if (!refusal) return this.surfaces.request(sceneOf(this.list, this.get(), this.info), this.get(), this.requestView, this.isDragging);
-    this.set({ colorBy: "" }); // Requests the surfaces without the field.
-    this.notices.announce(refusal);
+    this.set(refusal.change); // Requests the rest.
+    this.notices.announce(refusal.text);
   }
 
   private applyLook(): void {

@@ -1,5 +1,5 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
-import { sceneOf } from "../../../client/web/src/scene_at";
+import { sceneOf, sceneRefusal } from "../../../client/web/src/scene_at";
 import {
   atTime, entriesOf, seriesOf, labelIsovalue, findByName, memberOfField, rangeOf, settingsOfEntry, timesOf, timeText, withLabelChanges,
 } from "../../../client/web/src/state/series";
@@ -131,5 +131,14 @@ describe("SceneAt", () => {
     expect(scene.moment).toEqual({ scene: "flow", time: 0.25 });
     expect(scene.scalars).toEqual({ dataset: "flow.heat.t0.25", low: 0, high: 1 });
     expect(sceneOf(list, { ...defaults, colorBy: "gone" }, list[0]).scalars).toEqual({ dataset: "gone" });
+  });
+
+  test("RefuseSurfacesOfUnknownDatasets", () => {
+    const known = { dataset: "fuel", isovalue: 60, error: null, color: "#ffffff", opacity: 1, visible: true };
+    const settings = { ...defaults, surfaces: [{ ...known, dataset: "fule" }, known] };
+    expect(sceneRefusal(list, settings, list[0])).toEqual({
+      text: 'No dataset named "fule" is served here. Did you mean "fuel"?', change: { surfaces: [known] },
+    });
+    expect(sceneRefusal(list, { ...defaults, surfaces: [known] }, list[0])).toBeNull();
   });
 });
