@@ -15,6 +15,7 @@ import { ticks } from "./ticks";
 const axisColors = [0xd9534f, 0x5cb85c, 0x4f8fd9];
 const apart = 46; // The least distance between two numbers, in CSS pixels.
 const outwards = 16; // From an edge to its numbers.
+const over = ".tools button, .legend, .orientation .end, .scale-bar, .stage-hint, .times";
 
 // An edge of the box that may have numbers.
 interface Edge {
@@ -94,6 +95,7 @@ export class SceneDecorations {
   private drawNumbers(): void {
     if (this.numbers.hidden) return;
     this.written = [];
+    const covers = this.covers();
     const centre = this.stage.project(this.middle);
     for (const edges of centre ? this.edges : []) {
       const seen = edges.map(({ from, to }) => [this.stage.project(from), this.stage.project(to)] as const);
@@ -110,18 +112,29 @@ export class SceneDecorations {
         const share = (value - low) / (high - low);
         const x = a.x + share * (b.x - a.x) + outwards * nx;
         const y = a.y + share * (b.y - a.y) + outwards * ny;
-        this.write(inDigits(value, 6), x, y);
+        this.write(inDigits(value, 6), x, y, covers);
       }
     }
     for (const label of this.labels.slice(this.written.length)) label.hidden = true;
   }
 
-  // Unless it would overlap another number.
-  private write(text: string, x: number, y: number): void {
+  // The places of other elements over the scene, where numbers are not legible.
+  private covers(): DOMRect[] {
+    const { left, top } = this.numbers.getBoundingClientRect();
+    const elements = this.numbers.parentElement?.querySelectorAll(over) ?? [];
+    return [...elements].map((one) => one.getBoundingClientRect()).map((box) => new DOMRect(box.x - left, box.y - top, box.width, box.height));
+  }
+
+  // Unless it would overlap another number. Hidden under other elements and at the border.
+  private write(text: string, x: number, y: number, covers: readonly DOMRect[]): void {
     if (this.written.some((other) => Math.abs(other.y - y) < 14 && Math.abs(other.x - x) < 4 * (text.length + other.text.length))) return;
     const at = this.written.push({ text, x, y }) - 1;
     const label = (this.labels[at] ??= this.numbers.appendChild(h("span")));
-    label.hidden = false;
+    const [halfWidth, halfHeight] = [4 * text.length, 7];
+    const isCovered = covers.some((box) =>
+      box.left < x + halfWidth && box.right > x - halfWidth && box.top < y + halfHeight && box.bottom > y - halfHeight);
+    const { clientWidth, clientHeight } = this.numbers;
+    label.hidden = isCovered || x < halfWidth || y < halfHeight || x > clientWidth - halfWidth || y > clientHeight - halfHeight;
     if (label.textContent !== text) label.textContent = text;
     label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
   }
