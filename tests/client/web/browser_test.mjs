@@ -778,7 +778,7 @@ async function refusesOtherWorlds(page) {
 
 // No number is under another element or cut off.
 async function keepsNumbersLegible(page) {
-  for (const more of ["slice=x&color_by=gyroid", "layout=four"]) {
+  for (const more of ["slice=x&color_by=gyroid", "layout=four", "places=32,4,32,0.1"]) {
     await open(page, `#dataset=head&error=2&${more}`);
     await complete(page);
     await page.waitForTimeout(500);
@@ -786,7 +786,7 @@ async function keepsNumbersLegible(page) {
       const boxes = (selector) => [...document.querySelectorAll(selector)].map((one) => one.getBoundingClientRect()).filter(({ width }) => width > 0);
       const [stage] = boxes(".stage");
       const numbers = boxes(".axis-numbers span");
-      const others = boxes(".tools button, .legend, .orientation .end, .scale-bar");
+      const others = boxes(".tools button, .legend, .orientation .end, .scale-bar, .picked");
       const isOver = (a, b) => a.left < b.right && a.right > b.left && a.top < b.bottom && a.bottom > b.top;
       const isCut = ({ left, right, top, bottom }) => left < stage.left || right > stage.right || top < stage.top || bottom > stage.bottom;
       return { numbers: numbers.length, bad: numbers.filter((one) => isCut(one) || others.some((other) => isOver(one, other))).length };

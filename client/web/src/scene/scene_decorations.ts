@@ -15,7 +15,7 @@ import { ticks } from "./ticks";
 const axisColors = [0xd9534f, 0x5cb85c, 0x4f8fd9];
 const apart = 46; // The least distance between two numbers, in CSS pixels.
 const outwards = 16; // From an edge to its numbers.
-const over = ".tools button, .legend, .orientation .end, .scale-bar, .stage-hint, .times";
+const over = ".tools button, .legend, .orientation .end, .scale-bar, .stage-hint, .times, .picked, .notice";
 
 // An edge of the box that may have numbers.
 interface Edge {
