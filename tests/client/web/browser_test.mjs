@@ -45,6 +45,7 @@ await test("HidesAClickedPart", hidesAPart);
 await test("KeepsNotesInTheAddress", keepsNotes);
 await test("FrontViewFollowsTheUpDirection", showsTheFront);
 await test("RejectsColorsOfAnotherWorld", refusesOtherWorlds);
+await test("NumbersOfAxesAreLegible", keepsNumbersLegible, { viewport: { width: 400, height: 800 }, hasTouch: true, isMobile: true });
 await finish();
 
 // ----
@@ -773,6 +774,25 @@ async function refusesOtherWorlds(page) {
   await page.click('summary:has-text("Color by a field")');
   const offered = await page.locator('[aria-label="Color the surfaces by"] option').allTextContents();
   assert.deepEqual(offered.filter((name) => name === "there"), []);
+}
+
+// No number is under another element or cut off.
+async function keepsNumbersLegible(page) {
+  for (const more of ["slice=x&color_by=gyroid", "layout=four", "places=32,4,32,0.1"]) {
+    await open(page, `#dataset=head&error=2&${more}`);
+    await complete(page);
+    await page.waitForTimeout(500);
+    const found = await page.evaluate(() => {
+      const boxes = (selector) => [...document.querySelectorAll(selector)].map((one) => one.getBoundingClientRect()).filter(({ width }) => width > 0);
+      const [stage] = boxes(".stage");
+      const numbers = boxes(".axis-numbers span");
+      const others = boxes(".tools button, .legend, .orientation .end, .scale-bar, .picked");
+      const isOver = (a, b) => a.left < b.right && a.right > b.left && a.top < b.bottom && a.bottom > b.top;
+      const isCut = ({ left, right, top, bottom }) => left < stage.left || right > stage.right || top < stage.top || bottom > stage.bottom;
+      return { numbers: numbers.length, bad: numbers.filter((one) => isCut(one) || others.some((other) => isOver(one, other))).length };
+    });
+    assert(found.numbers > 1 && found.bad === 0, JSON.stringify(found));
+  }
 }
 
 async function undoes(page) {

@@ -80,13 +80,17 @@ export class RegionHandles {
     edges.renderOrder = 3;
     glass.layers.set(layers.marks);
     edges.layers.set(layers.marks);
-    this.group.add(glass, edges);
+    // Faint where a surface hides them.
+    const outline = new THREE.LineSegments(edges.geometry, lineMaterial(0.3, false));
+    outline.renderOrder = 3;
+    outline.layers.set(layers.overlay);
+    this.group.add(glass, edges, outline);
     this.handles = this.region.kind === "box" ? boxHandles() : ballHandles();
     this.group.add(...this.handles.map(({ mesh }) => mesh));
   }
 
   private place(region: Region): void {
-    for (const part of this.group.children.slice(0, 2)) {
+    for (const part of this.group.children.slice(0, 3)) {
       if (region.kind === "box") {
         part.position.set(...middle(region.low, region.high));
         part.scale.set(...(region.high.map((v, i) => Math.max(1e-9, v - region.low[i])) as Vec3));
@@ -228,8 +232,8 @@ export function handleMesh(isMiddle = false): THREE.Mesh {
   return mesh;
 }
 
-export function lineMaterial(): THREE.LineBasicMaterial {
-  return new THREE.LineBasicMaterial({ color: color, transparent: true, opacity: 0.9 });
+export function lineMaterial(opacity = 0.9, depthTest = true): THREE.LineBasicMaterial {
+  return new THREE.LineBasicMaterial({ color: color, transparent: true, opacity, depthTest });
 }
 
 function rings(): THREE.LineSegments {

@@ -15,6 +15,7 @@ import { ticks } from "./ticks";
 const axisColors = [0xd9534f, 0x5cb85c, 0x4f8fd9];
 const apart = 46; // The least distance between two numbers, in CSS pixels.
 const outwards = 16; // From an edge to its numbers.
+const over = ".tools button, .legend, .orientation .end, .scale-bar, .stage-hint, .times, .picked, .notice";
 
 // An edge of the box that may have numbers.
 interface Edge {
@@ -94,6 +95,7 @@ export class SceneDecorations {
   private drawNumbers(): void {
     if (this.numbers.hidden) return;
     this.written = [];
+    const isFree = this.freePlaces();
     const centre = this.stage.project(this.middle);
     for (const edges of centre ? this.edges : []) {
       const seen = edges.map(({ from, to }) => [this.stage.project(from), this.stage.project(to)] as const);
@@ -110,22 +112,35 @@ export class SceneDecorations {
         const share = (value - low) / (high - low);
         const x = a.x + share * (b.x - a.x) + outwards * nx;
         const y = a.y + share * (b.y - a.y) + outwards * ny;
-        this.write(inDigits(value, 6), x, y);
+        this.write(inDigits(value, 6), x, y, isFree);
       }
     }
     for (const label of this.labels.slice(this.written.length)) label.hidden = true;
   }
 
+  // Returns whether numbers are legible at a place: not under another element over the scene, and not cut off.
+  private freePlaces(): IsFree {
+    const frame = this.numbers.getBoundingClientRect();
+    const covers = [...(this.numbers.parentElement?.querySelectorAll(over) ?? [])].map((one) => one.getBoundingClientRect());
+    return (x, y, halfWidth, halfHeight) => {
+      const [left, right, top, bottom] = [x - halfWidth, x + halfWidth, y - halfHeight, y + halfHeight];
+      if (left < 0 || right > frame.width || top < 0 || bottom > frame.height) return false;
+      return covers.every((box) => frame.left + left > box.right || frame.left + right < box.left || frame.top + top > box.bottom || frame.top + bottom < box.top);
+    };
+  }
+
   // Unless it would overlap another number.
-  private write(text: string, x: number, y: number): void {
+  private write(text: string, x: number, y: number, isFree: IsFree): void {
     if (this.written.some((other) => Math.abs(other.y - y) < 14 && Math.abs(other.x - x) < 4 * (text.length + other.text.length))) return;
     const at = this.written.push({ text, x, y }) - 1;
     const label = (this.labels[at] ??= this.numbers.appendChild(h("span")));
-    label.hidden = false;
+    label.hidden = !isFree(x, y, 4 * text.length, 7);
     if (label.textContent !== text) label.textContent = text;
     label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
   }
 }
+
+type IsFree = (x: number, y: number, halfWidth: number, halfHeight: number) => boolean;
 
 interface Place {
   x: number;
