@@ -76,6 +76,12 @@ struct OutputSurface {
 // "3 of 1 204 components, those with a diagonal of 10 samples or more", and the cavities that this
 // fills; empty if none was removed.
 [[nodiscard]] std::string removed_text(const OutputSurface& surface);
+// Returns the notices that 3D printers reject a file of this surface: it is open where the data
+// ends, or triangles intersect others, of which there are `self_intersecting`. Requires a sound
+// mesh.
+[[nodiscard]] std::vector<std::string> printing_notices(const std::string& file,
+                                                        const OutputSurface& surface,
+                                                        std::size_t self_intersecting);
 // Returns the notice that a written file has more bytes than its budget of --max-bytes (0: none);
 // empty if it has not.
 [[nodiscard]] std::vector<std::string> larger_file_notice(const std::string& file,

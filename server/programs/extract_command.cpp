@@ -177,6 +177,7 @@ int extract(const ExtractArguments& arguments) {
   std::optional<StepResult> within_budget;
   if (has_budget(*asked)) within_budget = affordable(extractor, *asked);
   IsosurfaceRequest request = within_budget ? within_budget->step.request : *asked;
+  notices.add(request_notices(request, info));
   // Simplification has no error bound to obey on a uniform level.
   if (arguments.level) request.simplify = false;
   const ReferenceModel reference = reference_model(arguments, *dataset, request);
@@ -221,6 +222,9 @@ int extract(const ExtractArguments& arguments) {
   const OutputSurface output = output_surface(mesh, arguments.surface, info);
   const std::string left_out = removed_text(output);
   if (!left_out.empty()) notices.add("The file has " + left_out + ".");
+  if (format == MeshFormat::kStl) {
+    notices.add(printing_notices(arguments.output, output, measured.self_intersecting.value_or(0)));
+  }
   if (topology.triangles > 0 && output.components == 0 && !arguments.surface.allow_empty) {
     progress.finish();
     write_report(report_now(), arguments);
