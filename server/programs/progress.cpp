@@ -70,7 +70,7 @@ Json Progress::seconds() const {
   Json json = Json::object();
   double total = 0;
   for (const Stage& stage : stages_) {
-    json[stage.name] = stage.seconds;
+    json[stage.name] = json.value(stage.name, 0.0) + stage.seconds;
     total += stage.seconds;
   }
   json["total"] = total;

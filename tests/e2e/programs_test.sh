@@ -217,6 +217,17 @@ grep -aq '"name":"isovalue -0.5"' both.glb && grep -aq '"name":"isovalue 0.5"' b
 [ -s both_-0.5.ply ] && [ -s both_0.5.ply ] && [ ! -e both.ply ] || fail "a file for each surface"
 [ -s both_steps/isovalue_0.5/step_0.ply ] || fail "steps of each surface"
 cmp -s both_-0.5.ply both_0.5.ply && fail "two isovalues, one surface"
+for suffix in glb ply; do
+  "$client" fetch $two --error 1 -o "fetched_both.$suffix" --quiet
+  ends 0 "isovalue 0.5, " "$server" extract gyroid.mtd --isovalue -0.5,0.5 --error 1 -o "extracted_both.$suffix" --report both.json
+done
+for file in both.glb both_-0.5.ply both_0.5.ply; do
+  [ "$(stat -c %s "fetched_$file")" = "$(stat -c %s "extracted_$file")" ] || fail "fetch and extract write another $file"
+done
+[ "$(grep -c '"mesh_file": "extracted_both_-\{0,1\}0.5.ply"' both.json)" = 2 ] || fail "the report of two extracted surfaces: $(cat both.json)"
+ends 2 "are for one isovalue" "$server" extract gyroid.mtd --isovalue -0.5,0.5 --max-triangles 3000 -o never.ply
+ends 6 "never_1e+09.ply is not written" "$server" extract gyroid.mtd --isovalue 0.5,1e9 -o never.ply
+[ ! -e never_0.5.ply ] || fail "one of two surfaces was written by extract"
 "$client" fetch $two --error 0 --max-triangles 3000 -o budget.ply --json --quiet >budget.json
 [ "$(sed -n 's/^ *"triangles": \([0-9]*\),*$/\1/p' budget.json | sort -n | tail -n 1)" -le 3000 ] || fail "a budget is for all surfaces"
 ends 2 "cannot be shared" "$client" fetch $two --max-triangles 1 -o never.ply
