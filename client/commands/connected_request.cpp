@@ -19,12 +19,10 @@ ClientResult<Connected> connected_once(const ServerAccess& access) {
   return Connected(*std::move(client), *std::move(datasets));
 }
 
-std::string names(const std::vector<DatasetInfo>& datasets) {
-  std::string text;
-  for (const DatasetInfo& info : datasets) {
-    text += (text.empty() ? "\"" : ", \"") + info.name + "\"";
-  }
-  return text;
+std::vector<std::string> names(const std::vector<DatasetInfo>& datasets) {
+  std::vector<std::string> names;
+  for (const DatasetInfo& info : datasets) names.push_back(info.name);
+  return names;
 }
 
 // Returns a hint for a server error; empty if the error is clear.
@@ -40,9 +38,9 @@ Result<DatasetInfo> chosen(const std::string& name, const std::vector<DatasetInf
   }
   if (name.empty() && datasets.size() == 1) return datasets.front();
   if (name.empty()) {
-    return fail(
-        ErrorCode::kInvalidArgument,
-        "The server has several datasets; choose one with --dataset: " + names(datasets) + ".");
+    return fail(ErrorCode::kInvalidArgument,
+                "The server has several datasets; choose one with --dataset: " +
+                    few_of(name, names(datasets)) + ".");
   }
   const auto found = std::find_if(datasets.begin(), datasets.end(),
                                   [&](const DatasetInfo& info) { return info.name == name; });
@@ -54,10 +52,10 @@ Result<DatasetInfo> chosen(const std::string& name, const std::vector<DatasetInf
                                                 "as --dataset " +
                                                 info.name + ".");
   }
-  std::vector<std::string> known;
-  for (const DatasetInfo& info : datasets) known.push_back(info.name);
+  const std::vector<std::string> known = names(datasets);
   return fail(ErrorCode::kUnknownDataset, "The server has no dataset \"" + name + "\"; it has " +
-                                              names(datasets) + "." + did_you_mean(name, known));
+                                              few_of(name, known) + "." +
+                                              did_you_mean(name, known));
 }
 
 DatasetInfo usable_dataset(const SurfaceOrder& order, const ConnectedServer& connected) {

@@ -125,7 +125,17 @@ class Output {
     if (arguments_.json) {
       std::cout << text;
     } else if (!arguments_.quiet) {
-      for (const FetchReport& report : reports) print(report);
+      std::string names;
+      std::string written;  // A GLB of several surfaces is named once.
+      for (const FetchReport& report : reports) {
+        if (report.error) continue;
+        std::cout << checks_table(report.steps);
+        if (!report.mesh_file.empty() && report.mesh_file != written) {
+          written = report.mesh_file;
+          names += written + " written\n";
+        }
+      }
+      std::cout << names;
     }
   }
 
@@ -137,11 +147,6 @@ class Output {
                       .min_component = surface.min_component,
                       .world = surface.world,
                       .codec = arguments_.order.surface.query.codec});
-  }
-  static void print(const FetchReport& report) {
-    if (report.error) return;
-    std::cout << checks_table(report.steps);
-    if (!report.mesh_file.empty()) std::cout << report.mesh_file << " written\n";
   }
 
   const FetchArguments& arguments_;
@@ -229,6 +234,7 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
   if (final_step->step->topology.triangles == 0) {
     surface.notices.add(empty_surface_text(report.open.request, info));
   }
+  surface.notices.add(request_notices(final_step->step->begin.request, info));
   const LatticeMesh& mesh = final_step->step->mesh;
   report.distance_bound = mesh_distance_bound(final_step->step->begin, info);
   const bool has_report = arguments.json || !arguments.report.empty();
@@ -237,13 +243,20 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
         measures_from(mesh, arguments.order.surface.query.min_component, grid_to_world(info));
     surface.notices.add(volume_notice(*report.measures, report.distance_bound));
   }
-  if (has_report && final_step->step->begin.request.simplify) {
+  const bool is_printed =
+      mesh_format_from(std::filesystem::path(part.mesh_file).extension().string()) ==
+      MeshFormat::kStl;
+  if ((has_report || is_printed) && final_step->step->begin.request.simplify) {
     report.self_intersecting_triangles = lattice_intersections(mesh).triangles;
   }
   surface.notices.add(missing_values_notice(mesh.scalars, arguments.order.surface.query.color_by));
   OutputSurface written = output.surface_of(*final_step, info);
   const std::string left_out = removed_text(written);
   if (!left_out.empty()) surface.notices.add("The file has " + left_out + ".");
+  if (is_printed) {
+    surface.notices.add(
+        printing_notices(part.mesh_file, written, report.self_intersecting_triangles.value_or(0)));
+  }
   const std::string accuracy = accuracy_text(*final_step->step);
   if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
   return written;

@@ -7,6 +7,8 @@
 namespace multitetra {
 namespace {
 
+constexpr std::size_t kLongest = 256;  // The cost is the product of the lengths.
+
 // Returns the edit distance: letters to replace, insert or delete.
 std::size_t edits(std::string_view from, std::string_view to) {
   std::vector<std::size_t> row(to.size() + 1);
@@ -23,16 +25,31 @@ std::size_t edits(std::string_view from, std::string_view to) {
   return row[to.size()];
 }
 
+std::size_t distance_of(std::string_view word, const std::string& candidate) {
+  return candidate.starts_with(word) && word.size() > 3 ? 1 : edits(word, candidate);
+}
+
 }  // namespace
 
+std::string few_of(std::string_view word, std::vector<std::string> known) {
+  if (!word.empty() && word.size() <= kLongest) {
+    std::stable_sort(known.begin(), known.end(), [&](const auto& a, const auto& b) {
+      return distance_of(word, a) < distance_of(word, b);
+    });
+  }
+  const std::size_t shown = known.size() <= 4 ? known.size() : 3;
+  std::string text;
+  for (std::size_t i = 0; i < shown; ++i) text += (i == 0 ? "\"" : ", \"") + known[i] + "\"";
+  const std::size_t more = known.size() - shown;
+  return text + (more > 0 ? " and " + std::to_string(more) + " more" : "");
+}
+
 std::string nearest_word(std::string_view word, std::span<const std::string> known) {
-  constexpr std::size_t kLongest = 256;  // The cost is the product of the lengths.
   std::string nearest;
   if (word.size() > kLongest) return nearest;
   std::size_t least = std::max<std::size_t>(2, word.size() / 4) + 1;
   for (const std::string& candidate : known) {
-    const std::size_t distance =
-        candidate.starts_with(word) && word.size() > 3 ? 1 : edits(word, candidate);
+    const std::size_t distance = distance_of(word, candidate);
     if (distance < least) {
       least = distance;
       nearest = candidate;

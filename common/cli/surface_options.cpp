@@ -8,6 +8,7 @@
 #include "common/base/exit_codes.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/mesh/components.hpp"
+#include "common/mesh/mesh_checks.hpp"
 #include "common/request/request_notices.hpp"
 
 namespace multitetra {
@@ -175,6 +176,25 @@ void require_codec(const SurfaceArguments& arguments, bool is_glb) {
   if (const auto fits = check_codec(arguments.query.codec, is_glb); !fits) {
     throw ExitError(kUsage, "--" + fits.error().text);
   }
+}
+
+std::vector<std::string> printing_notices(const std::string& file, const OutputSurface& surface,
+                                          std::size_t self_intersecting) {
+  std::vector<std::string> notices;
+  const PositionedMesh& mesh = surface.mesh;
+  const auto open =
+      topology(mesh.positions.size(), mesh.triangles, [](auto, auto) { return true; }).border_edges;
+  if (open > 0) {
+    notices.push_back(file + " is open where the data ends, at " +
+                      human_count_of(static_cast<std::uint64_t>(open), "edge") +
+                      ", and cannot be printed: `prepare --outside VALUE --margin 1` closes it, or "
+                      "--min-component removes small open components.");
+  }
+  if (self_intersecting > 0) {
+    notices.push_back(file + " has " + human_count_of(self_intersecting, "triangle") +
+                      " that intersect others; --embedded avoids them.");
+  }
+  return notices;
 }
 
 std::vector<std::string> larger_file_notice(const std::string& file, std::uint64_t max_bytes) {

@@ -78,6 +78,12 @@ struct OutputSurface {
 [[nodiscard]] std::string removed_text(const OutputSurface& surface);
 // Throws ExitError (kUsage) if --codec does not fit the output.
 void require_codec(const SurfaceArguments& arguments, bool is_glb);
+// Returns the notices that 3D printers reject a file of this surface: it is open where the data
+// ends, or triangles intersect others, of which there are `self_intersecting`. Requires a sound
+// mesh.
+[[nodiscard]] std::vector<std::string> printing_notices(const std::string& file,
+                                                        const OutputSurface& surface,
+                                                        std::size_t self_intersecting);
 // Returns the notice that a written file has more bytes than its budget of --max-bytes (0: none);
 // empty if it has not.
 [[nodiscard]] std::vector<std::string> larger_file_notice(const std::string& file,

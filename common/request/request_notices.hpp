@@ -14,7 +14,8 @@ namespace multitetra {
 
 // Checks in advance whether the isovalue is outside the dataset's values, and whether a region or
 // the threshold grid lies completely outside its samples (by more than one sample). Misses some
-// such regions if the data's axes are oblique, but never reports others. Requires a valid request.
+// such regions if the data's axes are oblique, but never reports others. Of a served request also
+// reports that its budget more than doubled the error. Requires a valid request.
 [[nodiscard]] std::vector<std::string> request_notices(const IsosurfaceRequest& request,
                                                        const DatasetInfo& info);
 

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxRounds = 16;
+constexpr std::size_t kMaxPiecesOfAll = 40;  // Pieces split in all batches, times max_pieces.
 
 using Found = NearestTriangle::Found;
 
@@ -57,16 +58,29 @@ class MaximumSearch {
       : other_(other), search_(search) {}
 
   SurfaceDistance run(const TriangleMesh& mesh) {
-    std::vector<Piece> pieces = undecided_triangles(mesh);
-    for (int round = 0; round < kMaxRounds && !pieces.empty(); ++round) {
-      pieces = cut(pieces);
-      for (const Piece& piece : pieces) {
-        for (std::size_t i = 0; i < 3; ++i) record(piece.corners[i], piece.nearest[i].distance);
+    const std::vector<std::uint32_t> triangles = undecided_triangles(mesh);
+    // A batch at a time needs little memory. The first batches have the largest bounds.
+    const std::size_t batch = std::max<std::size_t>(search_.max_pieces / 16, 1);
+    std::size_t left = kMaxPiecesOfAll * search_.max_pieces;
+    for (std::size_t begin = 0; begin < triangles.size(); begin += batch) {
+      const std::size_t end = std::min(begin + batch, triangles.size());
+      std::vector<Piece> pieces;
+      for (std::size_t i = begin; i < end; ++i) {
+        pieces.push_back(piece_of(mesh, triangles[i]));
+        pieces.back().bound = bounds_[triangles[i]];
       }
       keep_undecided(pieces);
+      for (int round = 0; round < kMaxRounds && !pieces.empty() && pieces.size() <= left; ++round) {
+        left -= pieces.size();
+        pieces = cut(pieces);
+        for (const Piece& piece : pieces) {
+          for (std::size_t i = 0; i < 3; ++i) record(piece.corners[i], piece.nearest[i].distance);
+        }
+        keep_undecided(pieces);
+      }
+      for (const Piece& piece : pieces) dropped_bound_ = std::max(dropped_bound_, piece.bound);
+      result_.undecided += pieces.size();
     }
-    for (const Piece& piece : pieces) dropped_bound_ = std::max(dropped_bound_, piece.bound);
-    result_.undecided += pieces.size();
     result_.maximum_at_most = std::max({result_.maximum, settled_bound_, dropped_bound_});
     return result_;
   }
@@ -91,37 +105,36 @@ class MaximumSearch {
     return std::min(bound, bound_by(corners, *other_.nearest(center).triangle));
   }
 
-  // Returns the triangles whose interior may be farther than all vertices.
-  std::vector<Piece> undecided_triangles(const TriangleMesh& mesh) {
-    std::vector<Found> nearest(mesh.vertices.size());
-    tbb::parallel_for(std::size_t{0}, nearest.size(),
-                      [&](std::size_t i) { nearest[i] = other_.nearest(mesh.vertices[i]); });
-    for (std::size_t i = 0; i < nearest.size(); ++i) record(mesh.vertices[i], nearest[i].distance);
-    std::vector<double> bounds(mesh.triangles.size());
-    const auto piece_of = [&](const TriangleIndices& t) {
-      return Piece{.corners = {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]},
-                   .nearest = {nearest[t[0]], nearest[t[1]], nearest[t[2]]}};
-    };
-    tbb::parallel_for(std::size_t{0}, bounds.size(), [&](std::size_t i) {
-      const Piece piece = piece_of(mesh.triangles[i]);
-      bounds[i] = tightened(bound_of(piece.corners, piece.nearest), piece.corners);
+  [[nodiscard]] Piece piece_of(const TriangleMesh& mesh, std::size_t triangle) const {
+    const TriangleIndices& t = mesh.triangles[triangle];
+    return {.corners = {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]},
+            .nearest = {nearest_[t[0]], nearest_[t[1]], nearest_[t[2]]}};
+  }
+
+  // Returns the triangles whose interior may be farther than all vertices; largest bounds first.
+  std::vector<std::uint32_t> undecided_triangles(const TriangleMesh& mesh) {
+    nearest_.resize(mesh.vertices.size());
+    tbb::parallel_for(std::size_t{0}, nearest_.size(),
+                      [&](std::size_t i) { nearest_[i] = other_.nearest(mesh.vertices[i]); });
+    for (std::size_t i = 0; i < nearest_.size(); ++i) {
+      record(mesh.vertices[i], nearest_[i].distance);
+    }
+    bounds_.resize(mesh.triangles.size());
+    tbb::parallel_for(std::size_t{0}, bounds_.size(), [&](std::size_t i) {
+      const Piece piece = piece_of(mesh, i);
+      bounds_[i] = tightened(bound_of(piece.corners, piece.nearest), piece.corners);
     });
     std::vector<std::uint32_t> undecided;
-    for (std::uint32_t i = 0; i < bounds.size(); ++i) {
-      if (is_undecided(bounds[i])) {
+    for (std::uint32_t i = 0; i < bounds_.size(); ++i) {
+      if (is_undecided(bounds_[i])) {
         undecided.push_back(i);
       } else {
-        settled_bound_ = std::max(settled_bound_, bounds[i]);
+        settled_bound_ = std::max(settled_bound_, bounds_[i]);
       }
     }
-    keep_largest(undecided, [&](std::uint32_t i) { return bounds[i]; });
-    std::vector<Piece> pieces;
-    pieces.reserve(undecided.size());
-    for (const std::uint32_t i : undecided) {
-      pieces.push_back(piece_of(mesh.triangles[i]));
-      pieces.back().bound = bounds[i];
-    }
-    return pieces;
+    std::stable_sort(undecided.begin(), undecided.end(),
+                     [&](std::uint32_t i, std::uint32_t j) { return bounds_[i] > bounds_[j]; });
+    return undecided;
   }
 
   void keep_undecided(std::vector<Piece>& pieces) {
@@ -130,18 +143,13 @@ class MaximumSearch {
       settled_bound_ = std::max(settled_bound_, piece.bound);
       return true;
     });
-    keep_largest(pieces, [](const Piece& piece) { return piece.bound; });
-  }
-
-  // Drops those with the smallest bounds if there are too many.
-  template <typename T, typename Bound>
-  void keep_largest(std::vector<T>& all, const Bound& bound) {
-    if (all.size() <= search_.max_pieces) return;
-    std::stable_sort(all.begin(), all.end(),
-                     [&](const T& a, const T& b) { return bound(a) > bound(b); });
-    dropped_bound_ = std::max(dropped_bound_, bound(all[search_.max_pieces]));
-    result_.undecided += all.size() - search_.max_pieces;
-    all.erase(all.begin() + static_cast<std::ptrdiff_t>(search_.max_pieces), all.end());
+    if (pieces.size() <= search_.max_pieces) return;
+    // Drops those with the smallest bounds.
+    std::stable_sort(pieces.begin(), pieces.end(),
+                     [](const Piece& a, const Piece& b) { return a.bound > b.bound; });
+    dropped_bound_ = std::max(dropped_bound_, pieces[search_.max_pieces].bound);
+    result_.undecided += pieces.size() - search_.max_pieces;
+    pieces.erase(pieces.begin() + static_cast<std::ptrdiff_t>(search_.max_pieces), pieces.end());
   }
 
   [[nodiscard]] std::vector<Piece> cut(const std::vector<Piece>& pieces) const {
@@ -171,6 +179,8 @@ class MaximumSearch {
   const NearestTriangle& other_;
   const DistanceSearch& search_;
   SurfaceDistance result_;
+  std::vector<Found> nearest_;  // By vertex.
+  std::vector<double> bounds_;  // By triangle.
   // The largest bound of pieces that need no further search.
   double settled_bound_ = 0;
   // The largest bound of dropped pieces.

@@ -4,7 +4,7 @@
 // The maximum is searched for, not sampled. The distance to a triangle is convex, so the corners of
 // a triangle bound it: no point of it is farther from the other surface than the farthest of its
 // corners is from any one triangle there. Triangles whose bound exceeds the largest measured
-// distance are split into four until both agree within a tolerance, or there are too many pieces;
+// distance are split into four until both agree within a tolerance, or too many pieces were split;
 // then the remaining gap is reported.
 #pragma once
 
@@ -21,7 +21,8 @@ struct DistanceSearch {
   double tolerance = 0;
   // The search continues below the tolerance until it is known whether the maximum exceeds this.
   std::optional<double> limit = std::nullopt;
-  std::size_t max_pieces = 400'000;  // Maximum number of pieces that are split in a round.
+  // Maximum number of pieces that are split at once; forty times as many are split in all.
+  std::size_t max_pieces = 400'000;
 };
 
 // Lengths in the unit of the coordinates. All infinite if only the other surface is empty; all zero
@@ -30,7 +31,7 @@ struct SurfaceDistance {
   // The largest measured distance: a lower bound of the true maximum.
   double maximum = 0;
   double maximum_at_most = 0;  // Upper bound of the true maximum.
-  // Pieces that the search had no memory for: with them `maximum_at_most` may be far from
+  // Pieces that the search had no memory or time for: with them `maximum_at_most` may be far from
   // `maximum`.
   std::uint64_t undecided = 0;
   double percentile_99 = 0;

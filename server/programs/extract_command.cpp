@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/exit_codes.hpp"
-#include "common/cli/human_units.hpp"
+#include "common/base/number_text.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
 #include "common/cli/surface_options.hpp"
@@ -22,6 +22,7 @@
 #include "common/request/request_notices.hpp"
 #include "common/request/threshold_shrinking.hpp"
 #include "common/wire/mesh_files.hpp"
+#include "common/wire/scene_file.hpp"
 #include "common/wire/tile.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/surface/vertex_normals.hpp"
@@ -150,38 +151,65 @@ int extract_folder(const ExtractArguments& arguments, MeshFormat format) {
                         arguments.surface);
 }
 
-int extract(const ExtractArguments& arguments) {
-  const ThreadLimit limit(arguments.threads);
-  const MeshFormat format = format_of(arguments.output);
-  require_codec(arguments.surface, format == MeshFormat::kGlb);
-  if (is_folder_of_datasets(arguments.file)) return extract_folder(arguments, format);
+// One of the surfaces, its model and its file.
+struct Extraction {
+  ExtractResult result;
+  ReferenceModel reference = {};
+  OutputSurface output = {};
+  std::string file = {};
+};
+
+// Returns a file for each isovalue; a GLB contains all surfaces.
+std::vector<std::string> files_of(const ExtractArguments& arguments, MeshFormat format) {
+  const std::vector<double>& isovalues = arguments.surface.query.isovalues;
+  if (isovalues.size() <= 1) return {arguments.output};
+  std::vector<std::string> files;
+  for (const double isovalue : isovalues) {
+    files.push_back(format == MeshFormat::kGlb
+                        ? arguments.output
+                        : file_of_part(arguments.output, shortest_text(isovalue)).string());
+  }
+  return files;
+}
+
+void require_outputs_of(const ExtractArguments& arguments, std::vector<std::string> files) {
+  files.erase(std::unique(files.begin(), files.end()), files.end());
+  std::vector<NamedFile> outputs;
+  for (const std::string& file : files) outputs.push_back({"--output", file});
+  outputs.push_back({"--report", arguments.report});
+  outputs.push_back({"--model", arguments.model_file});
   require_outputs(
-      {{"--output", arguments.output},
-       {"--report", arguments.report},
-       {"--model", arguments.model_file}},
-      {{"file", arguments.file}, {"--threshold-grid", arguments.surface.threshold_grid}});
-  const bool has_model_file = !arguments.model_file.empty();
-  Progress progress("extract", has_model_file ? 5 : 4, arguments.quiet || arguments.json);
-  progress.begin("open");
-  const DatasetPtr dataset = open_dataset(arguments.file);
+      outputs, {{"file", arguments.file}, {"--threshold-grid", arguments.surface.threshold_grid}});
+}
+
+void require_one_isovalue(const ExtractArguments& arguments) {
+  if (!arguments.model_file.empty() || has_budget(arguments.surface.query.request)) {
+    throw ExitError(kUsage, "--model, --max-triangles and --max-bytes are for one isovalue.");
+  }
+}
+
+// Extracts and checks one surface.
+Extraction extracted(const ExtractArguments& arguments, const std::string& file,
+                     const DatasetPtr& dataset,
+                     const std::shared_ptr<const SurfaceExtractor>& extractor,
+                     const IsosurfaceRequest& asked, Notices& notices, Progress& progress) {
   const DatasetInfo& info = dataset->info;
-  const Result<IsosurfaceRequest> asked = request_of(arguments.surface, info);
-  if (!asked) throw std::invalid_argument(asked.error().text);
-  if (const auto fits = check_lattice(*asked, info); !fits) {
+  if (const auto fits = check_lattice(asked, info); !fits) {
     throw ExitError(kUsage, "--lattice: " + fits.error().text);
   }
-  Notices notices;
-  notices.add(request_notices(*asked, info));
-  const auto extractor = std::make_shared<const SurfaceExtractor>(dataset);
-
+  notices.add(request_notices(asked, info));
   progress.begin("surface");
   std::optional<StepResult> within_budget;
-  if (has_budget(*asked)) within_budget = affordable(extractor, *asked);
-  IsosurfaceRequest request = within_budget ? within_budget->step.request : *asked;
+  if (has_budget(asked)) within_budget = affordable(extractor, asked);
+  IsosurfaceRequest request = within_budget ? within_budget->step.request : asked;
+  notices.add(request_notices(request, info));
   // Simplification has no error bound to obey on a uniform level.
   if (arguments.level) request.simplify = false;
-  const ReferenceModel reference = reference_model(arguments, *dataset, request);
-  ExtractResult result{.request = request};
+  Extraction extraction{.result = {.request = request},
+                        .reference = reference_model(arguments, *dataset, request),
+                        .file = file};
+  const ReferenceModel& reference = extraction.reference;
+  ExtractResult& result = extraction.result;
   result.surface = reference.model && !reference.is_for_file_only
                        ? reference.extractor->extract(resolved_step({.request = request}, info),
                                                       *reference.model)
@@ -200,52 +228,107 @@ int extract(const ExtractArguments& arguments) {
       .topology = multitetra::topology(
           mesh, data_border(info, request.lattice_resolution, request.topology_tolerance, finest)),
       .simplification_bound = simplification_bound(result.surface)};
-  const MeshTopology& topology = measured.topology;
+  for (TileMesh& tile : result.surface.tiles) tile.mesh = {};  // Only their number is reported.
   result.content = digest(mesh);
   if (request.simplify) measured.self_intersecting = lattice_intersections(mesh).triangles;
   if (arguments.json || !arguments.report.empty()) {
     measure(measured, mesh, arguments.surface, request, info, !arguments.level);
     notices.add(volume_notice(*measured.measures, measured.distance_bound));
   }
-
-  const auto report_now = [&] {
-    return json_of(result, arguments, notices.texts(), progress.seconds());
-  };
-  if (topology.triangles == 0) {
-    notices.add(empty_surface_text(request, info));
-    if (!arguments.surface.allow_empty) {
-      progress.finish();
-      write_report(report_now(), arguments);
-      throw ExitError(kEmptySurface, not_written_text(arguments.output));
-    }
-  }
-  const OutputSurface output = output_surface(mesh, arguments.surface, info);
-  const std::string left_out = removed_text(output);
+  if (measured.topology.triangles == 0) notices.add(empty_surface_text(request, info));
+  extraction.output = output_surface(mesh, arguments.surface, info);
+  const std::string left_out = removed_text(extraction.output);
   if (!left_out.empty()) notices.add("The file has " + left_out + ".");
-  if (topology.triangles > 0 && output.components == 0 && !arguments.surface.allow_empty) {
+  if (format_of(file) == MeshFormat::kStl) {
+    notices.add(printing_notices(file, extraction.output, measured.self_intersecting.value_or(0)));
+  }
+  return extraction;
+}
+
+void write_meshes(const std::vector<Extraction>& surfaces, const DatasetInfo& info,
+                  MeshCodec codec) {
+  const auto name_of = [&](const Extraction& surface) {
+    SurfaceName name = surface_name(info);
+    if (surfaces.size() > 1) {
+      name.text = "isovalue " + shortest_text(surface.result.request.isovalue);
+    }
+    return name;
+  };
+  const std::string& first = surfaces.front().file;
+  if (surfaces.size() > 1 && surfaces.back().file == first) {
+    std::vector<ScenePart> parts;
+    for (const Extraction& surface : surfaces) {
+      parts.push_back({.name = name_of(surface), .mesh = &surface.output.mesh});
+    }
+    return write_file(first, scene_glb(parts, surfaces.front().output.world, codec));
+  }
+  for (const Extraction& surface : surfaces) {
+    write_file(surface.file, mesh_file(surface.output.mesh, format_of(surface.file),
+                                       {.name = name_of(surface),
+                                        .lattice = surface.output.lattice,
+                                        .min_component = surface.output.min_component,
+                                        .world = surface.output.world,
+                                        .codec = codec}));
+  }
+}
+
+int extract(const ExtractArguments& arguments) {
+  const ThreadLimit limit(arguments.threads);
+  const MeshFormat format = format_of(arguments.output);
+  require_codec(arguments.surface, format == MeshFormat::kGlb);
+  if (is_folder_of_datasets(arguments.file)) return extract_folder(arguments, format);
+  const std::vector<std::string> files = files_of(arguments, format);
+  if (files.size() > 1) require_one_isovalue(arguments);
+  require_outputs_of(arguments, files);
+  const bool has_model_file = !arguments.model_file.empty();
+  Progress progress("extract", 2 + 2 * files.size() + (has_model_file ? 1 : 0),
+                    arguments.quiet || arguments.json);
+  progress.begin("open");
+  const DatasetPtr dataset = open_dataset(arguments.file);
+  const DatasetInfo& info = dataset->info;
+  const Result<std::vector<IsosurfaceRequest>> asked = requests_from(arguments.surface, info);
+  if (!asked) throw std::invalid_argument(asked.error().text);
+  Notices notices;
+  const auto extractor = std::make_shared<const SurfaceExtractor>(dataset);
+  std::vector<Extraction> surfaces;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    surfaces.push_back(
+        extracted(arguments, files[i], dataset, extractor, (*asked)[i], notices, progress));
+  }
+  const auto report_now = [&](bool is_written) {
+    Json reports = Json::array();
+    for (const Extraction& surface : surfaces) {
+      reports.push_back(json_of(surface.result, arguments, notices.texts(), progress.seconds()));
+      if (is_written) add_file(reports.back(), surface.file, surface.output);
+    }
+    const Json report = surfaces.size() == 1 ? reports.front() : Json{{"surfaces", reports}};
+    write_report(report, arguments);
+  };
+  for (const Extraction& surface : surfaces) {
+    if (surface.output.components > 0 || arguments.surface.allow_empty) continue;
     progress.finish();
-    write_report(report_now(), arguments);
-    throw ExitError(kEmptySurface, not_written_text(arguments.output));
+    report_now(false);
+    throw ExitError(kEmptySurface, not_written_text(surface.file));
   }
   progress.begin("file");
-  write_file(arguments.output, mesh_file(output.mesh, format,
-                                         {.name = surface_name(info),
-                                          .lattice = output.lattice,
-                                          .min_component = output.min_component,
-                                          .world = output.world,
-                                          .codec = arguments.surface.query.codec}));
+  write_meshes(surfaces, info, arguments.surface.query.codec);
   notices.add(larger_file_notice(arguments.output, arguments.surface.query.request.max_bytes));
   if (has_model_file) {
     progress.begin("model_file");
-    result.model =
-        write_model(arguments, reference, request.isovalue, output_map(arguments.surface, info));
+    Extraction& only = surfaces.front();
+    only.result.model = write_model(arguments, only.reference, only.result.request.isovalue,
+                                    output_map(arguments.surface, info));
   }
   progress.finish();
-  Json report = report_now();
-  add_file(report, arguments.output, output);
-  write_report(report, arguments);
-  if (!arguments.json && !arguments.quiet) print_result(result, arguments, output);
-  if (topology.is_sound()) return 0;
+  report_now(true);
+  bool is_sound = true;
+  for (const Extraction& surface : surfaces) {
+    if (!arguments.json && !arguments.quiet) {
+      print_result(surface.result, surface.output, surface.file);
+    }
+    is_sound = is_sound && surface.result.measured.topology.is_sound();
+  }
+  if (is_sound) return 0;
   std::cerr << "multitetra-server: the mesh has open, non-manifold or degenerate parts; this is a "
                "bug, please report it.\n";
   return 1;
@@ -265,7 +348,10 @@ void add_extract_command(Command& program, Run& run) {
                    "folder of labels, whose meshes then fit together")
       ->required()
       ->type_name("DATASET");
-  command->add_option("-o,--output", a->output, "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp")
+  command
+      ->add_option("-o,--output", a->output,
+                   "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp. Several surfaces are parts of "
+                   "one .glb, or one file each, with the dataset or isovalue in its name")
       ->required()
       ->type_name("FILE");
   add_request_options(*command, a->surface,
@@ -306,6 +392,7 @@ void add_extract_command(Command& program, Run& run) {
       "Examples:\n"
       "  multitetra-server extract head.mtd -o head.ply\n"
       "  multitetra-server extract head.mtd --isovalue 1200.5 --error 0.5 -o bone.glb\n"
+      "  multitetra-server extract head.mtd --isovalue 500.5,1200.5 -o skin_and_bone.glb\n"
       "  multitetra-server extract head.mtd --error 2 --unit world -o head.stl --json\n"
       "  multitetra-server extract head.mtd --error 4 -o head.ply --model head.vtu\n"
       "  multitetra-server extract organs/ --error 0.5 -o organs.glb\n"

@@ -46,11 +46,10 @@ void write_report(const Json& report, const ExtractArguments& arguments) {
   if (arguments.json) std::cout << text_of(report);
 }
 
-void print_result(const ExtractResult& result, const ExtractArguments& arguments,
-                  const OutputSurface& written) {
+void print_result(const ExtractResult& result, const OutputSurface& written,
+                  const std::string& file) {
   const MeshTopology& topology = result.measured.topology;
-  std::cout << arguments.output << ": "
-            << "isovalue " << shortest_text(result.request.isovalue) << ", "
+  std::cout << file << ": isovalue " << shortest_text(result.request.isovalue) << ", "
             << human_count_of(written.mesh.triangles.size(), "triangle") << ", "
             << human_count(written.mesh.positions.size()) << " vertices, from "
             << human_count(result.surface.tetrahedra) << " tetrahedra\n  ";

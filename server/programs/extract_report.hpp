@@ -53,8 +53,8 @@ struct ExtractResult {
 // Writes the report to the file and prints it, as requested.
 void write_report(const Json& report, const ExtractArguments& arguments);
 
-// Prints the result for people.
-void print_result(const ExtractResult& result, const ExtractArguments& arguments,
-                  const OutputSurface& written);
+// Prints the result in `file` for people.
+void print_result(const ExtractResult& result, const OutputSurface& written,
+                  const std::string& file);
 
 }  // namespace multitetra

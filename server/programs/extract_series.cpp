@@ -141,17 +141,20 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
         topology(simplified.mesh,
                  data_border(*one.info, request->lattice_resolution, request->topology_tolerance));
     measured.simplification_bound = simplified.bound;
+    if (request->simplify && (has_report || arguments.format == MeshFormat::kStl)) {
+      measured.self_intersecting = lattice_intersections(simplified.mesh).triangles;
+    }
     if (has_report) {
       measure(measured, simplified.mesh, surface, *request, *one.info);
-      if (request->simplify) {
-        measured.self_intersecting = lattice_intersections(simplified.mesh).triangles;
-      }
       for (const std::string& text : volume_notice(*measured.measures, measured.distance_bound)) {
         notices.add("\"" + surface_name(*one.info).text + "\": " + text);
       }
     }
     one.common_triangles = extracted.common_triangles[i];
     one.output = output_surface(simplified.mesh, surface, *one.info);
+    if (arguments.format == MeshFormat::kStl) {
+      notices.add(printing_notices(one.file, one.output, measured.self_intersecting.value_or(0)));
+    }
     is_sound = is_sound && measured.topology.is_sound();
     is_empty = is_empty && one.output.components == 0;
     if (measured.topology.triangles == 0) {

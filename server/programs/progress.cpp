@@ -13,11 +13,12 @@
 
 namespace multitetra {
 
-Progress::Progress(std::string command, std::size_t stages, bool is_quiet)
+Progress::Progress(std::string command, std::size_t stages, bool is_quiet, bool prints_stages)
     : command_(std::move(command)),
       expected_(std::max<std::size_t>(stages, 1)),
       is_quiet_(is_quiet),
-      is_terminal_(isatty(STDERR_FILENO) == 1) {}
+      is_terminal_(isatty(STDERR_FILENO) == 1),
+      prints_stages_(prints_stages && !is_terminal_) {}
 
 Progress::~Progress() {
   if (is_running_ && is_terminal_ && !is_quiet_) clear_line();
@@ -69,7 +70,7 @@ Json Progress::seconds() const {
   Json json = Json::object();
   double total = 0;
   for (const Stage& stage : stages_) {
-    json[stage.name] = stage.seconds;
+    json[stage.name] = json.value(stage.name, 0.0) + stage.seconds;
     total += stage.seconds;
   }
   json["total"] = total;
@@ -81,7 +82,7 @@ void Progress::end_stage() {
   is_running_ = false;
   Stage& stage = stages_.back();
   stage.seconds = std::chrono::duration<double>(Clock::now() - stage_start_).count();
-  if (!is_terminal_ && !is_quiet_) {
+  if (prints_stages_ && !is_quiet_) {
     std::cerr << command_ << ": " << stage.name << " " << human_seconds(stage.seconds) << std::endl;
   }
 }

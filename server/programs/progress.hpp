@@ -1,4 +1,5 @@
-// Shows the progress of a long command: a bar on a terminal, otherwise a line per finished stage.
+// Shows the progress of a long command: a bar on a terminal, otherwise a line per finished stage, or
+// one at the end.
 #pragma once
 
 #include <chrono>
@@ -13,7 +14,7 @@ namespace multitetra {
 class Progress {
  public:
   // `stages` is the total number of stages.
-  Progress(std::string command, std::size_t stages, bool is_quiet);
+  Progress(std::string command, std::size_t stages, bool is_quiet, bool prints_stages = true);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -44,6 +45,7 @@ class Progress {
   std::size_t expected_;
   bool is_quiet_;
   bool is_terminal_;
+  bool prints_stages_;
   bool is_running_ = false;
   Clock::time_point start_ = Clock::now();
   Clock::time_point stage_start_ = start_;

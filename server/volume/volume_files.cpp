@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -181,8 +182,12 @@ StoredVolume open_stored(const fs::path& path, const Opening& opening, const Vol
     if (!is_stack_pattern(path.filename().string()) || opening.options.raw) {
       fail_reading(path, "the file does not exist", "Check the name");
     }
-    format = VolumeFormat::kImageStack;
-    return open_image_stack(path);
+    const std::vector<fs::path> slices = matching_files(path);
+    const bool are_dicom = std::any_of(slices.begin(), slices.end(), [](const fs::path& file) {
+      return is_dicom(OpenFile(file).content(132).value_or(""));
+    });
+    format = are_dicom ? VolumeFormat::kDicom : VolumeFormat::kImageStack;
+    return are_dicom ? open_dicom(path, slices, choice) : open_image_stack(path);
   }
   if (opening.options.raw) return open_raw(path, *opening.options.raw);
   format = recognized_format(path);

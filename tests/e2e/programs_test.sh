@@ -212,10 +212,22 @@ two="--server $url --dataset gyroid --isovalue -0.5,0.5"
 "$client" fetch $two --error 1 -o both.glb --json --quiet >both.json
 [ "$(grep -c '"mesh_file": "both.glb"' both.json)" = 2 ] || fail "the report of two surfaces"
 grep -aq '"name":"isovalue -0.5"' both.glb && grep -aq '"name":"isovalue 0.5"' both.glb || fail "a GLB without both parts"
+[ "$("$client" fetch $two --error 1 -o both.glb 2>&1 | grep -c 'both.glb written')" = 1 ] || fail "one file is named twice"
 "$client" fetch $two --error 1 -o both.ply --save-steps both_steps --quiet
 [ -s both_-0.5.ply ] && [ -s both_0.5.ply ] && [ ! -e both.ply ] || fail "a file for each surface"
 [ -s both_steps/isovalue_0.5/step_0.ply ] || fail "steps of each surface"
 cmp -s both_-0.5.ply both_0.5.ply && fail "two isovalues, one surface"
+for suffix in glb ply; do
+  "$client" fetch $two --error 1 -o "fetched_both.$suffix" --quiet
+  ends 0 "isovalue 0.5, " "$server" extract gyroid.mtd --isovalue -0.5,0.5 --error 1 -o "extracted_both.$suffix" --report both.json
+done
+for file in both.glb both_-0.5.ply both_0.5.ply; do
+  [ "$(stat -c %s "fetched_$file")" = "$(stat -c %s "extracted_$file")" ] || fail "fetch and extract write another $file"
+done
+[ "$(grep -c '"mesh_file": "extracted_both_-\{0,1\}0.5.ply"' both.json)" = 2 ] || fail "the report of two extracted surfaces: $(cat both.json)"
+ends 2 "are for one isovalue" "$server" extract gyroid.mtd --isovalue -0.5,0.5 --max-triangles 3000 -o never.ply
+ends 6 "never_1e+09.ply is not written" "$server" extract gyroid.mtd --isovalue 0.5,1e9 -o never.ply
+[ ! -e never_0.5.ply ] || fail "one of two surfaces was written by extract"
 "$client" fetch $two --error 0 --max-triangles 3000 -o budget.ply --json --quiet >budget.json
 [ "$(sed -n 's/^ *"triangles": \([0-9]*\),*$/\1/p' budget.json | sort -n | tail -n 1)" -le 3000 ] || fail "a budget is for all surfaces"
 ends 2 "cannot be shared" "$client" fetch $two --max-triangles 1 -o never.ply
@@ -227,6 +239,15 @@ ends 2 "one surface" "$client" estimate $two
 ends 2 "opacity" "$client" snapshot $two --opacity 0.1,0.2,0.3 -o never.png
 ends 2 "opacity" "$client" snapshot $two --opacity 0 -o never.png
 ends 2 "#dd8265" "$client" snapshot $two --surface-color red -o never.png
+
+# Files to print have notices of open edges and self-intersections, others have not.
+for command in "$client fetch --server $url --dataset marschner-lobb" "$server extract marschner-lobb.mtd"; do
+  ends 0 "is open where the data ends, at" $command --error 1 -o printed.stl
+  ends 0 " that intersect others; --embedded avoids them." $command --error 2 -o printed.stl
+  $command --error 2 -o printed.ply --quiet >out 2>&1 && ! grep "printed\|embedded" out || fail "a notice of a .ply: $(cat out)"
+done
+ends 0 "The budget raised the error from 0.5 to" "$client" fetch --server "$url" --dataset gyroid --error 0.5 --max-bytes 4KB -o x.ply
+ends 0 "The budget raised the error from 0.5 to" "$server" extract gyroid.mtd --error 0.5 --max-bytes 4KB -o x.ply
 
 # Empty surfaces are reported, and written only with --allow-empty.
 for command in "$client snapshot --server $url --dataset gyroid -o nothing.png" \
@@ -251,7 +272,7 @@ ends 0 "from (0, 0, 0) to (32, 32, 32) in sample indices" "$server" extract gyro
 ends 2 "low corner above its high corner along y" "$client" fetch --server "$url" --dataset gyroid --region box:1,9,1,9,1,9=0 -o x.ply
 ends 2 "1280x960" "$client" snapshot --server "$url" --dataset gyroid --size 12by9 -o x.png
 ends 2 "PNG" "$client" snapshot --server "$url" --dataset gyroid -o x.jpg
-ends 2 '"gyroid"' "$client" snapshot --server "$url" -o x.png
+ends 2 '--dataset: "a", "b", "box" and ' "$client" snapshot --server "$url" -o x.png
 ends 0 "more than --max-bytes" "$server" extract gyroid.mtd --error 0 --max-bytes 20KB -o x.stl
 ends 0 "more than --max-bytes" "$client" fetch --server "$url" --dataset gyroid --error 0 --max-bytes 20KB -o x.stl
 # Files omit small components and reports count them; the whole surface is checked.
@@ -316,7 +337,9 @@ ends 2 "--report: ./x.ply is also written by --output" "$client" fetch --server 
 ends 1 "standard output" sh -c "'$client' list --server '$url' >/dev/full"
 ends 1 "standard output" sh -c "'$server' info gyroid.mtd --json >/dev/full"
 
-ends 1 "nowhere" "$client" fetch --server "$url" --dataset nowhere -o x.ply
+ends 1 '"nowhere"; it has "' "$client" fetch --server "$url" --dataset nowhere -o x.ply
+ends 1 'it has "torus", ' "$client" fetch --server "$url" --dataset toru -o x.ply
+grep -q '"torus"\(, "[^"]*"\)\{2\} and [0-9]* more\. Did you mean "torus"?' out || fail "all names are printed: $(cat out)"
 ends 2 "error threshold" "$client" fetch --server "$url" --dataset gyroid --error -1 -o x.ply
 ends 2 "suffix" "$client" fetch --server "$url" --dataset gyroid -o x.xyz
 ends 2 "isovalue" "$client" fetch --server "$url" --dataset gyroid --isovalue nan -o x.ply

@@ -40,6 +40,7 @@ ends 1 "A dataset's name must be UTF-8 without '/'" "$server" prepare in/organs.
 mkdir there && cp whole.mtd there && ends 2 "no volume in there, only datasets. Serve them with: multitetra-server serve there" \
   "$server" prepare there -o elsewhere
 ends 0 "2 members, 0 failed" "$server" prepare in/organs.seg.nrrd --label all --name organs -o organs
+[ "$(grep -c '^prepare organs.label' out)" = 2 ] || fail "not a line of progress for each label: $(cat out)"
 ends 0 "organs.label7: up to date" "$server" prepare in/organs.seg.nrrd --label all --name organs -o organs
 says organs/organs.label3.mtd '"organs", label 3 (liver, #dd8265)'
 says organs/organs.label7.mtd '"organs", label 7 (rest of it)'
@@ -227,7 +228,10 @@ for name, t in (("run_2", 0), ("run_10", 1), ("run_9", 0.5)):
                      " ".join(f"{v * scale:.3f}" for v in ball(t)) + "</DataArray>"
                      for field, scale in (("pressure", 1), ("hot/cold", -1)))
     pathlib.Path(f"in/{name}.vti").write_text(
-        '<VTKFile type="ImageData"><ImageData WholeExtent="0 11 0 11 0 11"><Piece Extent="0 11 0 11 0 11"><PointData>' +
+        '<VTKFile type="ImageData"><ImageData WholeExtent="0 11 0 11 0 11"><FieldData>'
+        '<DataArray type="String" Name="about" NumberOfTuples="1" format="ascii">49 0</DataArray>'
+        f'<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{5 * int(name[4:]) - 7.5}</DataArray>'
+        '</FieldData><Piece Extent="0 11 0 11 0 11"><PointData>' +
         arrays + "</PointData></Piece></ImageData></VTKFile>")
 pathlib.Path("in/small.vti").write_text(
     '<VTKFile type="ImageData"><ImageData WholeExtent="0 1 0 1 0 1"><Piece Extent="0 1 0 1 0 1"><PointData>'
@@ -272,7 +276,11 @@ ends 0 "6 members, 0 failed" "$server" prepare in/run_*.vti --time-series run --
 says run/run.hot_cold.t0001.mtd '"run", field hot/cold, time 0.1 s'
 says run/run.pressure.t0001.mtd 'run_9.vti'
 ends 0 '"run.pressure.t0002", 12 x 12 x 12 f32' "$server" prepare in/run_*.vti --time-series run --field all -o frames
-says frames/run.pressure.t0002.mtd '"run", field pressure, time 2'
+says frames/run.pressure.t0002.mtd '"run", field pressure, time 42.5'
+sed 's/TimeValue/other/' in/run_9.vti >in/run_11.vti
+ends 0 "4 members, 0 failed" "$server" prepare in/run_*.vti --time-series timeless --field pressure -o frames
+says frames/timeless.pressure.t0003.mtd 'time 3'
+rm in/run_11.vti
 ends 1 "members of a series must have the same grid" "$server" prepare in/run_9.vti in/small.vti --time-series mixed --field pressure -o mixed
 ends 2 "has no field density. Its fields are pressure, hot/cold" "$server" prepare in/run_2.vti --field density -o run
 ends 2 "no '/'" "$server" prepare in/run_9.vti --time-series a/b --field pressure -o mixed
@@ -338,6 +346,9 @@ for number in range(8):
     data.save_as(f"in/gated/{number}.dcm", write_like_original=False)
 EOPY
   ends 2 "prepare them with --all-times" "$server" prepare in/gated -o gated.mtd
+  for number in 0 1 2 3; do cp "in/gated/$number.dcm" "in/first_$number.dcm"; done
+  ends 0 "4 i16" "$server" prepare 'in/first_*.dcm' -o first.mtd
+  says first.mtd '0 to 35'
   ends 0 "2 members, 0 failed" "$server" prepare in/gated --all-times -o gated
   says gated/gated.t0001.mtd '1000 to 1035'
 fi

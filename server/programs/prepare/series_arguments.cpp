@@ -62,7 +62,7 @@ void SeriesArguments::add_to(Command& command) {
   command
       .add_option("--times", times,
                   "Times of the series, or the first and the step as 0:0.1; default: those of the "
-                  "file, or 0, 1, 2, ...")
+                  "files, or 0, 1, 2, ...")
       ->type_name("TIMES");
   command.add_option("--time-unit", time_unit, "Unit of the times, such as s")
       ->type_name("UNIT")

@@ -68,11 +68,12 @@ SeriesSource series_of_volume(const std::string& input, const std::string& name,
     times = source_times.at;
     series.time_unit = source_times.unit;
   }
-  if (times.empty()) {
-    notice("'" + input + "' " +
-           (count > 1 ? "has no time stamps; using frames 0, 1, 2, ..." : "has only one time."));
-    times = frame_numbers(count);
+  if (count == 1) {
+    notice("'" + input + "' has only one time.");
+  } else if (times.empty()) {
+    notice("'" + input + "' has no time stamps; using frames 0, 1, 2, ...");
   }
+  if (times.empty()) times = frame_numbers(count);
   if (!asked.time_unit.empty()) series.time_unit = asked.time_unit;
   series.moments.clear();
   for (std::size_t i = 0; i < count; ++i) {
@@ -80,6 +81,18 @@ SeriesSource series_of_volume(const std::string& input, const std::string& name,
         {.input = input, .index = static_cast<std::int64_t>(i), .time = times[i]});
   }
   return series;
+}
+
+// Returns the times that the files state, the first one of which has these contents; none unless
+// all state one and they increase.
+std::vector<double> stated_times(const std::vector<std::string>& inputs,
+                                 const VolumeContents& first, const PrepareArguments& arguments) {
+  std::vector<double> times = first.times.at;
+  for (std::size_t i = 1; i < inputs.size() && times.size() == i; ++i) {
+    const std::vector<double> at = contents_of(inputs[i], arguments).times.at;
+    times.insert(times.end(), at.begin(), at.end());
+  }
+  return times.size() == inputs.size() && increase(times) ? times : std::vector<double>();
 }
 
 SeriesSource series_of_files(const PrepareArguments& arguments) {
@@ -90,12 +103,13 @@ SeriesSource series_of_files(const PrepareArguments& arguments) {
   std::sort(inputs.begin(), inputs.end(),
             [](const std::string& a, const std::string& b) { return natural_order_less(a, b); });
   const SeriesArguments& asked = arguments.series;
-  std::vector<double> times = asked.time_values(inputs.size());
-  if (times.empty()) times = frame_numbers(inputs.size());
   SeriesSource series{.name = asked.time_series,
                       .moments = {},
                       .time_unit = asked.time_unit,
                       .contents = contents_of(inputs.front(), arguments)};
+  std::vector<double> times = asked.time_values(inputs.size());
+  if (times.empty()) times = stated_times(inputs, series.contents, arguments);
+  if (times.empty()) times = frame_numbers(inputs.size());
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     series.moments.push_back({.input = inputs[i], .time = times[i]});
   }

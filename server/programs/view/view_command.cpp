@@ -276,8 +276,8 @@ void add_view_command(Command& program, Run& run) {
       "view", "Show a volume in the browser: prepares it, serves it on this machine, opens it");
   command
       ->add_option("input", a->inputs,
-                   "Volumes or datasets: a file, a folder, an address; or files of a time series "
-                   "(default: a demo volume)")
+                   "Volumes or datasets: a file, a folder, an address; or files of a time series, "
+                   "whose times `prepare --times` can set (default: a demo volume)")
       ->type_name("SOURCE");
   command
       ->add_option("--labels", a->labels,

@@ -146,7 +146,7 @@ bool natural_order_less(std::string_view a, std::string_view b) {
   return a < b;  // They differ at most in leading zeros.
 }
 
-std::vector<fs::path> stack_files(const fs::path& path) {
+std::vector<fs::path> matching_files(const fs::path& path) {
   std::error_code error;
   const bool is_directory = fs::is_directory(path, error);
   const std::string pattern = is_directory ? "*" : path.filename().string();
@@ -157,19 +157,27 @@ std::vector<fs::path> stack_files(const fs::path& path) {
   for (fs::directory_iterator entry(directory, error), end; !error && entry != end;
        entry.increment(error)) {
     const std::string file_name = entry->path().filename().string();
-    const bool is_image = is_tiff(entry->path()) || is_png(entry->path()) || is_jpeg(entry->path());
-    if (file_name.starts_with('.') || !is_image) continue;
+    std::error_code ignored;
+    if (file_name.starts_with('.') || entry->is_directory(ignored)) continue;
     if (matches(pattern, file_name)) files.push_back(entry->path());
   }
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return natural_order_less(a.filename().string(), b.filename().string());
+  });
+  return files;
+}
+
+std::vector<fs::path> stack_files(const fs::path& path) {
+  std::vector<fs::path> files = matching_files(path);
+  std::erase_if(files, [](const fs::path& file) {
+    return !is_tiff(file) && !is_png(file) && !is_jpeg(file);
+  });
   // Keeps the preferred format; images in other formats are previews.
   const auto has = [&](bool (*is_kind)(const fs::path&)) {
     return std::any_of(files.begin(), files.end(), is_kind);
   };
   if (has(is_tiff)) std::erase_if(files, std::not_fn(is_tiff));
   if (has(is_png)) std::erase_if(files, std::not_fn(is_png));
-  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-    return natural_order_less(a.filename().string(), b.filename().string());
-  });
   return files;
 }
 

@@ -15,9 +15,12 @@ namespace multitetra {
 // Compares runs of digits by value and everything else by bytes: slice2 before slice10.
 [[nodiscard]] bool natural_order_less(std::string_view a, std::string_view b);
 
-// Returns the TIFF files (.tif, .tiff) of the folder `path`, or those that match the pattern in its
-// last component, in natural order; else PNG files, else JPEG files (.jpg, .jpeg). Returns none if
-// there are no images or the folder is missing. Skips hidden files.
+// Returns the files of the folder `path`, or those that match the pattern in its last component, in
+// natural order. Skips hidden files and folders. Returns none if the folder is missing.
+[[nodiscard]] std::vector<std::filesystem::path> matching_files(const std::filesystem::path& path);
+
+// Returns the TIFF files (.tif, .tiff) of matching_files(); else PNG files, else JPEG files (.jpg,
+// .jpeg). Returns none if there are no images.
 [[nodiscard]] std::vector<std::filesystem::path> stack_files(const std::filesystem::path& path);
 
 // Opens the files of stack_files() as slices, or a single image. Files are opened when they are

@@ -36,7 +36,7 @@ constexpr std::array kFormats = {
     FormatDescription{"NIfTI 1 and 2, Analyze", ".nii, .nii.gz, .hdr, .img",
                       "all integers and floats, RGB; --time, --component"},
     FormatDescription{"MGH", ".mgh, .mgz", "volumes of FreeSurfer; --time"},
-    FormatDescription{"DICOM", "a folder, .dcm",
+    FormatDescription{"DICOM", "a folder, a pattern, .dcm",
                       "slices or frames, all compressions of GDCM; --series, --time, --resample"},
     FormatDescription{"OME-Zarr 0.4 and 0.5", "a folder, .zip, http(s)://, s3://",
                       "blosc, lz4, zstd, gzip, zlib, bz2; shards; --level, --channel, --time"},

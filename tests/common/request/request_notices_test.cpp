@@ -54,6 +54,18 @@ TEST(RequestNotices, WarnAboutRegionsOutsideTheData) {
       "10) in sample indices.\n");
 }
 
+TEST(RequestNotices, WarnAboutABudgetThatRaisedTheError) {
+  IsosurfaceRequest served{.isovalue = 60, .error = 0.5, .max_bytes = 1000};
+  served.thresholds.at_least = 36;
+  EXPECT_EQ(notices_of(served), "The budget raised the error from 0.5 to 36 voxels.\n");
+  served.unit = LengthUnit::kWorld;
+  EXPECT_EQ(notices_of(served), "The budget raised the error from 0.5 to 36 units.\n");
+  served.thresholds.at_least = 1;
+  EXPECT_EQ(notices_of(served), "") << "at most twice the error";
+  served.error = 0;
+  EXPECT_EQ(notices_of(served), "") << "the best that fits";
+}
+
 TEST(RequestNotices, CountManyRegionsInOneSentence) {
   IsosurfaceRequest request = with(BallShape{.centre = {110, 10, -10}});
   for (int i = 0; i < 5; ++i) request.thresholds.regions.push_back({.shape = BallShape{}});

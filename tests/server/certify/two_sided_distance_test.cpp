@@ -116,6 +116,15 @@ TEST(TwoSidedDistance, IsABoundWithoutMemoryForItsSearch) {
   EXPECT_GT(hasty.maximum_at_most - hasty.maximum, exact.maximum_at_most - exact.maximum);
 }
 
+TEST(TwoSidedDistance, DecidesMoreTrianglesThanItSplitsAtOnce) {
+  const TriangleMesh a = testing::sphere({0, 0, 0}, 1, 40);
+  const TriangleMesh b = testing::shifted(testing::sphere({0, 0, 0}, 1, 23), {0.01, 0, 0});
+  const auto found =
+      two_sided_distance(a, b, {.tolerance = 1e-4, .max_pieces = 300}).mesh_to_reference;
+  EXPECT_EQ(found.undecided, 0U);
+  EXPECT_LE(found.maximum_at_most - found.maximum, 1e-4);
+}
+
 // At a shared vertex any triangle of the fan may be found nearest.
 TEST(TwoSidedDistance, DecidesNearlyEqualMeshesWithoutASearch) {
   const TriangleMesh a = testing::sphere({0, 0, 0}, 1, 20);

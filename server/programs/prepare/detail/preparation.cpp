@@ -138,7 +138,7 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
   if (!arguments_.force) require_same_source(job, note);
   const std::optional<double> outside = arguments_.outside_value();
   Progress progress(job.member ? "prepare " + job.name : "prepare", 3,
-                    arguments_.quiet || arguments_.json);
+                    arguments_.quiet || arguments_.json, /*prints_stages=*/!job.member);
   progress.begin("open");
   VolumeFileOptions options = arguments_.volume.parsed();
   options.choice = job.choice;

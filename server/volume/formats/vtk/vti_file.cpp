@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -65,6 +68,23 @@ VolumeContents other_contents(const VtiHeader& header, const VtiArray& chosen) {
   return contents;
 }
 
+// Returns the time that the field data state; none if it is not a finite float.
+std::vector<double> time_of(const VtkArrays& arrays) {
+  const std::optional<VtiArray>& array = arrays.header().time;
+  if (!array || array->components != 1) return {};
+  double time = 0;
+  if (array->type == StoredType::kF64) {
+    arrays.open(*array, 1)->read(0, std::as_writable_bytes(std::span(&time, 1)));
+  } else if (array->type == StoredType::kF32) {
+    float single = 0;
+    arrays.open(*array, 1)->read(0, std::as_writable_bytes(std::span(&single, 1)));
+    time = single;
+  } else {
+    return {};
+  }
+  return std::isfinite(time) ? std::vector{time} : std::vector<double>();
+}
+
 }  // namespace
 
 VtiPiece open_vti_piece(const fs::path& path, const VolumeChoice& choice) {
@@ -96,6 +116,7 @@ VtiPiece open_vti_piece(const fs::path& path, const VolumeChoice& choice) {
       .extent = vti.piece,
       .of_cells = array.of_cells,
       .is_part = vti.piece != vti.extent};
+  piece.volume.contents.times.at = time_of(*arrays);
   if (vti.arrays.size() > 1 && choice.array.empty()) {
     piece.volume.notices.push_back(
         "'" + path.string() + "': of its " + std::to_string(vti.arrays.size()) + " arrays, '" +

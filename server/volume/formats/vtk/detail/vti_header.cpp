@@ -16,6 +16,7 @@ using Attributes = std::map<std::string, std::string, std::less<>>;
 
 constexpr std::size_t kMaxArrays = 4096;
 constexpr int kMaxDepth = 64;
+constexpr std::string_view kFieldData = "FieldData";
 constexpr std::uint64_t kMaxTagBytes = std::uint64_t{1} << 20;
 constexpr std::uint64_t kMaxMarkupBytes = std::uint64_t{1} << 26;  // Excludes text between tags.
 
@@ -116,7 +117,10 @@ class VtiParser {
       if (name == "PointData") header_.scalars = get("Scalars");
       if (name == "CellData") header_.cell_scalars = get("Scalars");
     }
-    if (name == "DataArray" && in_arrays_) start_array(attributes);
+    const bool is_time = get("Name") == "TimeValue" && get("NumberOfTuples") == "1";
+    if (name == "DataArray" && in_arrays_ && (section_ != kFieldData || is_time)) {
+      start_array(attributes);
+    }
     if (name == "AppendedData") {
       const std::string encoding = get("encoding");
       if (encoding != "raw" && encoding != "base64") {
@@ -208,7 +212,9 @@ class VtiParser {
   }
 
   [[nodiscard]] bool is_section(std::string_view name) const {
-    if (kind_ == VtkDataKind::kImageData) return name == "PointData" || name == "CellData";
+    if (kind_ == VtkDataKind::kImageData) {
+      return name == "PointData" || name == "CellData" || name == kFieldData;
+    }
     return name == "Points" || name == "Polys" || name == "Strips";
   }
 
@@ -285,6 +291,11 @@ class VtiParser {
 
   Result<VtiHeader> finished() {
     if (pieces_ == 0) return fail(ErrorCode::kInvalidArgument, "it has no piece");
+    std::erase_if(header_.arrays, [&](const VtiArray& array) {
+      if (array.section != kFieldData) return false;
+      header_.time = array;
+      return true;
+    });
     return header_;
   }
 

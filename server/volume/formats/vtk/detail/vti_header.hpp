@@ -50,6 +50,7 @@ struct VtiHeader {
   std::string scalars;     // Name of the active point array; may be empty.
   std::string cell_scalars;
   std::vector<VtiArray> arrays;
+  std::optional<VtiArray> time;           // The field data "TimeValue", a single number.
   bool appended_raw = false;              // Otherwise base64.
   std::optional<std::uint64_t> appended;  // Offset after the underscore.
 };
