@@ -147,7 +147,8 @@ TEST(RequestNames, MatchTheViewersAddress) {
   viewer.merge(matches(url_state, "parameters\\.get\\(\"(quality)\"\\)"));
   const Names not_in_viewer = {"color_anyway", "unit",        "lattice",     "region_unit",
                                "view",         "combine",     "max_bytes",   "embedded",
-                               "normals",      "color_range", "color_scale", "coordinates"};
+                               "normals",      "color_range", "color_scale", "coordinates",
+                               "codec"};
   for (const std::string& name : fields([](const RequestField&) { return true; })) {
     EXPECT_NE(viewer.contains(name), not_in_viewer.contains(name)) << name;
   }
