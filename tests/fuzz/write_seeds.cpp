@@ -342,6 +342,8 @@ void write_meshes(const std::filesystem::path& folder) {
   }
   write(folder, ++number, '\3' + lattice_glb(lattice, {.exponent = 6}, {1, 2, 3}));
   write(folder, ++number,
+        '\3' + lattice_glb(lattice, {.exponent = 6}, {1, 2, 3}, {}, CellCodec::kMeshopt));
+  write(folder, ++number,
         std::string(1, '\0') +
             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty double y\n"
             "property int z\nelement face 1\nproperty list uchar uint vertex_index\nend_header\n"

@@ -270,11 +270,18 @@ class GlbReader {
     if (packed.value("filter", "NONE") != "NONE") {
       throw MeshFileError("its positions have a filter of meshopt, which is not supported");
     }
-    // The codec takes at least a byte for sixteen elements, and for a triangle.
+    // The codec takes at least two bits for sixteen equal bytes of elements, and a byte for a
+    // triangle.
+    constexpr std::size_t kMostOfAByte = 64;
     const bool is_valid =
-        has_triangles
-            ? (stride == 2 || stride == 4) && count % 3 == 0 && count / 3 <= bytes.size()
-            : stride > 0 && stride <= 256 && stride % 4 == 0 && count / 16 <= bytes.size();
+        has_triangles ? (stride == 2 || stride == 4) && count % 3 == 0 && count / 3 <= bytes.size()
+                      : stride > 0 && stride <= 256 && stride % 4 == 0 &&
+                            count / kMostOfAByte * stride <= bytes.size();
+    // Views may share their bytes.
+    constexpr std::size_t kMaxUnpacked = std::size_t{1} << 33;
+    if (is_valid && (unpacked_bytes_ += count * stride) > kMaxUnpacked) {
+      throw MeshFileError("its meshopt data unpack to more than 8 GiB");
+    }
     std::string decoded(is_valid ? count * stride : 0, '\0');
     const auto* const source = reinterpret_cast<const unsigned char*>(bytes.data());
     if (!is_valid ||
@@ -336,6 +343,7 @@ class GlbReader {
   std::size_t nodes_ = 0;
   int draco_meshes_ = 0;
   std::map<std::size_t, std::string> unpacked_;  // By view, with EXT_meshopt_compression.
+  std::size_t unpacked_bytes_ = 0;
 };
 
 }  // namespace
