@@ -1,3 +1,4 @@
+// The box around the positions of a mesh.
 #pragma once
 
 #include <algorithm>

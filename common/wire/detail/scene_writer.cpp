@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -85,8 +86,6 @@ std::span<const std::byte> bytes_of(const std::vector<T>& values) {
 
 }  // namespace
 
-Json SceneWriter::empty_scene() { return empty_gltf(); }
-
 void SceneWriter::add(const ScenePart& part, std::size_t color, const UnitLengths& unit,
                       bool has_exact_positions) {
   if (part.mesh->triangles.empty()) return;
@@ -96,39 +95,8 @@ void SceneWriter::add(const ScenePart& part, std::size_t color, const UnitLength
   const std::optional<PositionSteps> rounded =
       is_packed && !has_exact_positions ? position_steps(mesh) : std::nullopt;
   Json attributes;
-  Json matrix = upright(unit);
-  if (rounded) {
-    matrix = upright(unit, rounded->low, rounded->step);
-    attributes["POSITION"] = add_attribute({.bytes = bytes_of(rounded->steps),
-                                            .component = kUnsignedShort,
-                                            .stride = sizeof(rounded->steps[0])});
-    const auto [low, high] = position_bounds(mesh.positions);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto steps = [&](float value) {
-        return std::lround((double{value} - rounded->low[axis]) / rounded->step);
-      };
-      json_["accessors"].back()["min"].push_back(steps(low[axis]));
-      json_["accessors"].back()["max"].push_back(steps(high[axis]));
-    }
-  } else {
-    attributes["POSITION"] = add_attribute(
-        {.bytes = bytes_of(mesh.positions), .component = kFloat, .stride = sizeof(Triple)});
-    const auto [low, high] = position_bounds(mesh.positions);
-    json_["accessors"].back()["min"] = low;
-    json_["accessors"].back()["max"] = high;
-  }
-  const std::vector<Triple> normals = mesh.normals.empty() ? smooth_normals(mesh) : mesh.normals;
-  if (is_packed) {
-    const auto packed = octahedral(normals);
-    attributes["NORMAL"] = add_attribute({.bytes = bytes_of(packed),
-                                          .component = kByte,
-                                          .stride = sizeof(packed[0]),
-                                          .is_normalized = true,
-                                          .filter = "OCTAHEDRAL"});
-  } else {
-    attributes["NORMAL"] =
-        add_attribute({.bytes = bytes_of(normals), .component = kFloat, .stride = sizeof(Triple)});
-  }
+  attributes["POSITION"] = add_positions(mesh, rounded ? &*rounded : nullptr);
+  attributes["NORMAL"] = add_normals(mesh);
   if (!mesh.colors.empty()) attributes["COLOR_0"] = add_colors(mesh);
   if (has_scalars(mesh)) {
     attributes["_SCALAR"] = add_attribute({.bytes = bytes_of(mesh.scalars),
@@ -137,7 +105,8 @@ void SceneWriter::add(const ScenePart& part, std::size_t color, const UnitLength
                                            .stride = sizeof(float)});
   }
   const std::size_t indices = add_triangles(mesh);
-  add_node(part, color, attributes, indices, matrix);
+  add_node(part, color, attributes, indices,
+           rounded ? upright(unit, rounded->low, rounded->step) : upright(unit));
 }
 
 void SceneWriter::set_world(const PhysicalMeaning& world) {
@@ -173,6 +142,42 @@ std::string SceneWriter::file() && {
     }
   }
   return glb_beginning(json_, binary_.size()) + binary_;
+}
+
+std::size_t SceneWriter::add_positions(const PositionedMesh& mesh, const PositionSteps* rounded) {
+  if (rounded == nullptr) {
+    const std::size_t accessor = add_attribute(
+        {.bytes = bytes_of(mesh.positions), .component = kFloat, .stride = sizeof(Triple)});
+    const auto [low, high] = position_bounds(mesh.positions);
+    json_["accessors"].back()["min"] = low;
+    json_["accessors"].back()["max"] = high;
+    return accessor;
+  }
+  const auto& steps = rounded->steps;
+  const std::size_t accessor = add_attribute(
+      {.bytes = bytes_of(steps), .component = kUnsignedShort, .stride = sizeof(steps[0])});
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto [low, high] = std::minmax_element(
+        steps.begin(), steps.end(),
+        [axis](const auto& one, const auto& other) { return one[axis] < other[axis]; });
+    json_["accessors"].back()["min"].push_back((*low)[axis]);
+    json_["accessors"].back()["max"].push_back((*high)[axis]);
+  }
+  return accessor;
+}
+
+std::size_t SceneWriter::add_normals(const PositionedMesh& mesh) {
+  const std::vector<Triple> normals = mesh.normals.empty() ? smooth_normals(mesh) : mesh.normals;
+  if (codec_ == MeshCodec::kNone) {
+    return add_attribute(
+        {.bytes = bytes_of(normals), .component = kFloat, .stride = sizeof(Triple)});
+  }
+  const auto packed = octahedral(normals);
+  return add_attribute({.bytes = bytes_of(packed),
+                        .component = kByte,
+                        .stride = sizeof(packed[0]),
+                        .is_normalized = true,
+                        .filter = "OCTAHEDRAL"});
 }
 
 std::size_t SceneWriter::add_colors(const PositionedMesh& mesh) {

@@ -11,9 +11,12 @@
 
 #include "common/request/mesh_codec.hpp"
 #include "common/request/physical_meaning.hpp"
+#include "common/wire/detail/glb.hpp"
 #include "common/wire/scene_file.hpp"
 
 namespace multitetra {
+
+struct PositionSteps;
 
 // Lengths along x, y and z of one unit of a mesh's positions in the file's unit.
 using UnitLengths = std::array<double, 3>;
@@ -46,6 +49,9 @@ class SceneWriter {
   std::size_t add_attribute(const Elements& elements);
   std::size_t add_triangles(const PositionedMesh& mesh);
   std::size_t add_accessor(std::size_t count, int component, const char* type);
+  // `rounded` are the positions as written, or null.
+  std::size_t add_positions(const PositionedMesh& mesh, const PositionSteps* rounded);
+  std::size_t add_normals(const PositionedMesh& mesh);
   std::size_t add_colors(const PositionedMesh& mesh);
   // Appends the bytes of a view; `packed` are those of EXT_meshopt_compression, if it is used.
   void add_view(std::span<const std::byte> bytes, int target);
@@ -55,11 +61,9 @@ class SceneWriter {
                 std::size_t indices, const nlohmann::json& matrix);
 
   MeshCodec codec_;
-  nlohmann::json json_ = empty_scene();
+  nlohmann::json json_ = empty_gltf();
   std::string binary_;
   std::size_t unpacked_bytes_ = 0;  // Of all views, with EXT_meshopt_compression.
-
-  [[nodiscard]] static nlohmann::json empty_scene();
 };
 
 }  // namespace multitetra
