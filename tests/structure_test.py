@@ -19,7 +19,7 @@ ROOMS = {
     "common/request": ["common/image", "common/mesh", "common/codec"],
     "common/net": ["common/base"],
     "common/wire": ["common/request", "common/net"],
-    "common/cli": ["common/request"],
+    "common/cli": ["common/wire"],
     "server/core/framework": ["common/request"],
     "server/core/thresholds": ["server/core/framework"],
     "server/core/errors": ["server/core/thresholds"],

@@ -16,11 +16,11 @@
 #include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/output_files.hpp"
+#include "common/cli/surface_files.hpp"
 #include "common/cli/terminal.hpp"
 #include "common/mesh/lattice_intersections.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/mesh_files.hpp"
-#include "common/wire/scene_file.hpp"
 
 namespace multitetra {
 namespace {
@@ -95,7 +95,9 @@ class Output {
     const std::string suffix = std::filesystem::path(part.mesh_file).extension().string();
     const std::string name = "step_" + std::to_string(fetched.step->begin.step) + suffix;
     const OutputSurface surface = surface_of(fetched, info);
-    write_file(part.steps_directory / name, file_of(surface, surface_name(info)));
+    const SurfaceFile file = {
+        .file = part.steps_directory / name, .name = surface_name(info), .surface = &surface};
+    write_file(file.file, file_bytes(file, format_, codec()));
   }
   // Returns the step's mesh as written to files.
   [[nodiscard]] OutputSurface surface_of(const FetchedStep& fetched,
@@ -106,17 +108,11 @@ class Output {
   }
   void final_steps(std::span<const Part> parts, std::span<const SurfaceName> names,
                    std::span<const OutputSurface> surfaces) const {
-    if (format_ == MeshFormat::kGlb) {
-      std::vector<ScenePart> scene;
-      for (std::size_t i = 0; i < parts.size(); ++i) {
-        scene.push_back({.name = names[i], .mesh = &surfaces[i].mesh});
-      }
-      return write_file(arguments_.mesh, scene_glb(scene, surfaces.front().world,
-                                                   arguments_.order.surface.query.codec));
-    }
+    std::vector<SurfaceFile> files;
     for (std::size_t i = 0; i < parts.size(); ++i) {
-      write_file(parts[i].mesh_file, file_of(surfaces[i], names[i]));
+      files.push_back({.file = parts[i].mesh_file, .name = names[i], .surface = &surfaces[i]});
     }
+    write_surfaces(files, format_, codec());
   }
   // Also called for a failed fetch, with the steps received.
   void report(std::span<const FetchReport> reports, bool are_several) const {
@@ -140,14 +136,7 @@ class Output {
   }
 
  private:
-  [[nodiscard]] std::string file_of(const OutputSurface& surface, const SurfaceName& name) const {
-    return mesh_file(surface.mesh, format_,
-                     {.name = name,
-                      .lattice = surface.lattice,
-                      .min_component = surface.min_component,
-                      .world = surface.world,
-                      .codec = arguments_.order.surface.query.codec});
-  }
+  [[nodiscard]] MeshCodec codec() const { return arguments_.order.surface.query.codec; }
 
   const FetchArguments& arguments_;
   MeshFormat format_;

@@ -14,6 +14,7 @@
 #include "common/base/number_text.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
+#include "common/cli/surface_files.hpp"
 #include "common/cli/surface_options.hpp"
 #include "common/cli/terminal.hpp"
 #include "common/mesh/content_digest.hpp"
@@ -22,7 +23,6 @@
 #include "common/request/request_notices.hpp"
 #include "common/request/threshold_shrinking.hpp"
 #include "common/wire/mesh_files.hpp"
-#include "common/wire/scene_file.hpp"
 #include "common/wire/tile.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/surface/vertex_normals.hpp"
@@ -254,22 +254,11 @@ void write_meshes(const std::vector<Extraction>& surfaces, const DatasetInfo& in
     }
     return name;
   };
-  const std::string& first = surfaces.front().file;
-  if (surfaces.size() > 1 && surfaces.back().file == first) {
-    std::vector<ScenePart> parts;
-    for (const Extraction& surface : surfaces) {
-      parts.push_back({.name = name_of(surface), .mesh = &surface.output.mesh});
-    }
-    return write_file(first, scene_glb(parts, surfaces.front().output.world, codec));
-  }
+  std::vector<SurfaceFile> files;
   for (const Extraction& surface : surfaces) {
-    write_file(surface.file, mesh_file(surface.output.mesh, format_of(surface.file),
-                                       {.name = name_of(surface),
-                                        .lattice = surface.output.lattice,
-                                        .min_component = surface.output.min_component,
-                                        .world = surface.output.world,
-                                        .codec = codec}));
+    files.push_back({.file = surface.file, .name = name_of(surface), .surface = &surface.output});
   }
+  write_surfaces(files, format_of(surfaces.front().file), codec);
 }
 
 int extract(const ExtractArguments& arguments) {

@@ -11,11 +11,11 @@
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
+#include "common/cli/surface_files.hpp"
 #include "common/cli/terminal.hpp"
 #include "common/mesh/lattice_intersections.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/request/request_notices.hpp"
-#include "common/wire/scene_file.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/extraction/touching_extraction.hpp"
 #include "server/programs/measured_surface.hpp"
@@ -59,26 +59,17 @@ Json json_of(const ExtractedSurface& surface) {
   return report;
 }
 
-void write_surfaces(const ExtractSeriesArguments& arguments,
-                    const std::vector<ExtractedSurface>& surfaces, MeshCodec codec) {
-  if (arguments.format != MeshFormat::kGlb) {
-    for (const ExtractedSurface& surface : surfaces) {
-      write_file(surface.file, mesh_file(surface.output.mesh, arguments.format,
-                                         {.name = surface_name(*surface.info),
-                                          .lattice = surface.output.lattice,
-                                          .min_component = surface.output.min_component}));
-    }
-    return;
-  }
-  std::vector<ScenePart> parts;
+void write_meshes(const ExtractSeriesArguments& arguments,
+                  const std::vector<ExtractedSurface>& surfaces, MeshCodec codec) {
+  std::vector<SurfaceFile> files;
   for (const ExtractedSurface& surface : surfaces) {
     const auto& member = surface.info->member;
-    parts.push_back({.name = surface_name(*surface.info),
-                     .mesh = &surface.output.mesh,
+    files.push_back({.file = surface.file,
+                     .name = surface_name(*surface.info),
+                     .surface = &surface.output,
                      .color = member && member->label ? member->label->color : std::nullopt});
   }
-  write_file(arguments.output,
-             scene_glb(parts, surfaces.front().output.world, codec));
+  write_surfaces(files, arguments.format, codec);
 }
 
 void print_facts(const ExtractedSurface& surface) {
@@ -181,7 +172,7 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
     throw ExitError(kEmptySurface, not_written_text(arguments.output));
   }
   progress.begin("files");
-  write_surfaces(arguments, surfaces, surface.query.codec);
+  write_meshes(arguments, surfaces, surface.query.codec);
   progress.finish();
 
   write_report();

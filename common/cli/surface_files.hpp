@@ -1,0 +1,31 @@
+// Writes the surfaces of a command as mesh files.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "common/cli/surface_options.hpp"
+#include "common/request/mesh_codec.hpp"
+#include "common/request/surface_name.hpp"
+#include "common/wire/mesh_files.hpp"
+
+namespace multitetra {
+
+struct SurfaceFile {
+  std::string file;
+  SurfaceName name = {};
+  const OutputSurface* surface = nullptr;             // Not null.
+  std::optional<std::uint32_t> color = std::nullopt;  // As in ScenePart.
+};
+
+// Returns the bytes of a file with this surface alone.
+[[nodiscard]] std::string file_bytes(const SurfaceFile& surface, MeshFormat format,
+                                     MeshCodec codec);
+
+// Writes each surface to its file; as GLB all to the first one's. Requires at least one. Throws
+// std::system_error.
+void write_surfaces(std::span<const SurfaceFile> surfaces, MeshFormat format, MeshCodec codec);
+
+}  // namespace multitetra
