@@ -57,7 +57,9 @@ void draw_scale_bar(Picture& picture, const Camera& camera, const std::string& u
                            (!unit.empty() ? unit
                             : world == 1  ? "unit"
                                           : "units");
-  draw_text(picture, text, (left + right - text_width(text, kLetter * m)) / 2, middle - 9 * m,
+  // Centered, but within the margin.
+  const double width = text_width(text, kLetter * m);
+  draw_text(picture, text, std::min((left + right - width) / 2, right - width), middle - 9 * m,
             kLetter * m, ink, rim);
 }
 

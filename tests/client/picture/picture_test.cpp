@@ -410,6 +410,14 @@ TEST(ScaleBar, HasAStrokeAtEachEnd) {
   EXPECT_EQ(dark_pixels(picture, 0, 0, left - 60, 720), 0);
 }
 
+TEST(ScaleBar, KeepsLongTextsWithinTheMargin) {
+  const Camera camera = framing(ball({0, 0, 0}).positions, 0, 0, 1280, 720);
+  Picture picture = empty(1280, 720);
+  draw_scale_bar(picture, camera, "arbitrary length units", Background::kLight);
+  EXPECT_GT(dark_pixels(picture, 1280 - 200, 676, 1264, 692), 30);
+  EXPECT_EQ(dark_pixels(picture, 1280 - 14, 0, 1280, 692), 0);
+}
+
 TEST(Legend, RunsFromTheFirstColorToTheLast) {
   Picture picture = empty(1280, 720);
   draw_legend(picture,
