@@ -45,7 +45,7 @@ double bytes_of_triangle(const MeshForm& form, bool has_normals, bool has_scalar
   const double normal = has_normals ? 12 : 0;
   switch (form.format) {
     case MeshFormat::kGlb:
-      if (form.codec == MeshCodec::kMeshopt) return 5 + (has_scalars ? 2 : 0);
+      if (form.codec == MeshCodec::kMeshopt) return 4.5 + (has_scalars ? 3.5 : 0);
       return 12 + 0.5 * (24 + (has_scalars ? 16 : 0));
     case MeshFormat::kPly:
       return 13 + 0.5 * (12 + normal + (has_scalars ? 7 : 0));
