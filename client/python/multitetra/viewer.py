@@ -27,7 +27,7 @@ from .addresses import page_address
 # Documented in client/web/src/state/settings.ts.
 SETTINGS = frozenset(
     "dataset isovalue error bound topologyRule topologyTolerance region followView pixels maxTriangles simplify surfaces color opacity "
-    "visible minComponent shading wireframe coloring clip clipAt clipNormal clipFlipped filled slice sliceAt sliceColors level hiddenParts "
+    "visible minComponent shading wireframe coloring clip clipAt clipNormal clipFlipped crop filled slice sliceAt sliceColors level hiddenParts "
     "windowWidth axes projection occlusion colorBy colors fieldLevel fieldWindow fieldLog noValueColor samplesLog logScale "
     "theme eye target up t playing speed loop places transparentAir layout cross material labels labelNames".split()
 )

@@ -60,9 +60,9 @@ export class SampleViews {
     return [this.ofSamples.words, this.ofField.words].filter((words) => words !== null);
   }
 
-  // Returns where a ray hits the slice in the scene.
+  // Returns where a ray hits a slice in the scene.
   hit(ray: THREE.Ray): Vec3 | null {
-    return this.slices.plane.hit(ray);
+    return this.slices.hit(ray);
   }
 
   // Call when the settings or the dataset may have changed.
@@ -93,7 +93,7 @@ export class SampleViews {
   }
 
   private showLegends(now: Settings): void {
-    const hasSlices = slicePosition(now) !== null || now.layout === "four";
+    const hasSlices = slicePosition(now) !== null || (now.crop !== null && now.filled) || now.layout === "four";
     this.ofSamples.show(now, hasSlices ? this.sampleRange() : null, now.colorBy ? "samples" : "");
     const field = now.colorBy ? findByName(this.sampled().list, now.colorBy) : null;
     const by = this.rangeOf(field);

@@ -1,11 +1,15 @@
-// The slice in the scene: converts settings to a plane, queries the server and shows the reply.
+// The slice in the scene and those that fill the crop's faces: converts settings to planes, queries the server and shows
+// the replies.
+import { type Plane, type Ray, Vector3 } from "three";
+
 import type { DatasetInfo } from "./protocol/messages";
 import type { ColorScale } from "./shared/color_maps";
 import { airBelow } from "./shared/sample_window";
-import { axisNormal, cutNormal } from "./scene/cut_plane";
+import { clipPlanes, cropFaces, cropPlanes } from "./scene/crop";
+import { cutNormal } from "./scene/cut_plane";
 import { LatestSlice, type SliceSources } from "./latest_slice";
-import { sliceGrid } from "./scene/slice_grid";
-import { SlicePlane } from "./scene/slice_plane";
+import { axisNormal, sliceGrid } from "./scene/slice_grid";
+import { type SliceLook, SlicePlane } from "./scene/slice_plane";
 import type { Stage } from "./scene/stage";
 import type { ServedDatasets } from "./state/progress";
 import type { Settings } from "./state/settings";
@@ -14,14 +18,54 @@ import { type Vec3, voxelLength, worldBox } from "./stream/dataset";
 import { suggestedIsovalue } from "./stream/request";
 
 export class Slices {
+  private readonly slice: ShownSlice;
+  private readonly faces: ShownSlice[] = []; // Of the crop, by their numbers; made when they are first shown.
+
+  constructor(
+    private readonly stage: Stage,
+    private readonly sources: SliceSources,
+    private readonly current: () => ShownSamples,
+  ) {
+    this.slice = new ShownSlice(stage, sources);
+  }
+
+  // Call when the settings, the dataset or the surfaces may have changed.
+  update(): void {
+    const { info, settings, rangeOfSamples } = this.current();
+    const place = slicePosition(settings);
+    const faces = info && settings.filled ? cropFaces(settings.crop, info) : [];
+    for (const [number, face] of this.faces.entries()) if (!faces.some((one) => one.number === number)) face.hide();
+    if (!place) this.slice.hide();
+    if (!info || (!place && faces.length === 0)) return;
+    const scale = { map: settings.sliceColors, ...scaleOf(settings.level, settings.windowWidth, settings.samplesLog, rangeOfSamples() ?? info) };
+    const filling = { ...scale, above: leastIsovalue(settings, info) };
+    const crop = cropPlanes(settings.crop);
+    if (place) {
+      const air = settings.transparentAir ? airBelow(info, scale.low) : -Infinity;
+      this.slice.show(info, place, place.isFilling ? filling : { ...scale, above: air }, crop);
+    }
+    const all = clipPlanes(settings, info);
+    for (const face of faces) {
+      const own = all.length - crop.length + face.number;
+      this.faces[face.number] ??= new ShownSlice(this.stage, this.sources);
+      this.faces[face.number].show(info, face, filling, all.filter((_, at) => at !== own));
+    }
+  }
+
+  // Returns the nearest place where a ray hits one of them.
+  hit(ray: Ray): Vec3 | null {
+    const hits = [this.slice, ...this.faces].map((slice) => slice?.plane.hit(ray)).filter((place) => !!place);
+    const distance = (place: Vec3) => ray.origin.distanceToSquared(new Vector3(...place));
+    return hits.reduce<Vec3 | null>((nearest, place) => (nearest && distance(nearest) <= distance(place) ? nearest : place), null);
+  }
+}
+
+// A plane with the samples and outlines that were requested last.
+class ShownSlice {
   readonly plane: SlicePlane;
   private readonly latest: LatestSlice;
 
-  constructor(
-    stage: Stage,
-    sources: SliceSources,
-    private readonly current: () => ShownSamples,
-  ) {
+  constructor(stage: Stage, sources: SliceSources) {
     this.plane = new SlicePlane(stage.scene, () => stage.invalidate());
     this.latest = new LatestSlice(sources, {
       slice: (slice) => this.plane.show(slice),
@@ -29,20 +73,18 @@ export class Slices {
     });
   }
 
-  // Call when the settings, the dataset or the surfaces may have changed.
-  update(): void {
-    const { info, settings, rangeOfSamples } = this.current();
-    const where = slicePosition(settings);
-    if (!info || !where) return this.latest.request(null);
-    const range = rangeOfSamples();
-    const scale = scaleOf(settings.level, settings.windowWidth, settings.samplesLog, range ?? info);
-    const air = settings.transparentAir ? airBelow(info, scale.low) : -Infinity;
-    this.plane.setLook({ map: settings.sliceColors, ...scale, above: where.isFilling ? leastIsovalue(settings, info) : air });
+  hide(): void {
+    this.latest.request(null);
+  }
+
+  // Shows it inside the half-spaces.
+  show(info: DatasetInfo, { normal, at }: { normal: Vec3; at: number }, look: SliceLook, clip: readonly Plane[]): void {
+    this.plane.setLook(look, clip);
     const { low, high } = worldBox(info);
     this.latest.request({
-      key: `${info.name} ${info.contentId} ${where.normal} ${where.at}`,
+      key: `${info.name} ${info.contentId} ${normal} ${at}`,
       dataset: info.name,
-      grid: () => sliceGrid(low, high, where.normal, where.at, voxelLength(info)),
+      grid: () => sliceGrid(low, high, normal, at, voxelLength(info)),
     });
   }
 }

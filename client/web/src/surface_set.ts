@@ -63,7 +63,7 @@ export class SurfaceSet {
   private members: Member[] = [];
   private lastNumber = 0;
   private isConnected = false;
-  private look: { settings: Settings; clip: THREE.Plane | null } | null = null;
+  private look: { settings: Settings; clip: readonly THREE.Plane[] } | null = null;
   private readonly connectionPool = new ConnectionPool(maxConnections);
   private readonly sharedPreviews: SharedPreviews;
   private readonly speed = new StepSpeed(); // The decoding speed of this page.
@@ -107,7 +107,7 @@ export class SurfaceSet {
   // Hidden surfaces are requested when they become visible; the first one always.
   request({ infos, moment, scalars }: Scene, settings: Settings, view: View | null, isDragging: boolean): void {
     this.matchMembers(settings);
-    this.look = { settings, clip: this.look?.clip ?? null };
+    this.look = { settings, clip: this.look?.clip ?? [] };
     const list = surfacesOf(settings);
     const wanted = this.members.flatMap((member, at) => (infos[at] && (at === 0 || list[at]?.visible) ? [{ member, at }] : []));
     this.shareBudget(wanted.length);
@@ -139,7 +139,7 @@ export class SurfaceSet {
       !infos[at] || (at > 0 && !this.isVisible(member)) || member.prefetcher.has({ info: infos[at], scalars }, settingsOf(settings, at)!, view));
   }
 
-  applyLook(settings: Settings, clip: THREE.Plane | null): void {
+  applyLook(settings: Settings, clip: readonly THREE.Plane[]): void {
     this.matchMembers(settings);
     this.look = { settings, clip };
     this.swapGroup.update();

@@ -19,7 +19,8 @@ import { h } from "./shared/elements";
 import { Notices } from "./panel/notices";
 import { TimeBar } from "./panel/time_bar";
 import type { DatasetInfo } from "./protocol/messages";
-import { initialCut, clipPlane } from "./scene/cut_plane";
+import { clipPlanes, croppedBox } from "./scene/crop";
+import { initialCut } from "./scene/cut_plane";
 import { Handles } from "./scene/handles";
 import { LabelHover } from "./scene/label_hover";
 import { Measuring } from "./scene/measuring";
@@ -116,7 +117,7 @@ export class Viewer {
     this.timeBar = new TimeBar(turn);
     const picking = new Picking(this.stage, this.canvas, this.pool,
       () => ({
-        info: this.info, tiles: this.surfaces.shownTiles(this.get()), clip: clipPlane(this.get(), this.info),
+        info: this.info, tiles: this.surfaces.shownTiles(this.get()), clip: clipPlanes(this.get(), this.info),
         slice: (ray) => this.samples.hit(ray),
       }),
       () => this.handles.isGrabbed,
@@ -188,7 +189,7 @@ export class Viewer {
   }
 
   fit(): void {
-    this.stage.frameBox(this.surfaces.worldBox());
+    this.stage.frameBox(croppedBox(this.surfaces.worldBox(), this.get().crop));
   }
 
   reset(): void {
@@ -372,14 +373,14 @@ export class Viewer {
 
   private applyLook(): void {
     const now = permittedSettings(this.get(), this.surfaces.datasets.get());
-    const clip = clipPlane(now, this.info);
+    const clip = clipPlanes(now, this.info);
     this.handles.show(now, this.info);
     this.surfaces.applyLook(now, clip);
     this.element.classList.toggle("has-slices", now.layout === "four");
     this.samples.update();
     this.stage.setLook({
       isOrthographic: now.projection === "orthographic", hasOcclusion: now.occlusion,
-      translucent: this.surfaces.translucent, clip: clip ? [clip] : [],
+      translucent: this.surfaces.translucent, clip,
     });
   }
 

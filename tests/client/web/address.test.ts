@@ -19,7 +19,7 @@ describe("Address", () => {
       dataset: "a head & more", t: 0.25, isovalue: -300.5, error: 0.5, bound: "paper", topologyRule: "paper", topologyTolerance: 2,
       region: { kind: "box", low: [1, 2, 3], high: [4, 5, 6.5], error: 0 }, followView: false, pixels: 2,
       maxTriangles: 100000, simplify: false, shading: "facets", wireframe: true, coloring: "steps", clip: "oblique", clipAt: 0.25, clipNormal: [0.6, 0, -0.8],
-      clipFlipped: true, filled: false, slice: "z", sliceAt: 0.75, layout: "four", cross: [1, -2.5, 3], sliceColors: "viridis", level: 40, colorBy: "a dose", colors: "coolwarm", fieldLevel: -1, fieldWindow: 2.5, fieldLog: true, noValueColor: "#102030", samplesLog: true, windowWidth: 400, axes: false, logScale: false, theme: "light", playing: true, speed: 24, loop: false,
+      clipFlipped: true, crop: { low: [-1, 2, 3], high: [4, 5, 6.5] }, filled: false, slice: "z", sliceAt: 0.75, layout: "four", cross: [1, -2.5, 3], sliceColors: "viridis", level: 40, colorBy: "a dose", colors: "coolwarm", fieldLevel: -1, fieldWindow: 2.5, fieldLog: true, noValueColor: "#102030", samplesLog: true, windowWidth: 400, axes: false, logScale: false, theme: "light", playing: true, speed: 24, loop: false,
       surfaces: [
         { isovalue: 400.5, error: null, color: "#f0e6d2", opacity: 1, visible: true },
         { dataset: "a, b; 100 %", isovalue: -1e-7, error: 0.5, color: "#00ff7f", opacity: 0.25, visible: false, minComponent: 30, material: "matcap", hiddenParts: [[1, 2, -3], [0.5, 0, 0]] },
@@ -49,7 +49,7 @@ describe("Address", () => {
   test("IgnoresInvalidValues", () => {
     for (const text of [
       "#error=-1", "#error=NaN", "#isovalue=", "#isovalue=much", "#bound=guess", "#region=box:1,2=3",
-      "#region=ball:1,2,3,-4=1", "#region=box:5,0,0,1,1,1=1", "#eye=1,2", "#clip=w", "#%%%", "#=&&=",
+      "#region=ball:1,2,3,-4=1", "#region=box:5,0,0,1,1,1=1", "#eye=1,2", "#clip=w", "#crop=5,0,0,1,1,1", "#crop=1,2,3", "#%%%", "#=&&=",
       "#wireframe=perhaps", "#max_triangles=1e99", "#theme=__proto__",
       "#color=red", "#opacity=1.5", "#surfaces=much", "#surfaces=1,ff0000,2", "#surfaces=1,ff0000,1,-1",
       "#surfaces=1,ff0000,1,,seen", "#surfaces=1,ff0000;2", `#surfaces=${Array(1024).fill("1,ff0000").join(";")}`,

@@ -17,6 +17,7 @@ await test("RefinesADraggedRegion", refinesARegion);
 await test("ShowsTheEstimatedSize", showsSizes);
 await test("KeysChangeTheAddress", pressesKeys);
 await test("ClipsTheSurface", clips);
+await test("CropsToABox", crops);
 await test("HandlesMoveAndRotateTheCut", dragsTheCut);
 await test("SavesFilesAndPictures", savesFiles);
 await test("ResumesAfterAServerRestart", resumes);
@@ -202,7 +203,7 @@ async function clips(page) {
   await open(page, `#dataset=gyroid&${view}`);
   await complete(page);
   const whole = await surfacePixels(page);
-  await page.click('summary:has-text("Appearance")');
+  await page.click('summary:has-text("Cut and crop")');
   await page.locator('[aria-label="Cut"] button', { hasText: "x" }).click();
   await page.waitForFunction(() => /clip=x/.test(location.hash));
   const half = await surfacePixels(page);
@@ -220,13 +221,43 @@ async function clips(page) {
   assert.equal(await atKeyboard(page), "canvas");
 }
 
+// The box is in the address, its handles move it, what is hidden is not hit, and its faces show samples.
+async function crops(page) {
+  await open(page, "#dataset=head&error=2&axes=false&occlusion=false&eye=-60,-110,80&target=32,32,32");
+  await complete(page);
+  const whole = await surfacePixels(page);
+  await page.click('summary:has-text("Cut and crop")');
+  await page.locator('[aria-label="Crop"] button', { hasText: "Box" }).click();
+  const setting = async () => new URLSearchParams((await page.evaluate(() => location.hash)).slice(1)).get("crop")?.split(",").map(Number);
+  await page.waitForFunction(() => /crop=/.test(location.hash));
+  const first = await setting();
+  assert(first.length === 6 && first.slice(0, 3).every((low, axis) => low > 0 && low < first[axis + 3]), `${first}`);
+  await page.locator('.toggle:has-text("Fill")').click();
+  const cropped = await surfacePixels(page);
+  assert(cropped.share < 0.95 * whole.share && cropped.share > 0.2 * whole.share, `${cropped.share} of ${whole.share}`);
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  const hollow = await page.screenshot({ clip: canvas });
+  await page.locator('.toggle:has-text("Fill")').click();
+  await page.waitForSelector(".legends > :not([hidden])");
+  assert(!hollow.equals(await page.screenshot({ clip: canvas })), "faces are filled");
+  const [x, y] = [canvas.x + canvas.width / 2, canvas.y + canvas.height / 2];
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + 20, y);
+  await page.mouse.move(x + 40, y);
+  await page.mouse.up();
+  await page.waitForFunction((before) => Number(/crop=([-\d.]+)/.exec(location.hash)?.[1]) > before + 2, first[0], { timeout: patience });
+  await page.locator('[aria-label="Crop"] button', { hasText: "Off" }).click();
+  await page.waitForFunction(() => !/crop=/.test(location.hash));
+}
+
 // The plane faces the camera first; the middle handle moves it, the one next to it rotates it.
 async function dragsTheCut(page) {
   const size = 64;
   await open(page, "#dataset=head&error=2&axes=false&eye=32,-120,32&target=32,32,32");
   await complete(page);
   const whole = await surfacePixels(page);
-  await page.click('summary:has-text("Appearance")');
+  await page.click('summary:has-text("Cut and crop")');
   await page.locator('[aria-label="Cut"] button', { hasText: "Oblique" }).click();
   await page.waitForFunction(() => /clip=oblique.*clip_normal=0,1,0(&|$)/.test(location.hash));
   const canvas = await page.locator(".stage canvas").boundingBox();

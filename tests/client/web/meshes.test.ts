@@ -144,8 +144,9 @@ describe("Rays", () => {
 
   test("IgnoreClippedTriangles", () => {
     const below = { normal: [0, 0, -1], constant: 5 };
-    const hit = nearestHit([tile(octahedron)], [5.1, 5.2, 20], [0, 0, -1], below)!;
+    const hit = nearestHit([tile(octahedron)], [5.1, 5.2, 20], [0, 0, -1], [below])!;
     expect(hit.point[2]).toBeCloseTo(1.3, 5);
+    expect(nearestHit([tile(octahedron)], [5.1, 5.2, 20], [0, 0, -1], [below, { normal: [1, 0, 0], constant: -6 }])).toBeNull();
   });
 });
 

@@ -1,6 +1,5 @@
 import { colorAt, colorMaps, colorRow } from "../../../client/web/src/shared/color_maps";
-import { axisNormal } from "../../../client/web/src/scene/cut_plane";
-import { cutCorners, extentAlong, maxPixels, planeGrid, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
+import { axisNormal, cutCorners, extentAlong, maxPixels, planeGrid, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
 import { planeAxes } from "../../../client/web/src/scene/slice_view";
 import { crossOf } from "../../../client/web/src/slice_views";
 import { scaleOf, slicePosition, windowOf } from "../../../client/web/src/slices";

@@ -13,19 +13,18 @@ export interface HalfSpace {
   constant: number;
 }
 
-// All in lattice coordinates; null without a hit. Ignores hits outside of `clip`: they are clipped.
+// All in lattice coordinates; null without a hit. Ignores hits outside of one of `clip`: they are clipped.
 export function nearestHit(
   tiles: readonly Tile[],
   origin: readonly number[],
   direction: readonly number[],
-  clip: HalfSpace | null = null,
+  clip: readonly HalfSpace[] = [],
 ): { id: string; triangle: number; point: [number, number, number] } | null {
   let nearest = Infinity;
   let id = "";
   let triangle = 0; // The number in that tile.
   const isKept = (at: number) =>
-    !clip ||
-    clip.normal.reduce((sum, n, axis) => sum + n * (origin[axis] + at * direction[axis]), clip.constant) >= 0;
+    clip.every(({ normal, constant }) => normal.reduce((sum, n, axis) => sum + n * (origin[axis] + at * direction[axis]), constant) >= 0);
   for (const tile of tiles) {
     if (!meetsBox(boxOf(tile.positions), origin, direction, nearest)) continue;
     const { positions: p, triangles } = tile;

@@ -25,24 +25,6 @@ export function lookPart(change: Change, roll: (radians: number) => void): Panel
       ["facets", "Facets", "Flat triangles."],
     ],
   });
-  const clip = controls.choice("clip", {
-    label: "Cut", tip: "A plane that cuts the surface open. Drag its handles in the picture to move and turn it.",
-    choices: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"], ["oblique", "Oblique", "Faces the camera initially."]],
-  });
-  const clipAt = controls.slider("clipAt", {
-    label: "Cut at", tip: "Position of the plane along its normal.",
-    min: 0, max: 1, step: 0.002,
-    text: (value) => `${Math.round(100 * value)} %`,
-  });
-  const face = h("button", { type: "button", "data-tip": "Turns the plane towards the camera." }, "Face the camera");
-  face.addEventListener("click", () => change({ clip: "oblique", clipNormal: null }));
-  const facing = h("div", { class: "chips" }, face);
-  const flip = controls.toggle("clipFlipped", {
-    label: "Keep the other side", tip: "Flips the plane.",
-  });
-  const filled = controls.toggle("filled", {
-    label: "Fill the cut", tip: "Shows the samples inside the surfaces where they are cut, including hidden components.",
-  });
   const axes = controls.toggle("axes", {
     label: "Axes and box", tip: "The data's extent, with its axes: x red, y green, z blue.",
   });
@@ -69,10 +51,7 @@ export function lookPart(change: Change, roll: (radians: number) => void): Panel
     choices: [["auto", "System"], ["dark", "Dark"], ["light", "Light"]],
   });
   return {
-    elements: [coloring, wireframe, shading, clip, clipAt, facing, flip, filled, axes, upright, projection, occlusion, theme],
-    show: (settings) => {
-      controls.show(settings);
-      clipAt.hidden = facing.hidden = flip.hidden = filled.hidden = settings.clip === "off";
-    },
+    elements: [coloring, wireframe, shading, axes, upright, projection, occlusion, theme],
+    show: (settings) => controls.show(settings),
   };
 }

@@ -11,6 +11,7 @@ import { expectedText } from "./expected_text";
 import type { HistogramView } from "./histogram";
 import { type SeriesPart, seriesPart } from "./series_section";
 import { type FieldPart, fieldPart } from "./field_section";
+import { type CutPart, cutPart } from "./cut_section";
 import { foldedSection, section } from "./inputs";
 import { type IsovaluePart, isovaluePart } from "./isovalue_section";
 import { type LabelsEvents, type LabelsPart, labelsPart } from "./labels_section";
@@ -38,6 +39,7 @@ export class Panel {
   private readonly labels: LabelsPart;
   private readonly downloads: DownloadsPart;
   private readonly slice: SlicePart;
+  private readonly cut: CutPart;
   private list: readonly DatasetInfo[] = [];
   // Elements that do not apply to labels.
   private readonly ofValues: HTMLElement[];
@@ -74,10 +76,11 @@ export class Panel {
     const region = regionPart(change);
     const field = (this.field = fieldPart(change));
     const slice = (this.slice = slicePart(change));
+    const cut = (this.cut = cutPart(change));
     const look = lookPart(change, events.roll);
     this.downloads = downloadsPart(events);
     this.histogram = isovalue.histogram;
-    this.parts = [series, isovalue, surfaces, labels, accuracy, region, field, slice, look];
+    this.parts = [series, isovalue, surfaces, labels, accuracy, region, field, cut, slice, look];
     this.element = h("aside", { class: "panel", "aria-label": "Controls" },
       h("header", {}, h("h1", {}, "Multi-Tetra"), h("p", {}, "surfaces of volume data, streamed")),
       section("Dataset", datasets, ...series.elements),
@@ -86,6 +89,7 @@ export class Panel {
       section("Accuracy", ...accuracy.elements),
       foldedSection("Finer in one place", false, ...region.elements),
       foldedSection("Color by a field", settings.get().colorBy !== "", ...field.elements),
+      foldedSection("Cut and crop", settings.get().clip !== "off" || settings.get().crop !== null, ...cut.elements),
       foldedSection("Slice of the samples", settings.get().slice !== "off", ...slice.elements),
       foldedSection("Appearance", false, ...look.elements),
       foldedSection("Bookmarks", false, ...bookmarksPart(events)),
@@ -117,6 +121,7 @@ export class Panel {
   showDatasets(list: readonly DatasetInfo[], permitsSamples: boolean): void {
     this.list = list;
     this.slice.showPermission(permitsSamples);
+    this.cut.showPermission(permitsSamples);
     for (const part of [this.isovalue, this.field, this.series, this.labels, this.surfaces]) part.showDatasets(list);
     this.show();
   }

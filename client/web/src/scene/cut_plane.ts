@@ -4,7 +4,7 @@ import * as THREE from "three";
 import type { DatasetInfo } from "../protocol/messages";
 import type { Cut, Settings } from "../state/settings";
 import { type Vec3, worldBox } from "../stream/dataset";
-import { dot, extentAlong } from "./slice_grid";
+import { axisNormal, dot, extentAlong } from "./slice_grid";
 
 type CutSettings = Pick<Settings, "clip" | "clipAt" | "clipFlipped" | "clipNormal">;
 
@@ -15,16 +15,16 @@ export function cutNormal({ clip, clipNormal }: Pick<Settings, "clip" | "clipNor
   return axisNormal(clip);
 }
 
-export function axisNormal(axis: "x" | "y" | "z"): Vec3 {
-  return [..."xyz"].map((one) => (one === axis ? 1 : 0)) as Vec3;
-}
-
 // Returns the half-space that remains; null: no clipping.
 export function clipPlane(settings: CutSettings, info: DatasetInfo | null): THREE.Plane | null {
   const normal = cutNormal(settings);
   if (!normal || !info) return null;
   const sign = settings.clipFlipped ? -1 : 1;
   return new THREE.Plane(new THREE.Vector3(...normal).multiplyScalar(sign), -sign * distanceOf(normal, settings.clipAt, info));
+}
+
+export function areSamePlanes(some: readonly THREE.Plane[], others: readonly THREE.Plane[]): boolean {
+  return some.length === others.length && some.every((plane, at) => plane.equals(others[at]));
 }
 
 // Moves the plane along its normal to a place in the world, within the data.

@@ -22,7 +22,7 @@ export interface Picked {
 export interface Pickable {
   info: DatasetInfo | null;
   tiles: ShownTiles[];
-  clip: THREE.Plane | null;
+  clip: readonly THREE.Plane[]; // The half-spaces that remain visible.
   slice: (ray: THREE.Ray) => Vec3 | null;
 }
 
@@ -68,15 +68,15 @@ export class Picking {
     return mostVisible(hits.map((place) => ({ place, opacity: place.surface?.tiles.opacity ?? 1 })));
   }
 
-  private async hitOf(tiles: ShownTiles, ray: THREE.Ray, clip: THREE.Plane | null): Promise<Picked | null> {
+  private async hitOf(tiles: ShownTiles, ray: THREE.Ray, clip: readonly THREE.Plane[]): Promise<Picked | null> {
     const { info, resolution } = tiles.shown;
     const toWorld = latticeToWorld(info, resolution);
     const back = inverse(toWorld);
     const origin = applied(back, ray.origin.toArray());
     const ahead = applied(back, ray.origin.clone().add(ray.direction).toArray());
     const direction = ahead.map((value, axis) => value - origin[axis]);
-    const halfSpace = clip && halfSpaceInLattice(clip, toWorld);
-    const hit = await this.pool.pick(tiles.drawn, { origin, direction, clip: halfSpace }).catch(() => null);
+    const halfSpaces = clip.map((plane) => halfSpaceInLattice(plane, toWorld));
+    const hit = await this.pool.pick(tiles.drawn, { origin, direction, clip: halfSpaces }).catch(() => null);
     return hit && {
       world: applied(toWorld, hit.point), index: applied(latticeToIndex(info, resolution), hit.point), info, surface: { tiles, hit },
     };

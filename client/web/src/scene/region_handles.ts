@@ -1,4 +1,4 @@
-// The region in the scene: a box or a ball with draggable handles. A box's faces move along their
+// A region in the scene: a box or a ball with draggable handles. A box's faces move along their
 // axis, a ball's outer handle changes its radius, and the center moves the whole region.
 import * as THREE from "three";
 
@@ -27,6 +27,7 @@ export class RegionHandles {
     private readonly stage: Stage,
     canvas: HTMLCanvasElement,
     private readonly changed: (region: Region, isDragging: boolean) => void,
+    private readonly isFilled = true,
   ) {
     stage.scene.add(this.group);
     // Before the camera's controls.
@@ -84,6 +85,7 @@ export class RegionHandles {
     const outline = new THREE.LineSegments(edges.geometry, lineMaterial(0.3, false));
     outline.renderOrder = 3;
     outline.layers.set(layers.overlay);
+    glass.visible = this.isFilled;
     this.group.add(glass, edges, outline);
     this.handles = this.region.kind === "box" ? boxHandles() : ballHandles();
     this.group.add(...this.handles.map(({ mesh }) => mesh));

@@ -17,6 +17,10 @@ export interface PlaneAxes {
   down: Direction;
 }
 
+export function axisNormal(axis: "x" | "y" | "z"): Vec3 {
+  return [..."xyz"].map((one) => (one === axis ? 1 : 0)) as Vec3;
+}
+
 // `at`: 0 to 1 along the unit vector `normal`, over the box. Pixels are square and no finer than `spacing`.
 export function sliceGrid(low: Vec3, high: Vec3, normal: Vec3, at: number, spacing: number): SliceGrid {
   const axis = normal.indexOf(1);

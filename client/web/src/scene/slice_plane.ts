@@ -18,6 +18,16 @@ export interface CutLines {
   color: string;
 }
 
+const vertex = /* glsl */ `
+  varying vec2 place;
+  #include <clipping_planes_pars_vertex>
+  void main() {
+    place = uv;
+    vec4 mvPosition = modelViewMatrix * vec4(position, 1.0);
+    gl_Position = projectionMatrix * mvPosition;
+    #include <clipping_planes_vertex>
+  }`;
+
 const fragment = /* glsl */ `
   uniform highp sampler2D values;
   uniform sampler2D colors;
@@ -25,6 +35,7 @@ const fragment = /* glsl */ `
   uniform bool isLog;
   uniform float above;
   varying vec2 place;
+  #include <clipping_planes_pars_fragment>
   ${fractionInShader}
 
   // Returns the value, interpolated linearly between pixel centers, and that of the nearest pixel where one has no value.
@@ -44,6 +55,7 @@ const fragment = /* glsl */ `
   }
 
   void main() {
+    #include <clipping_planes_fragment>
     float value = valueHere();
     if (isnan(value) || value < above) discard;
     float share = fractionOf(value, ends, isLog);
@@ -57,9 +69,9 @@ export class SlicePlane {
       values: { value: null }, colors: { value: null }, above: { value: 0 },
       ends: { value: new THREE.Vector2(0, 1) }, isLog: { value: false },
     },
-    vertexShader:
-      "varying vec2 place; void main() { place = uv; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }",
+    vertexShader: vertex,
     fragmentShader: fragment,
+    clipping: true,
     side: THREE.DoubleSide,
     polygonOffset: true, // The lines are in front.
     polygonOffsetFactor: 1,
@@ -70,6 +82,7 @@ export class SlicePlane {
   private shown: SliceValues | null = null;
   private look: SliceLook = { map: "gray", low: 0, high: 1, isLog: false, above: -Infinity };
   private map: ColorMap | null = null;
+  private clip: THREE.Plane[] = [];
 
   constructor(scene: THREE.Scene, private readonly invalidate: () => void) {
     this.quad.visible = false;
@@ -91,8 +104,11 @@ export class SlicePlane {
     this.invalidate();
   }
 
-  setLook(look: SliceLook): void {
+  // Draws it inside the half-spaces `clip`.
+  setLook(look: SliceLook, clip: readonly THREE.Plane[]): void {
     this.look = look;
+    this.clip = this.material.clippingPlanes = [...clip];
+    for (const line of this.lines.children as THREE.LineSegments[]) (line.material as THREE.Material).clippingPlanes = this.clip;
     const { uniforms } = this.material;
     uniforms.ends.value.set(...endsOf(look));
     uniforms.isLog.value = look.isLog;
@@ -117,7 +133,7 @@ export class SlicePlane {
     for (const { segments, toWorld: m, color } of all) {
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute("position", new THREE.BufferAttribute(segments, 3));
-      const line = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: color }));
+      const line = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: color, clippingPlanes: this.clip }));
       line.matrixAutoUpdate = false;
       line.matrix.set(m[0], m[3], m[6], m[9], m[1], m[4], m[7], m[10], m[2], m[5], m[8], m[11], 0, 0, 0, 1);
       line.layers.set(layers.marks);
@@ -133,7 +149,7 @@ export class SlicePlane {
     const normal = new THREE.Vector3(...right).cross(new THREE.Vector3(...down)).normalize();
     const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(normal, new THREE.Vector3(...origin));
     const place = ray.intersectPlane(plane, new THREE.Vector3())?.toArray();
-    if (!place) return null;
+    if (!place || this.clip.some((half) => half.distanceToPoint(new THREE.Vector3(...place)) < 0)) return null;
     const value = valueAt(this.shown, place);
     return Number.isNaN(value) || value < this.look.above ? null : place;
   }

@@ -6,6 +6,7 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 import type { Vec3 } from "../stream/dataset";
 import type { View } from "../stream/request";
+import { areSamePlanes } from "./cut_plane";
 import { nudgedFromUp, snappedToAxis } from "./directions";
 import { gpuFinished } from "./gpu_fence";
 import { Lights } from "./lights";
@@ -389,7 +390,6 @@ export class Stage {
 }
 
 function isSameLook(one: StageLook, other: StageLook): boolean {
-  const isSamePlane = (plane: THREE.Plane, at: number) => other.clip[at]?.equals(plane) ?? false;
   return one.isOrthographic === other.isOrthographic && one.hasOcclusion === other.hasOcclusion &&
-    one.translucent === other.translucent && one.clip.length === other.clip.length && one.clip.every(isSamePlane);
+    one.translucent === other.translucent && areSamePlanes(one.clip, other.clip);
 }

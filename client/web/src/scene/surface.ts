@@ -9,6 +9,7 @@ import type { LatticeBox } from "../mesh/tile_mesh";
 import type { Affine } from "../stream/dataset";
 import type { Coloring, Settings } from "../state/settings";
 import type { DecodedTile, Selection } from "../workers/worker_messages";
+import { areSamePlanes } from "./cut_plane";
 import type { FieldColors } from "./field_colors";
 import { layers } from "./layers";
 import type { Programs } from "./programs";
@@ -235,12 +236,11 @@ export class Surface {
     return this.look.visible && this.look.opacity < 1;
   }
 
-  applyLook(look: SurfaceLook, clip: THREE.Plane | null): void {
+  applyLook(look: SurfaceLook, clip: readonly THREE.Plane[]): void {
     const { isTranslucent: wasTranslucent, look: before } = this;
-    const [clipped = null] = this.clip;
-    if (isSameLook(look, before) && (clip === clipped || (clip !== null && clipped?.equals(clip)))) return;
+    if (isSameLook(look, before) && areSamePlanes(clip, this.clip)) return;
     this.look = look;
-    this.clip = clip ? [clip] : [];
+    this.clip = [...clip];
     if (wasTranslucent !== this.isTranslucent || before.colorBy !== look.colorBy) this.forgetMaterials();
     if (before.color !== look.color) this.recolor(before.color);
     for (const material of this.materials.values()) this.refresh(material);

@@ -155,7 +155,7 @@ export function settingsOfEntry({ info, series }: Entry, named: string | null = 
 export function settingsOfChoice(entry: Entry): Partial<Settings> {
   return {
     ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], eye: null, target: null,
-    up: defaults.up, clip: "off", clipNormal: null, places: [], cross: null,
+    up: defaults.up, clip: "off", clipNormal: null, crop: null, places: [], cross: null,
   };
 }
 

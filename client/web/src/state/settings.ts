@@ -15,6 +15,9 @@ export interface BallRegion {
 }
 export type Region = BoxRegion | BallRegion;
 
+// A box in world coordinates.
+export type Crop = Pick<BoxRegion, "low" | "high">;
+
 export type Shading = "field" | "smooth" | "facets";
 export type Coloring = "plain" | "tiles" | "steps";
 export type Axis = "off" | "x" | "y" | "z";
@@ -95,7 +98,8 @@ export interface Settings {
   // The normal of an oblique cut, a unit vector in world coordinates; null: none chosen.
   clipNormal: [number, number, number] | null;
   clipFlipped: boolean;
-  filled: boolean; // Fills the cut with the samples inside the surfaces.
+  crop: Crop | null; // The box outside of which everything is hidden; null: nothing is.
+  filled: boolean; // Fills the cut and the crop's faces with the samples inside the surfaces.
   slice: Axis; // A plane of samples in the scene.
   transparentAir: boolean; // Hides samples of air.
   sliceAt: number; // 0 to 1 along the axis.
@@ -154,6 +158,7 @@ export const defaults: Settings = {
   clipAt: 0.5,
   clipNormal: null,
   clipFlipped: false,
+  crop: null,
   filled: true,
   slice: "off",
   transparentAir: true,

@@ -7,7 +7,7 @@
 //
 // Invalid settings are ignored and reported, so no address breaks the page.
 import { colorMaps } from "../shared/color_maps";
-import { defaults, type AdditionalSurface, type LabelName, materials, type MeasuredPlace, maxHiddenParts, maxNoteLength, maxPlaces, type MinComponent, type Region, type Settings } from "./settings";
+import { defaults, type AdditionalSurface, type Crop, type LabelName, materials, type MeasuredPlace, maxHiddenParts, maxNoteLength, maxPlaces, type MinComponent, type Region, type Settings } from "./settings";
 import { isLabelRanges } from "./label_ranges";
 import { maxMinComponent, maxLabels } from "./surfaces";
 
@@ -23,6 +23,7 @@ export function toAddress(settings: Settings): string {
   if (settings.surfaces.length > 0) parameters.set("surfaces", settings.surfaces.map(surfaceText).join(";"));
   if (settings.labelNames.length > 0) parameters.set("label_names", settings.labelNames.map(labelNameText).join(";"));
   if (settings.hiddenParts.length > 0) parameters.set("hidden_parts", settings.hiddenParts.map((part) => part.map(short).join(",")).join(";"));
+  if (settings.crop) parameters.set("crop", [...settings.crop.low, ...settings.crop.high].map(short).join(","));
   if (settings.region) parameters.set("region", regionText(settings.region));
   if (settings.up.some((part, axis) => part !== defaults.up[axis])) parameters.set("up", settings.up.map(short).join(","));
   if (settings.clipNormal) parameters.set("clip_normal", settings.clipNormal.map(short).join(","));
@@ -97,6 +98,7 @@ export function fromAddress(text: string): Partial<Settings> {
   set("speed", number("speed", 0.1, 60));
   set("loop", yes("loop"));
   set("theme", word("theme", "auto", "dark", "light"));
+  set("crop", boxFrom(parameters.get("crop")));
   set("region", regionFrom(parameters.get("region") ?? null));
   set("up", directionFrom(parameters.get("up") ?? null));
   set("places", placesFrom(parameters.get("places") ?? null));
@@ -277,13 +279,19 @@ function regionFrom(text: string | null): Region | undefined {
   const error = numbersFrom(errorText ?? null, 1)?.[0];
   if (error === undefined || error < 0) return undefined;
   if (kind === "box") {
-    const n = numbersFrom(place, 6);
-    if (!n || n[0] > n[3] || n[1] > n[4] || n[2] > n[5]) return undefined;
-    return { kind, low: [n[0], n[1], n[2]], high: [n[3], n[4], n[5]], error };
+    const box = boxFrom(place);
+    return box && { kind, ...box, error };
   }
   const n = numbersFrom(place, 4);
   if (!n || n[3] < 0) return undefined;
   return { kind: "ball", centre: [n[0], n[1], n[2]], radius: n[3], error };
+}
+
+// Parses two corners.
+function boxFrom(text: string | undefined): Crop | undefined {
+  const n = numbersFrom(text, 6);
+  if (!n || n[0] > n[3] || n[1] > n[4] || n[2] > n[5]) return undefined;
+  return { low: [n[0], n[1], n[2]], high: [n[3], n[4], n[5]] };
 }
 
 function numbersFrom(text: string | null | undefined, count: number): number[] | undefined {

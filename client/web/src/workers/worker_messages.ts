@@ -77,7 +77,7 @@ export type MeasuredPart = { id: string; triangle: number } | { place: readonly 
 export interface PickRay {
   origin: number[];
   direction: number[];
-  clip: HalfSpace | null; // Null: nothing is cut away.
+  clip: HalfSpace[]; // The half-spaces that remain visible.
 }
 
 export type MeshFormat = "glb" | "ply" | "stl";

@@ -1,0 +1,60 @@
+// Cutting the surfaces open with a plane, and cropping them to a box. Display only: exports contain whole surfaces.
+import type { DatasetInfo } from "../protocol/messages";
+import type { Crop } from "../state/settings";
+import { type Vec3, worldBox } from "../stream/dataset";
+import { h } from "../shared/elements";
+import { choice } from "./inputs";
+import type { Change, PanelSection } from "./panel_section";
+import { SettingControls } from "./setting_controls";
+
+export interface CutPart extends PanelSection {
+  showPermission: (permitsSamples: boolean) => void;
+}
+
+export function cutPart(change: Change): CutPart {
+  // These need no new surface, so dragging them costs the server nothing.
+  const controls = new SettingControls((changes) => change(changes));
+  let info: DatasetInfo | null = null;
+  let permitsSamples = true;
+  const clip = controls.choice("clip", {
+    label: "Cut", tip: "A plane that cuts the surface open. Drag its handles in the picture to move and turn it.",
+    choices: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"], ["oblique", "Oblique", "Faces the camera initially."]],
+  });
+  const clipAt = controls.slider("clipAt", {
+    label: "Cut at", tip: "Position of the plane along its normal.",
+    min: 0, max: 1, step: 0.002,
+    text: (value) => `${Math.round(100 * value)} %`,
+  });
+  const face = h("button", { type: "button", "data-tip": "Turns the plane towards the camera." }, "Face the camera");
+  face.addEventListener("click", () => change({ clip: "oblique", clipNormal: null }));
+  const facing = h("div", { class: "chips" }, face);
+  const flip = controls.toggle("clipFlipped", {
+    label: "Keep the other side", tip: "Flips the plane.",
+  });
+  const crop = choice<"off" | "box">({
+    label: "Crop", tip: "Hides everything outside of a box. Drag its handles in the picture. Exports contain whole surfaces.",
+    choices: [["off", "Off"], ["box", "Box"]],
+    onChange: (kind) => change({ crop: kind === "box" && info ? initialCrop(info) : null }),
+  });
+  const filled = controls.toggle("filled", {
+    label: "Fill", tip: "Shows the samples inside the surfaces where they are cut or cropped, including hidden components.",
+  });
+  return {
+    elements: [clip, clipAt, facing, flip, crop.element, filled],
+    show: (settings, shown) => {
+      info = shown;
+      controls.show(settings);
+      crop.show(settings.crop ? "box" : "off");
+      clipAt.hidden = facing.hidden = flip.hidden = settings.clip === "off";
+      filled.hidden = !permitsSamples || (settings.clip === "off" && !settings.crop);
+    },
+    showPermission: (permits) => { permitsSamples = permits; },
+  };
+}
+
+// Returns the initial crop: the middle of the data, with two thirds of its sides.
+function initialCrop(info: DatasetInfo): Crop {
+  const { low, high } = worldBox(info);
+  const at = (share: number) => low.map((from, axis) => from + share * (high[axis] - from)) as Vec3;
+  return { low: at(1 / 6), high: at(5 / 6) };
+}
