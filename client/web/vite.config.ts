@@ -51,7 +51,7 @@ export default defineConfig({
   base: "./",
   plugins: [
     withoutNode(),
-    thirdParty(["three", "draco3d", "@bufbuild/protobuf", "hash-wasm"]),
+    thirdParty(["three", "draco3d", "@bufbuild/protobuf", "hash-wasm", "mediabunny"]),
     compressed(),
   ],
   build: {

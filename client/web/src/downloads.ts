@@ -6,6 +6,7 @@ import { labelTable, type MeasuredLabel } from "./panel/label_table";
 import type { DatasetInfo } from "./protocol/messages";
 import { boundOf } from "./shown_surface";
 import type { Settings } from "./state/settings";
+import { fileName, seriesName } from "./state/file_names";
 import { renamedLabel, timeOf, timeText } from "./state/series";
 import { toAddress } from "./state/url_state";
 import { latticeToWorld, type Vec3 } from "./stream/dataset";
@@ -79,8 +80,9 @@ export class Downloads {
     const showProgress = (share: number) => this.viewer.notices.announce(`Filming: ${Math.round(100 * share)} %`);
     try {
       const make = form === "video" ? recordVideo : recordPictures;
-      this.save(await make(this.viewer.stage, animation, () => this.viewer.drawn({ isVideoFrame: true }), showProgress), form === "video" ? "webm" : "zip");
+      const { file, ending } = await make(this.viewer.stage, animation, () => this.viewer.drawn({ isVideoFrame: true }), showProgress);
       goBack();
+      this.save(file, ending, animation.name === "time" ? seriesName : fileName);
       this.viewer.notices.clear();
     } catch (error) {
       goBack(); // Before the announcement, because another time clears notices.
@@ -135,9 +137,9 @@ export class Downloads {
     }
   }
 
-  private save(blob: Blob, ending: string): void {
+  private save(blob: Blob, ending: string, nameOf = fileName): void {
     const { firstShown } = this.viewer.surfaces;
-    const name = firstShown ? `${firstShown.info.name}_${firstShown.facts.isovalue}` : "multitetra";
+    const name = firstShown ? nameOf(firstShown.info, firstShown.facts.isovalue) : "multitetra";
     const link = h("a", { href: URL.createObjectURL(blob), download: `${name}.${ending}` });
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 10_000);

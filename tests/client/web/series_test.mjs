@@ -31,6 +31,7 @@ await test("LabelsReplaceEachOtherInFrames", replacesLabels);
 await test("PlaysTimesColoredByAnotherField", playsTimes);
 await test("ShowsOneTimeAtOnce", showsOneTime);
 await test("SavesAPictureOfEachTime", savesTimes);
+await test("SavesAVideoOfEvenTimes", savesVideo);
 await test("StopsRecordingAtAMissingTime", failsAFilm);
 await test("TimeControlsDoNotCoverTheSurfaceOnPhones", leavesRoom, { viewport: { width: 390, height: 800 }, hasTouch: true, isMobile: true });
 await finish();
@@ -304,6 +305,29 @@ async function savesTimes(page) {
     assert(words !== "" && seen.every((other, at) => at === i || other.words !== words), "each frame has its time written on it");
   }
   await page.waitForFunction(() => document.querySelector(".times .time").textContent === "1 s" && /[&#]t=1(&|$)/.test(location.hash), null, { timeout: patience });
+}
+
+// Each time is visible for equally long, however long it took to arrive.
+async function savesVideo(page) {
+  await open(page, "#dataset=flow&isovalue=0.5&error=2&occlusion=false&speed=2", series);
+  await complete(page);
+  await page.click('summary:has-text("Export")');
+  const [download] = await Promise.all([
+    page.waitForEvent("download", { timeout: patience }),
+    page.click('button:has-text("Times: video")'),
+  ]);
+  const [, name, ending] = download.suggestedFilename().match(/^(.*)\.(mp4|webm)$/);
+  assert.equal(name, "flow_ball_0.5");
+  const bytes = readFileSync(await download.path()).toString("base64");
+  const other = await page.context().browser().newPage(); // Without the viewer's content security policy.
+  const { duration, isSeen } = await other.evaluate(async ([base64, type]) => {
+    const video = document.createElement("video");
+    video.src = `data:${type};base64,${base64}`;
+    await new Promise((resolve, reject) => Object.assign(video, { onloadeddata: resolve, onerror: () => reject(new Error(video.error.message)) }));
+    return { duration: video.duration, isSeen: video.videoWidth > 100 };
+  }, [bytes, ending === "mp4" ? "video/mp4" : "video/webm"]);
+  await other.close();
+  assert(isSeen && Math.abs(duration - 2) < 0.01, `4 times at 2 a second take ${duration} s`);
 }
 
 // The samples of one time are damaged on disk: no frame shows another time in its place.

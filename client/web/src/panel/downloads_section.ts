@@ -24,7 +24,7 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     return element;
   };
   const ofTimes = [
-    button("Times: video", "All times of the series, at the playback speed (WebM).", () => events.times("video")),
+    button("Times: video", "All times of the series, at the playback speed (MP4 or WebM).", () => events.times("video")),
     button("Times: PNGs", "The same as pictures in a ZIP file.", () => events.times("pictures")),
   ];
   const picture: Parameters<DownloadsEvents["screenshot"]>[0] = { enlargement: 1, isTransparent: false };
@@ -58,7 +58,7 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     button("GLB", "The displayed triangles, for Blender, web and office programs.", () => events.download("glb")),
     button("PLY", "The displayed triangles, for ParaView, MeshLab, CloudCompare.", () => events.download("ply")),
     button("STL", "The displayed triangles, for 3D printing.", () => events.download("stl")),
-    button("Turn: video", "One full turn of the surface as a video (WebM).", () => events.turntable("video")),
+    button("Turn: video", "One full turn of the surface as a video (MP4 or WebM).", () => events.turntable("video")),
     button("Turn: PNGs", "The same as 120 pictures in a ZIP file.", () => events.turntable("pictures")),
     ...ofTimes);
   const showTimes = (hasTimes: boolean) => ofTimes.forEach((one) => (one.hidden = !hasTimes));

@@ -1,10 +1,11 @@
 // Renders a sequence of pictures as a video or a ZIP file: a turn around the surface, or the times of a series. Every
-// picture has full quality and annotations; a video plays as fast as this machine renders, up to its frame rate.
+// picture has full quality and annotations.
 import { Zip, ZipPassThrough } from "three/examples/jsm/libs/fflate.module.js";
 
 import { gpuFinished } from "./gpu_fence";
 import { pngOf } from "./png";
 import type { Stage } from "./stage";
+import { startVideo, type Recording, type Video } from "./video";
 
 export interface Animation {
   name: string; // File name prefix of the pictures.
@@ -30,7 +31,7 @@ export function turntable(stage: Stage, form: "video" | "pictures"): Animation {
   return { name: "turn", frames, framesPerSecond: 30, show };
 }
 
-export async function recordPictures(stage: Stage, animation: Animation, draw: Draw, report: ProgressCallback): Promise<Blob> {
+export async function recordPictures(stage: Stage, animation: Animation, draw: Draw, report: ProgressCallback): Promise<Recording> {
   const parts: Uint8Array[] = [];
   const zip = new Zip((error, bytes) => {
     if (error) throw error;
@@ -44,36 +45,22 @@ export async function recordPictures(stage: Stage, animation: Animation, draw: D
     report((at + 1) / animation.frames);
   });
   zip.end();
-  return new Blob(parts as Uint8Array<ArrayBuffer>[], { type: "application/zip" });
+  return { file: new Blob(parts as Uint8Array<ArrayBuffer>[], { type: "application/zip" }), ending: "zip" };
 }
 
-export async function recordVideo(stage: Stage, animation: Animation, draw: Draw, report: ProgressCallback): Promise<Blob> {
-  if (typeof MediaRecorder === "undefined") throw new Error("this browser cannot record videos.");
-  const screen = draw();
-  const context = screen.getContext("2d")!;
-  const stream = screen.captureStream(30);
-  const recorder = new MediaRecorder(stream, { mimeType: "video/webm", videoBitsPerSecond: 12_000_000 });
-  const parts: Blob[] = [];
-  recorder.ondataavailable = ({ data }) => parts.push(data);
-  const ended = new Promise<void>((resolve) => (recorder.onstop = () => resolve()));
-  let begin: number | null = null;
+export async function recordVideo(stage: Stage, animation: Animation, draw: Draw, report: ProgressCallback): Promise<Recording> {
+  let video: Video | null = null;
   try {
     await run(stage, animation, draw, async (canvas, at) => {
-      context.drawImage(canvas, 0, 0);
-      if (begin === null) recorder.start();
-      begin ??= performance.now();
+      video ??= await startVideo(canvas.width, canvas.height, animation.framesPerSecond);
+      await video.add(canvas);
       report((at + 1) / animation.frames);
-      const due = begin + ((at + 1) * 1000) / animation.framesPerSecond;
-      await new Promise((resolve) => setTimeout(resolve, Math.max(0, due - performance.now())));
     });
-  } finally {
-    if (begin !== null) {
-      recorder.stop();
-      await ended;
-    }
-    for (const track of stream.getTracks()) track.stop();
+    return await video!.end();
+  } catch (error) {
+    await (video as Video | null)?.cancel();
+    throw error;
   }
-  return new Blob(parts, { type: "video/webm" });
 }
 
 async function run(

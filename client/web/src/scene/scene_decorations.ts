@@ -10,7 +10,7 @@ import type { AxisNumber } from "./annotations";
 import { disposeTree } from "./dispose_tree";
 import { layers } from "./layers";
 import type { Stage } from "./stage";
-import { ticks } from "./ticks";
+import { roundLength, ticks } from "./ticks";
 
 const axisColors = [0xd9534f, 0x5cb85c, 0x4f8fd9];
 const apart = 46; // The least distance between two numbers, in CSS pixels.
@@ -82,9 +82,7 @@ export class SceneDecorations {
 
   private drawScale(): void {
     if (!this.dataset) return;
-    const wanted = this.stage.worldLengthOf(110);
-    const magnitude = 10 ** Math.floor(Math.log10(wanted));
-    const length = [5, 2, 1].map((n) => n * magnitude).find((value) => value <= wanted) ?? magnitude;
+    const length = roundLength(this.stage.worldLengthOf(110));
     const pixels = length / this.stage.worldLengthOf(1);
     if (!Number.isFinite(pixels)) return;
     this.scaleBar.style.width = `${pixels.toFixed(1)}px`;

@@ -9,6 +9,7 @@ import type { SliceValues } from "../stream/dataset_queries";
 import { axisNames } from "./axis_names";
 import { type Direction, type PlaneAxes, valueAt } from "./slice_grid";
 import type { CutLines } from "./slice_plane";
+import { roundLength } from "./ticks";
 
 const axisColors = ["#ff7a75", "#7fd67f", "#7fb4ff"]; // On gray.
 const gap = 9; // CSS pixels around the crosshair's center.
@@ -239,12 +240,37 @@ export class SliceView {
     const names = axisNames(info);
     const letter = ({ axis, sign }: Direction, isEnd: boolean) => names[2 * axis + ((sign > 0) === isEnd ? 0 : 1)].letter;
     const { right, down } = this.sides;
+    const [name, place] = [planeName(info, this.axis), this.placeText()];
+    // Letters above and below the data if there is space; not on a text, in narrow views.
+    const besides = (text: string) => (8 + context.measureText(text).width > x + width / 2 ? 18 : 0);
+    const [above, below] = [y - 6 - besides(name) > 12, clientHeight - y - height - besides(place) > 24];
     write(letter(right, false), x + 6, y + height / 2 - 6, "left");
     write(letter(right, true), x + width - 6, y + height / 2 - 6, "right");
-    write(letter(down, false), x + width / 2 + 6, y + 16, "left");
-    write(letter(down, true), x + width / 2 + 6, y + height - 8, "left");
-    write(planeName(info, this.axis), 8, 18, "left", axisColors[this.axis]);
-    write(this.placeText(), 8, clientHeight - 8, "left");
+    write(letter(down, false), x + width / 2 + 6, above ? y - 6 : Math.max(y + 16, 18 + besides(name)), "left");
+    write(letter(down, true), x + width / 2 + 6, below ? y + height + 16 : Math.min(y + height, clientHeight - besides(place)) - 8, "left");
+    write(name, 8, 18, "left", axisColors[this.axis]);
+    write(place, 8, clientHeight - 8, "left");
+    this.drawScaleBar(context, write);
+  }
+
+  private drawScaleBar(context: CanvasRenderingContext2D, write: (text: string, x: number, y: number, align: CanvasTextAlign) => void): void {
+    const { low, high } = worldBox(this.info!);
+    const axis = this.sides.right.axis;
+    const perUnit = this.place.width / (high[axis] - low[axis]);
+    const { clientWidth } = this.canvas;
+    const length = roundLength(Math.min(110, clientWidth / 4) / perUnit);
+    if (!(length > 0) || !Number.isFinite(length)) return;
+    const [end, y] = [clientWidth - 8, 12];
+    const begin = end - length * perUnit;
+    for (const [color, thickness] of [["#000000", 4], ["#ffffff", 2]] as const) {
+      context.strokeStyle = color;
+      context.lineWidth = thickness;
+      context.beginPath();
+      context.moveTo(begin, y);
+      context.lineTo(end, y);
+      context.stroke();
+    }
+    write(lengthText(length, this.info!, 4), (begin + end) / 2, y + 16, "center");
   }
 
   // "z 12.5 mm: 345 HU"

@@ -1,3 +1,9 @@
+// Returns the greatest round length, 1, 2 or 5 times a power of ten, up to `most`; NaN unless `most` is positive.
+export function roundLength(most: number): number {
+  const magnitude = 10 ** Math.floor(Math.log10(most));
+  return [5, 2, 1].map((n) => n * magnitude).find((value) => value <= most) ?? magnitude;
+}
+
 // Returns about `count` round numbers from `low` to `high`, inclusive; empty for an empty range.
 export function ticks(low: number, high: number, count: number): number[] {
   const raw = (high - low) / Math.max(1, count);
