@@ -82,6 +82,8 @@ describe("AnotherSurface", () => {
     expect(nextIsovalue([300.5], info)).toBe(-250.5);
     expect(nextIsovalue([-250.5], info)).toBe(300.5);
     expect(nextIsovalue([300.5, -250.5], info)).toBe(2500.5);
+    const bones = { ...info, suggestedIsovalues: [-250.5, 300.5, 1042.5] };
+    expect(nextIsovalue([-250.5], bones)).toBe(300.5); // Its first suggestion.
     expect(nextIsovalue([300.5, -250.5, 2500.5, 20.5], info)).toBe(-784.5);
   });
 

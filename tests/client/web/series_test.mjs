@@ -64,6 +64,9 @@ async function showsLabels(page) {
   assert.equal(await page.getAttribute('[aria-label="Opacity of all labels"]', "aria-valuetext"), "mixed");
   await page.locator('[aria-label="Opacity of all labels"]').fill("0.7");
   assert(await page.locator('.labels-head span:text-is("mixed")').isHidden());
+  await page.click('button:has-text("Reset all settings")');
+  await page.waitForFunction(() => document.querySelector(".labels-count").textContent === "3 of 3 shown");
+  assert.equal(await page.getAttribute('[aria-label="Opacity of all labels"]', "aria-valuetext"), "100 %");
 }
 
 async function loadsWhatIsShown(page) {

@@ -1,7 +1,7 @@
 // The side panel: all settings, in the order in which they are needed.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Progress, StepFacts, SurfaceSize } from "../state/progress";
-import { timesOf } from "../state/series";
+import { seriesOf, settingsOfEntry, timesOf } from "../state/series";
 import { defaults, type Settings } from "../state/settings";
 import type { Store } from "../state/store";
 import { type AccuracyPart, accuracyPart } from "./accuracy_section";
@@ -60,7 +60,8 @@ export class Panel {
     const resetAll = h("button", { type: "button", class: "action reset-all", "data-tip": "All settings except the dataset and the theme." }, "Reset all settings");
     resetAll.addEventListener("click", () => {
       const { dataset, theme } = settings.get();
-      change({ ...defaults, dataset, theme });
+      const series = this.info?.member?.label ? seriesOf(this.list, this.info) : null;
+      change({ ...defaults, dataset, theme, ...(series && settingsOfEntry({ name: series.name, info: this.info!, series })) });
       events.reset();
     });
     const isovalue = (this.isovalue = isovaluePart(change));

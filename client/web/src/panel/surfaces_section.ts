@@ -73,8 +73,8 @@ export function surfacesPart(change: Change): SurfacesPart {
   };
 }
 
-// Returns the suggested value farthest from the used ones, preferring, for bodies, skin or bone if not shown, then any
-// tissue to air; without suggestions, a value between the last used one and the maximum.
+// Returns, for bodies, the first suggested value of skin or bone if not shown; otherwise, the suggested value farthest
+// from the used ones, of tissue rather than air; without suggestions, a value between the last used one and the maximum.
 export function nextIsovalue(used: readonly number[], info: WindowedDataset & Pick<DatasetInfo, "suggestedIsovalues">): number {
   const { suggestedIsovalues, max } = info;
   const distance = (value: number) => Math.min(...used.map((other) => Math.abs(other - value)));
@@ -87,6 +87,7 @@ export function nextIsovalue(used: readonly number[], info: WindowedDataset & Pi
   const unused = suggestedIsovalues.filter((value) => !used.includes(value));
   const best = Math.max(...unused.map(rank));
   const fresh = unused.filter((value) => rank(value) === best);
+  if (best === 2) return fresh[0];
   if (fresh.length === 0) return Number(((Math.max(...used) + max) / 2).toPrecision(5));
   return fresh.reduce((best, value) => (distance(value) > distance(best) ? value : best));
 }

@@ -27,7 +27,7 @@ export class RegionHandles {
     private readonly stage: Stage,
     canvas: HTMLCanvasElement,
     private readonly changed: (region: Region, isDragging: boolean) => void,
-    private readonly isFilled = true,
+    private readonly isFilled = true, // Otherwise, only handles and outlines, which are not in exported pictures.
   ) {
     stage.scene.add(this.group);
     // Before the camera's controls.
@@ -80,7 +80,7 @@ export class RegionHandles {
         : rings();
     edges.renderOrder = 3;
     glass.layers.set(layers.marks);
-    edges.layers.set(layers.marks);
+    edges.layers.set(this.isFilled ? layers.marks : layers.overlay);
     // Faint where a surface hides them.
     const outline = new THREE.LineSegments(edges.geometry, lineMaterial(0.3, false));
     outline.renderOrder = 3;
