@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 #include <system_error>
 #include <vector>
@@ -58,13 +59,35 @@ void add_folder(const std::filesystem::path& folder, Digest& digest) {
   }
 }
 
+// Removes *, ? and %03d.
+std::string without_placeholders(std::string_view pattern) {
+  std::string rest;
+  for (std::size_t i = 0; i < pattern.size(); ++i) {
+    const std::size_t end = pattern.find_first_not_of("0123456789", i + 1);
+    if (pattern[i] == '%' && end != std::string_view::npos && pattern[end] == 'd') {
+      i = end;
+    } else if (pattern[i] != '*' && pattern[i] != '?') {
+      rest += pattern[i];
+    }
+  }
+  return rest;
+}
+
 }  // namespace
 
 std::string default_dataset_name(const std::filesystem::path& source) {
   std::filesystem::path name =
       source.filename().empty() ? source.parent_path().filename() : source.filename();
   if (name.extension() == ".gz" || name.extension() == ".bz2") name = name.stem();
-  return name.stem().string();
+  const std::string text = name.stem().string();
+  const std::string rest = without_placeholders(text);
+  if (rest == text) return text;
+  const std::size_t first = rest.find_first_not_of("_-. ");
+  if (first != std::string::npos) {
+    return rest.substr(first, rest.find_last_not_of("_-. ") - first + 1);
+  }
+  const std::filesystem::path folder = source.parent_path();
+  return folder.empty() ? "images" : folder.filename().string();
 }
 
 Provenance provenance(const std::filesystem::path& source) {

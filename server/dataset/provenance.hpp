@@ -15,7 +15,8 @@ struct Provenance {
 };
 
 // Returns the name of a source's dataset: its name without folder and suffixes, such as "chris_t1"
-// for "chris_t1.nii.gz".
+// for "chris_t1.nii.gz"; for a pattern without its placeholders: "slice" for "slice_%03d.tif", and
+// the folder's name for "*.tif".
 [[nodiscard]] std::string default_dataset_name(const std::filesystem::path& source);
 
 // Describes a source. The digest of a folder covers the names and bytes of all files below it; it

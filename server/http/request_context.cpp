@@ -19,7 +19,6 @@ Answer RequestContext::refused(const Error& error) {
   if (error.code == ErrorCode::kUnknownDataset && is_hidden(*this)) {
     reason = "Dataset \"" + record->facts().dataset + "\" is not allowed for this token.";
   }
-  client->admission().observer().error_answered(client->facts(), error, 0);
   return error_answer(error, request_id);
 }
 

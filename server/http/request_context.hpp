@@ -38,8 +38,8 @@ struct RequestContext {
     number = unique;
     request_id = std::to_string(unique);
   }
-  // Returns the answer for an error, after counting and logging it. For a dataset that the token
-  // does not cover, only the log names it; the client gets the answer for a missing dataset.
+  // Returns the answer for an error. For a dataset that the token does not cover, only the log
+  // names it; the client gets the answer for a missing dataset.
   [[nodiscard]] Answer refused(const Error& error);
   // Cancels the work of a client that has disconnected.
   void leave() {

@@ -98,11 +98,12 @@ void RequestLog::disconnected(const ClientFacts& client, double seconds) {
 }
 
 void RequestLog::refused(const ClientFacts& client, const char* limit) {
-  // The line of the answer has the reason for a request over a limit.
+  // The line of the answer, over HTTP also that of a refused connection, has the reason.
   const std::string_view text = limit;
-  const LogLevel level = text.starts_with("connections") ? LogLevel::kWarning
-                         : text == "idle_seconds"        ? LogLevel::kInfo
-                                                         : LogLevel::kDebug;
+  const bool has_answer = std::string_view(client.protocol) == "http";
+  const LogLevel level = text == "idle_seconds" ? LogLevel::kInfo
+                         : text.starts_with("connections") && !has_answer ? LogLevel::kWarning
+                                                                          : LogLevel::kDebug;
   log_line_about(client.peer, level, "refused",
                  {{"connection", client.connection},
                   {"transport", client.protocol},
@@ -166,6 +167,7 @@ void RequestLog::http_answered(const ClientFacts& client, const HttpFacts& facts
   log_line_about(client.peer, level_of(facts.status), "http",
                  {{"connection", client.connection},
                   {"request", unless_empty(facts.id)},
+                  {"proxy_request", unless_empty(facts.proxy_id)},
                   {"transport", client.protocol},
                   {"peer", client.peer},
                   {"name", unless_empty(client.name)},

@@ -58,6 +58,8 @@ struct RequestFacts {
 // An HTTP request and its outcome.
 struct HttpFacts {
   std::string_view id = {};  // The X-Request-Id.
+  // The X-Request-Id that the request has, from a proxy.
+  std::string_view proxy_id = {};
   // A string literal: "isosurface", "tile", "viewer", ..., "redirect", "refused" if not examined,
   // "malformed".
   const char* kind = "malformed";

@@ -106,7 +106,6 @@ asio::awaitable<void> HttpConnection::run() {
     // Overload must neither restart the server nor hide it from Prometheus.
     const auto admitted = check_admission(*request);
     if (!admitted && !handler_.is_probe(view_of(request->target()))) {
-      client_->admission().observer().error_answered(client_->facts(), admitted.error(), 0);
       context->kind = "refused";
       const Answer answer = error_answer(503, admitted.error(), context->request_id);
       co_await write(answer, with_body, /*keep_alive=*/false);
@@ -141,10 +140,17 @@ void HttpConnection::send(const HttpRequest* request, const RequestContext& cont
   const std::chrono::duration<double> taken = Clock::now() - context.began;
   const std::string_view reason =
       context.reason.empty() && answer.error ? answer.error->text : context.reason;
+  if (answer.error) {
+    client_->admission().observer().error_answered(client_->facts(), *answer.error, 0);
+  }
+  constexpr std::size_t kLongestId = 128;
+  const std::string_view proxy_id =
+      request ? view_of((*request)["X-Request-Id"]).substr(0, kLongestId) : std::string_view();
   const std::string target =
       request ? handler_.loggable(view_of(request->target())) : std::string();
   client_->admission().observer().http_answered(
       client_->facts(), {.id = context.request_id,
+                         .proxy_id = proxy_id,
                          .kind = context.kind,
                          .method = request ? view_of(request->method_string()) : std::string_view(),
                          .target = target,

@@ -7,6 +7,16 @@
 namespace multitetra {
 namespace {
 
+TEST(DefaultDatasetName, OmitsFolderSuffixesAndPlaceholders) {
+  EXPECT_EQ(default_dataset_name("a/chris_t1.nii.gz"), "chris_t1");
+  EXPECT_EQ(default_dataset_name("a/cells.zarr/"), "cells");
+  EXPECT_EQ(default_dataset_name("a/slice_%03d.tif"), "slice");
+  EXPECT_EQ(default_dataset_name("a/scan-*_b.png"), "scan-_b");
+  EXPECT_EQ(default_dataset_name("a/50%_full.nrrd"), "50%_full");
+  EXPECT_EQ(default_dataset_name("a/*.tif"), "a");
+  EXPECT_EQ(default_dataset_name("????.tif"), "images");
+}
+
 TEST(Provenance, ContainsTheHashOfTheFile) {
   const TemporaryFolder folder;
   // XXH3-128 of no bytes, from its specification.

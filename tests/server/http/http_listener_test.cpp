@@ -2,6 +2,7 @@
 #include <chrono>
 #include <fstream>
 #include <map>
+#include <memory>
 #include <sstream>
 
 #include <gtest/gtest.h>
@@ -9,6 +10,7 @@
 
 #include "common/cli/json_report.hpp"
 #include "server/http/host.hpp"
+#include "server/operations/prometheus_metrics.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/running_http_server.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -162,7 +164,8 @@ TEST(HttpListener, ReportsReadiness) {
 // A list takes two messages of a conversation and a mesh three; each counts as one request.
 TEST(HttpListener, LimitsTheRequestsOfAnAddress) {
   RunningHttpServer server(fake_catalogue("octahedron"), {},
-                           {.admission = {.requests = {.per_second = 0.001, .burst = 4}}});
+                           {.admission = {.requests = {.per_second = 0.001, .burst = 4}},
+                            .metrics = std::make_shared<PrometheusMetrics>()});
   HttpClient client(server.http());
   const std::string mesh = "/v1/datasets/octahedron/isosurface?isovalue=0.5&error=";
   for (const std::string& target : {std::string("/v1/datasets"), mesh + "1", mesh + "2",
@@ -175,6 +178,9 @@ TEST(HttpListener, LimitsTheRequestsOfAnAddress) {
     EXPECT_EQ(refused[http::field::retry_after], "1000");
   }
   EXPECT_EQ(client.get("/livez").result_int(), 200U);
+  const std::string counted = "errors_total{code=\"limit_exceeded\",transport=\"http\"} 2";
+  const std::string metrics = client.get("/metrics").body();
+  EXPECT_NE(metrics.find(counted), std::string::npos) << metrics;
 }
 
 TEST(HttpListener, LimitsEachTokenOfOneAddressSeparately) {

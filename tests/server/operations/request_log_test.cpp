@@ -65,6 +65,7 @@ TEST(RequestLog, LogsTheRequestIdOfTheHttpResponse) {
   const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
     log.request_ended(kAlice, {.kind = "isosurface", .id = "00ab", .outcome = "complete"});
     log.http_answered(kAlice, {.id = "00ac",
+                               .proxy_id = "7f9c-1",
                                .kind = "datasets",
                                .method = "GET",
                                .target = "/v1/datasets?a b\n",
@@ -75,6 +76,7 @@ TEST(RequestLog, LogsTheRequestIdOfTheHttpResponse) {
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_EQ(lines[0].at("request"), "00ab");
   EXPECT_EQ(lines[1].at("request"), "00ac");
+  EXPECT_EQ(lines[1].at("proxy_request"), "7f9c-1");
   EXPECT_EQ(lines[1].at("status"), 401);
   EXPECT_EQ(lines[1].at("outcome"), "unauthenticated");
   EXPECT_EQ(lines[1].at("reason"), "A token is required.");
@@ -187,6 +189,7 @@ TEST(RequestLog, LogsAnHttpRejectionOnceWithItsReason) {
   const ClientFacts alice{.protocol = "http", .connection = 7, .name = "alice"};
   const auto lines = logged(LogLevel::kInfo, [&](RequestLog& log) {
     log.refused(alice, "requests_per_second");
+    log.refused(alice, "connections");
     log.error_answered(alice, {ErrorCode::kUnknownDataset, "There is none."}, 0);
     log.request_ended(alice, {.kind = "isosurface", .id = "1", .outcome = "unknown_dataset"});
     log.http_answered(alice, {.id = "1", .kind = "isosurface", .status = 404, .reason = "None."});

@@ -81,6 +81,29 @@ class SeriesFiles : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
+// As VTK and VisIt write them: between DATASET and DIMENSIONS, numbers as text or big-endian.
+TEST_F(SeriesFiles, LegacyVtkFilesHaveATime) {
+  const auto times_with = [&](std::string_view format, const std::string& field,
+                              const std::string& samples) {
+    std::string text = legacy_vtk(format, "short", samples);
+    text.insert(text.find("DIMENSIONS"), "FIELD FieldData 1\n" + field);
+    return contents(file("a.vtk", text)).times.at;
+  };
+  const std::string binary = packed<std::int16_t>(values_at(0), Endian::kBig);
+  std::string text;
+  for (const double value : values_at(0)) text += std::to_string(static_cast<int>(value)) + " ";
+  EXPECT_EQ(times_with("ASCII", "TimeValue 1 1 double\n0.25\n", text), std::vector{0.25});
+  EXPECT_EQ(times_with("BINARY", "TIME 1 1 double\n" + packed<double>({2.5}, Endian::kBig) + "\n",
+                       binary),
+            std::vector{2.5});
+  EXPECT_EQ(times_with("BINARY", "TIME 1 1 float\n" + packed<float>({2.5}, Endian::kBig) + "\n",
+                       binary),
+            std::vector{2.5});
+  EXPECT_TRUE(times_with("ASCII", "CYCLE 1 1 int\n7\n", text).empty());
+  EXPECT_TRUE(times_with("ASCII", "TimeValue 1 1 double\nnan\n", text).empty());
+  EXPECT_TRUE(times_with("ASCII", "TimeValue 1 1 string\na\n", text).empty());
+}
+
 TEST_F(SeriesFiles, ReadTimesLastOrFirstFromNrrd) {
   const std::string all = all_times();
   const SourceTimes frames{.count = 3};

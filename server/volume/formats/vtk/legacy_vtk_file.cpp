@@ -1,8 +1,11 @@
 #include "server/volume/formats/vtk/legacy_vtk_file.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -13,6 +16,7 @@
 #include "server/volume/formats/detail/numbered_files.hpp"
 #include "server/volume/formats/detail/plain_slices.hpp"
 #include "server/volume/formats/detail/text_slices.hpp"
+#include "server/volume/formats/endian.hpp"
 
 namespace multitetra {
 namespace {
@@ -54,6 +58,12 @@ class VtkLines {
     at_ = std::min(end + 1, text_.size());
     return line;
   }
+  // Returns the next bytes, without the end of line behind them; fewer at the header's end.
+  std::string bytes(std::size_t count) {
+    std::string bytes = text_.substr(at_, count);
+    at_ = std::min(at_ + count + 1, text_.size());
+    return bytes;
+  }
   // Skips the next line if it begins with this word.
   void skip(std::string_view word) {
     if (lower_case(std::string_view(text_).substr(at_, word.size())) == word) (void)line();
@@ -77,6 +87,38 @@ Vec3 three_numbers(const fs::path& file, const std::vector<std::string>& words) 
   return numbers;
 }
 
+// Returns a big-endian number; none of other types than float and double.
+std::optional<double> big_endian_number(StoredType type, std::string bytes) {
+  if (bytes.size() != bytes_of(type)) return std::nullopt;
+  to_host_order(std::as_writable_bytes(std::span(bytes)), bytes.size(), Endian::kBig);
+  double number = 0;
+  float single = 0;
+  if (type == StoredType::kF64) {
+    std::memcpy(&number, bytes.data(), sizeof number);
+  } else if (type == StoredType::kF32) {
+    std::memcpy(&single, bytes.data(), sizeof single);
+    number = single;
+  } else {
+    return std::nullopt;
+  }
+  return number;
+}
+
+// Reads the first of the arrays of the FIELD in front of the samples, and returns it if it is the
+// time: a single finite number named TimeValue (ParaView) or TIME (VisIt). Others are left to the
+// caller, which ignores what it does not know.
+std::vector<double> time_in(VtkLines& lines, bool is_text) {
+  std::vector<std::string> words = lines.next();
+  words.resize(4);
+  const bool is_time = words[0] == "TimeValue" || words[0] == "TIME";
+  const auto type = stored_type_from_word(lower_case(words[3]));
+  if (!is_time || words[1] != "1" || words[2] != "1" || !type) return {};
+  const std::optional<double> time = is_text
+                                         ? finite_number(lines.next()[0])
+                                         : big_endian_number(*type, lines.bytes(bytes_of(*type)));
+  return time && std::isfinite(*time) ? std::vector{*time} : std::vector<double>();
+}
+
 }  // namespace
 
 StoredVolume open_legacy_vtk(const fs::path& path) {
@@ -94,12 +136,14 @@ StoredVolume open_legacy_vtk(const fs::path& path) {
   Vec3 sizes{};
   Vec3 spacing = {1, 1, 1};
   Vec3 origin{};
+  std::vector<double> times;
   std::vector<std::string> words;
   for (words = lines.next(); !lower_case(words[0]).ends_with("_data"); words = lines.next()) {
     const std::string word = lower_case(words[0]);
     if (word == "dimensions") sizes = three_numbers(path, words);
     if (word == "spacing" || word == "aspect_ratio") spacing = three_numbers(path, words);
     if (word == "origin") origin = three_numbers(path, words);
+    if (word == "field") times = time_in(lines, format == "ascii");
   }
   const bool of_cells = lower_case(words[0]) == "cell_data";
   ImageHeader header;
@@ -135,6 +179,7 @@ StoredVolume open_legacy_vtk(const fs::path& path) {
   }
   check_header(path, header);
   StoredVolume volume{.header = header};
+  volume.contents.times.at = std::move(times);
   if (format == "ascii") {
     volume.slices = text_slices({.file = path, .begin = lines.position()}, header);
   } else {

@@ -8,7 +8,8 @@
 namespace multitetra {
 
 // Opens the first array, text or binary: SCALARS, VECTORS, NORMALS, TENSORS or one of a FIELD.
-// Samples of CELL_DATA are at cell centers. Throws VolumeFileError.
+// Samples of CELL_DATA are at cell centers. A field TimeValue or TIME in front of them is the time.
+// Throws VolumeFileError.
 [[nodiscard]] StoredVolume open_legacy_vtk(const std::filesystem::path& file);
 
 }  // namespace multitetra
