@@ -29,6 +29,7 @@ await test("SavesATableOfVisibleLabels", savesTable);
 await test("ShowsHundredsOfLabelsWithFewRequests", showsHundreds);
 await test("LabelsReplaceEachOtherInFrames", replacesLabels);
 await test("PlaysTimesColoredByAnotherField", playsTimes);
+await test("OverlaysAnotherField", overlays);
 await test("ShowsOneTimeAtOnce", showsOneTime);
 await test("SavesAPictureOfEachTime", savesTimes);
 await test("SavesAVideoOfEvenTimes", savesVideo);
@@ -247,6 +248,24 @@ async function replacesLabels(page) {
   const other = await set({ dataset: "flow" }, [0]);
   assert.deepEqual(other, { shown: [0], dataset: "flow", isovalue: null, color: "#e0cdb4", labels: "", visible: [true] });
   assert.deepEqual((await set({ labels: "9", dataset: "seg" }, [2])).visible, [false, false, true]);
+}
+
+// Such as another channel: with its suggested isovalue, at the same time.
+async function overlays(page) {
+  await open(page, "#dataset=flow&isovalue=0.5&error=2&occlusion=false&t=1", series);
+  await complete(page);
+  await page.click('summary:has-text("Surfaces")');
+  await page.click('button:has-text("Add a surface")');
+  assert(await page.locator('select[aria-label="Data of surface 1"]').isHidden());
+  await page.selectOption('select[aria-label="Data of surface 2"]', { label: "heat" });
+  await page.waitForFunction(() => /surfaces=[^&]*,flow\.heat[^&]*/.test(location.hash));
+  await page.waitForFunction(() => /triangles/.test(document.querySelectorAll(".surface-state")[1]?.textContent), null, { timeout: patience });
+  assert.equal(await page.textContent(".times .time"), "1 s");
+  await page.locator(".times input").fill("0");
+  await settled(page);
+  assert.equal(await page.locator('select[aria-label="Data of surface 2"] option:checked').textContent(), "heat", "at all times");
+  await page.selectOption('select[aria-label="Data of surface 2"]', { label: "The same data" });
+  await page.waitForFunction(() => /surfaces=/.test(location.hash) && !location.hash.includes("heat"));
 }
 
 async function playsTimes(page) {

@@ -2,7 +2,7 @@
 import type { DatasetInfo } from "../protocol/messages";
 import { hiddenPartsOf } from "../state/hidden_parts";
 import type { Progress } from "../state/progress";
-import { labelOf } from "../state/series";
+import { findByName, isSameSeries, labelOf } from "../state/series";
 import { materials, type Settings } from "../state/settings";
 import {
   maxSurfaces, type SurfaceSettings, surfacesOf, withAddedSurface, withoutSurface, withSurface,
@@ -12,6 +12,7 @@ import { accuracyOf } from "./certificate";
 import { h } from "../shared/elements";
 import { grouped } from "../shared/quantities";
 import { mainTissues, tissueAtValue, type WindowedDataset } from "../shared/sample_window";
+import { datasetSelect } from "./dataset_select";
 import { componentsText, componentFilter, hidesAny } from "./component_filter";
 import type { Control } from "./inputs";
 import { numberInput } from "./number_input";
@@ -29,7 +30,7 @@ export function surfacesPart(change: Change): SurfacesPart {
   const rows = new Map<number, Row>(); // Labels have their own list.
   const list = h("ul", { class: "surfaces" });
   const add = h("button", {
-    type: "button", class: "action", "data-tip": "Another surface of the same data: skin around bone, for example.",
+    type: "button", class: "action", "data-tip": "Skin around bone, for example, or another channel.",
   }, "Add a surface");
   add.addEventListener("click", () => {
     if (!info) return;
@@ -38,7 +39,11 @@ export function surfacesPart(change: Change): SurfacesPart {
     change(withAddedSurface(settings, nextIsovalue(used, info), suggested));
   });
   const rowAt = (at: number) => {
-    const row = surfaceRow(at, (changes, isDragging) => change(withSurface(settings, at, changes), isDragging), () => {
+    const changeRow = (changes: Partial<SurfaceSettings>, isDragging?: boolean) => change(withSurface(settings, at, changes), isDragging);
+    const row = surfaceRow(at, changeRow, (name) => {
+      const other = name ? findByName(datasets, name) : info;
+      if (other) changeRow({ dataset: name, isovalue: suggestedIsovalue(other) });
+    }, () => {
       change(withoutSurface(settings, at));
       add.focus(); // The focused button was removed.
     });
@@ -62,7 +67,9 @@ export function surfacesPart(change: Change): SurfacesPart {
       surfaces.forEach((surface, at) => {
         if (isLabel(surface)) return;
         const isovalue = surface.isovalue ?? (shown && suggestedIsovalue(shown));
-        (rows.get(at) ?? rowAt(at)).show({ ...surface, isovalue }, surfaces.length > 1);
+        const row = rows.get(at) ?? rowAt(at);
+        row.show({ ...surface, isovalue }, surfaces.length > 1);
+        row.showDatasets(datasets, shown);
       });
       add.hidden = rows.size >= maxSurfaces;
     },
@@ -94,12 +101,14 @@ export function nextIsovalue(used: readonly number[], info: WindowedDataset & Pi
 
 interface Row extends Pick<Control<SurfaceSettings>, "element"> {
   show: (surface: SurfaceSettings, isOneOfSeveral: boolean) => void;
+  showDatasets: (list: readonly DatasetInfo[], info: DatasetInfo | null) => void;
   showProgress: (progress: Progress) => void;
 }
 
 function surfaceRow(
   at: number,
   change: (changes: Partial<SurfaceSettings>, isDragging?: boolean) => void,
+  choose: (dataset: string) => void,
   remove: () => void,
 ): Row {
   const name = `surface ${at + 1}`;
@@ -126,14 +135,16 @@ function surfaceRow(
     keepLargest: (isOn) => change({ minComponent: isOn ? "largest" : 0 }),
   });
   const state = h("span", { class: "surface-state" });
-  const dataset = h("span", { class: "surface-dataset", hidden: true });
-  const element = h("li", { class: "surface-row" }, dataset, color, isovalue.element, opacity, eye, cross, state, error.element, filter.element, material);
+  const dataset = datasetSelect(`Data of ${name}`, "The same data", choose, isOtherData);
+  dataset.element.classList.add("surface-dataset");
+  dataset.element.setAttribute("data-tip", "Another channel or field, or another dataset in the same world.");
+  let ofDataset = "";
+  const element = h("li", { class: "surface-row" }, dataset.element, color, isovalue.element, opacity, eye, cross, state, error.element, filter.element, material);
   return {
     element,
     show: (surface, isOneOfSeveral) => {
       isVisible = surface.visible;
-      dataset.hidden = !surface.dataset;
-      dataset.textContent = surface.dataset ?? "";
+      ofDataset = surface.dataset ?? "";
       color.value = surface.color;
       isovalue.show(surface.isovalue);
       error.show(surface.error);
@@ -146,6 +157,9 @@ function surfaceRow(
       filter.show(hiddenPartsOf(surface));
       cross.hidden = filter.element.hidden = !isOneOfSeveral;
     },
+    showDatasets: (list, info) => {
+      dataset.element.hidden = dataset.show(list, info, ofDataset) === 0 || at === 0;
+    },
     showProgress: ({ shown, components, isStreaming, failure, sizeToConfirm }) => {
       const limit = sizeToConfirm ? ", the best of this size" : "";
       const hidden = hidesAny(components) ? `, ${componentsText(components)}` : "";
@@ -156,4 +170,9 @@ function surfaceRow(
       if (state.textContent !== text) state.textContent = text;
     },
   };
+}
+
+// Whether surfaces of a dataset can be shown beside the surfaces of another one, except as another isovalue of it.
+function isOtherData(one: DatasetInfo, info: DatasetInfo): boolean {
+  return !one.member?.label && !(isSameSeries(one, info) && one.member?.field === info.member?.field);
 }
