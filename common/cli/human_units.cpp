@@ -85,6 +85,7 @@ std::string human_member(const SeriesMember& member) {
     text += ", time " + human_number(*member.time);
     if (!member.time_unit.empty()) text += " " + member.time_unit;
   }
+  if (member.color) text += ", " + color_text(*member.color);
   if (!member.label) return text;
   const Label& label = *member.label;
   text += ", label " + std::to_string(static_cast<std::int64_t>(label.value));

@@ -123,6 +123,7 @@ Json json_of(const SeriesMember& member) {
           {"field", member.field},
           {"time", value_or_null(member.time)},
           {"time_unit", member.time_unit},
+          {"color", member.color ? Json(color_text(*member.color)) : Json()},
           {"label", label}};
 }
 

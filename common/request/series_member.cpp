@@ -43,7 +43,12 @@ Result<void> check_member(const SeriesMember& member) {
     return wrong("time_unit must be UTF-8 of at most " + std::to_string(kMaxUnitBytes) +
                  " bytes without control characters.");
   }
+  if (member.color.value_or(0) > kWhite) return wrong("color must be at most 0xffffff.");
   return member.label ? check_label(*member.label) : Result<void>{};
+}
+
+std::optional<std::uint32_t> display_color(const SeriesMember& member) {
+  return member.label && member.label->color ? member.label->color : member.color;
 }
 
 std::string color_text(std::uint32_t color) {

@@ -29,6 +29,9 @@ struct SeriesMember {
   std::optional<double> time = std::nullopt;
   // Such as "s"; empty: unknown, and times are frame numbers.
   std::string time_unit = {};
+  // 0xRRGGBB in which the source shows the field, such as a microscope's channel; absent if it does
+  // not say.
+  std::optional<std::uint32_t> color = std::nullopt;
   // The label whose smooth field the dataset is; the boundary is at 0.5.
   std::optional<Label> label = std::nullopt;
 
@@ -41,6 +44,9 @@ inline constexpr double kMaxLabelValue = 9007199254740992.0;  // 2^53, for eithe
 
 // Fails with kInvalidArgument, naming the field and the valid range, if a field is out of range.
 [[nodiscard]] Result<void> check_member(const SeriesMember& member);
+
+// Returns the color of the label, else of the field; nullopt if neither has one.
+[[nodiscard]] std::optional<std::uint32_t> display_color(const SeriesMember& member);
 
 // Converts 0xdd8265 to "#dd8265" and back; nullopt for other texts.
 [[nodiscard]] std::string color_text(std::uint32_t color);

@@ -126,6 +126,7 @@ Json to_json(const SeriesMember& member) {
   if (!member.field.empty()) json["field"] = member.field;
   if (member.time) json["time"] = *member.time;
   if (!member.time_unit.empty()) json["time_unit"] = member.time_unit;
+  if (member.color) json["color"] = color_text(*member.color);
   if (!member.label) return json;
   json["label"] = {{"value", member.label->value}};
   if (!member.label->name.empty()) json["label"]["name"] = member.label->name;
@@ -133,19 +134,25 @@ Json to_json(const SeriesMember& member) {
   return json;
 }
 
+std::optional<std::uint32_t> optional_color(Fields& fields) {
+  if (!fields.has("color")) return std::nullopt;
+  const auto color = color_from(fields.text("color"));
+  if (!color) fields.add_error("color", "is not a color such as \"#dd8265\"");
+  return color;
+}
+
 SeriesMember member_from(const Json& json, std::string& failure) {
   Fields fields(json, failure);
   SeriesMember member{.series = fields.text("series"),
                       .field = fields.optional_text("field"),
                       .time = fields.optional_number("time"),
-                      .time_unit = fields.optional_text("time_unit")};
+                      .time_unit = fields.optional_text("time_unit"),
+                      .color = optional_color(fields)};
   if (!fields.has("label")) return member;
   Fields label(fields.at("label"), failure);
-  member.label = {.value = label.number("value"), .name = label.optional_text("name")};
-  if (label.has("color")) {
-    member.label->color = color_from(label.text("color"));
-    if (!member.label->color) label.add_error("color", "is not a color such as \"#dd8265\"");
-  }
+  member.label = {.value = label.number("value"),
+                  .name = label.optional_text("name"),
+                  .color = optional_color(label)};
   return member;
 }
 

@@ -67,7 +67,7 @@ void write_meshes(const ExtractSeriesArguments& arguments,
     files.push_back({.file = surface.file,
                      .name = surface_name(*surface.info),
                      .surface = &surface.output,
-                     .color = member && member->label ? member->label->color : std::nullopt});
+                     .color = member ? display_color(*member) : std::nullopt});
   }
   write_surfaces(files, arguments.format, codec);
 }

@@ -248,7 +248,7 @@ def zarr(name, axes, scale, shape, samples, more):
     (folder / "0" / ".".join("0" for _ in shape)).write_bytes(samples)
 space = [{"name": n, "type": "space", "unit": "micrometer"} for n in "zyx"]
 zarr("cells.zarr", [{"name": "t", "type": "time", "unit": "second"}, {"name": "c", "type": "channel"}] + space,
-     [0.5, 1, 1, 1, 1], [2, 2, 3, 4, 5], bytes(range(240)), {"omero": {"channels": [{"label": "DNA"}, {"label": "actin"}]}})
+     [0.5, 1, 1, 1, 1], [2, 2, 3, 4, 5], bytes(range(240)), {"omero": {"channels": [{"label": "DNA", "color": "0000FF"}, {"label": "actin"}]}})
 zarr("nuclei.zarr", space, [1, 1, 1], [3, 4, 5], bytes(i % 3 for i in range(60)),
      {"image-label": {"version": "0.4", "colors": [{"label-value": 1, "rgba": [255, 0, 16, 255]}],
                       "properties": [{"label-value": 2, "class": "nucleus"}]}})
@@ -291,6 +291,7 @@ says one_time/run_2.pressure.mtd '"run_2", field pressure'
 
 ends 0 "4 members, 0 failed" "$server" prepare in/cells.zarr --all-times --field all -o cells
 says cells/cells.actin.t0001.mtd '"cells", field actin, time 0.5 s'
+says cells/cells.DNA.t0000.mtd '"cells", field DNA, time 0 s, #0000ff'
 ends 0 "2 members, 0 failed" "$server" prepare in/nuclei.zarr --label all -o nuclei
 says nuclei/nuclei.label1.mtd 'label 1 (#ff0010)'
 says nuclei/nuclei.label2.mtd 'label 2 (nucleus)'

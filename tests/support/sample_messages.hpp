@@ -146,6 +146,7 @@ inline std::optional<SeriesMember> series_member(Random& random) {
                       .field = text(up_to(kMaxMemberTextBytes, random), random),
                       .time_unit = text(up_to(64, random), random)};
   if (random() % 2 == 0) member.time = number(random);
+  if (random() % 2 == 0) member.color = static_cast<std::uint32_t>(up_to(0xFFFFFF, random));
   if (random() % 2 == 0) {
     member.label = {.value = static_cast<double>(int_in(-1000, 1000, random)),
                     .name = text(up_to(kMaxMemberTextBytes, random), random)};

@@ -9,6 +9,7 @@
 Layers are in world coordinates of the dataset, in napari's order of axes: z, y, x.
 """
 
+import re
 from urllib.parse import parse_qs, urldefrag
 
 import numpy as np
@@ -30,19 +31,61 @@ def layers(address):
     url, settings = urldefrag(address)
     chosen = {name: values[-1] for name, values in parse_qs(settings).items()}
     server = connect(url)  # Stays open: the image requests its chunks later.
-    infos = {info.name: info for info in server.datasets()}
-    if "dataset" in chosen and chosen["dataset"] not in infos:
-        raise ValueError(f"There is no dataset {chosen['dataset']} at {url}; the datasets are {', '.join(infos)}.")
-    info = infos[chosen["dataset"]] if "dataset" in chosen else next(iter(infos.values()))
-    isovalue = float(chosen["isovalue"]) if "isovalue" in chosen else info.suggested_isovalues[0]
-    mesh = server.isosurface(info.name, isovalue, error=float(chosen.get("error", 0.25)))
-    name = f"{info.name} at {isovalue:g}"
-    found = [surface_layer(mesh, name)]
+    error = float(chosen.get("error", 0.25))
+    infos = chosen_datasets(server.datasets(), chosen, url)
+    surfaces = []
+    for info in infos:
+        is_label = info.member is not None and info.member.label is not None
+        isovalue = float(chosen["isovalue"]) if "isovalue" in chosen and not is_label else info.suggested_isovalues[0]
+        mesh = server.isosurface(info.name, isovalue, error=error)
+        surfaces.append(surface_layer(mesh, label_name(info) if is_label else f"{info.name} at {isovalue:g}"))
     try:
         import dask.array
     except ImportError:
-        return found
-    return [image_layer(dask.array.from_array(server.array(info.name), chunks=(128, 128, 128), lock=True), info), *found]
+        return surfaces
+    if infos[0].member is not None and infos[0].member.label is not None:
+        return surfaces
+    samples = dask.array.from_array(server.array(infos[0].name), chunks=(128, 128, 128), lock=True)
+    return [image_layer(samples, infos[0]), *surfaces]
+
+
+def chosen_datasets(infos, chosen, url):
+    """The datasets that an address shows: that of its name or the first of the series of that name, or the named labels."""
+    name = chosen.get("dataset", infos[0].name if infos else "")
+    named = [info for info in infos if info.name == name] or [info for info in infos if info.member and info.member.series == name]
+    if not named:
+        known = list(dict.fromkeys(info.member.series if info.member else info.name for info in infos))
+        some = ", ".join(known[:10]) + (", ..." if len(known) > 10 else "")
+        raise ValueError(f"There is no dataset '{name}' at {url}; there are {some}.")
+    if "labels" not in chosen:
+        return named[:1]
+    labels = {
+        info.member.label.value: info
+        for info in infos
+        if named[0].member and info.member and info.member.label and info.member.series == named[0].member.series
+    }
+    found = [labels[value] for value in labels_of_ranges(chosen["labels"], sorted(labels))]
+    if not found:
+        raise ValueError(f"'{name}' has no labels {chosen['labels']}.")
+    return found
+
+
+def labels_of_ranges(text, values):
+    """Those of the values that "1-322,-17" (1 to 322 without 17), "-17" (all but 17) or "none" means, as in the viewer's addresses."""
+    shown = set(values) if text.startswith("-") else set()
+    for word in text.split(","):
+        found = re.fullmatch(r"(-?)(\d+)(?:-(\d+))?", word)
+        if not found:
+            continue
+        first, last = int(found[2]), int(found[3] or found[2])
+        inside = {value for value in values if first <= value <= last}
+        shown = shown - inside if found[1] else shown | inside
+    return sorted(shown)
+
+
+def label_name(info):
+    label = info.member.label
+    return label.name or f"label {label.value:g}"
 
 
 def surface_layer(mesh, name):

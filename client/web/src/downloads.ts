@@ -6,15 +6,16 @@ import { labelTable, type MeasuredLabel } from "./panel/label_table";
 import type { DatasetInfo } from "./protocol/messages";
 import { boundOf } from "./shown_surface";
 import type { Settings } from "./state/settings";
-import { fileName, seriesName } from "./state/file_names";
+import { fileName, type NamedSurface, seriesName } from "./state/file_names";
 import { renamedLabel, timeOf, timeText } from "./state/series";
 import { toAddress } from "./state/url_state";
-import { latticeToWorld, type Vec3 } from "./stream/dataset";
+import { applied, latticeToWorld, type Vec3 } from "./stream/dataset";
 import type { PictureOptions, Viewer } from "./viewer";
+import type { ShownTiles } from "./surface_set";
 import type { MeshFormat } from "./workers/worker_messages";
 
 export class Downloads {
-  private isRecording = false;
+  private recording: AbortController | null = null;
 
   constructor(private readonly viewer: Viewer) {}
 
@@ -74,21 +75,30 @@ export class Downloads {
     throw new Error(`the surface at ${timeText(time, info?.member?.timeUnit ?? "")} was not received.`);
   }
 
+  // Stops filming; returns false if nothing is being filmed.
+  cancel(): boolean {
+    this.recording?.abort();
+    return this.recording !== null;
+  }
+
   private async animate(animation: Animation, form: "video" | "pictures", goBack = () => {}): Promise<void> {
-    if (this.isRecording) return;
-    this.isRecording = true;
-    const showProgress = (share: number) => this.viewer.notices.announce(`Filming: ${Math.round(100 * share)} %`);
+    if (this.cancel()) return; // Another click.
+    const { signal } = (this.recording = new AbortController());
+    const showProgress = (share: number) => {
+      signal.throwIfAborted();
+      this.viewer.notices.announce(`Filming: ${Math.round(100 * share)} %. Esc or another click cancels.`);
+    };
     try {
       const make = form === "video" ? recordVideo : recordPictures;
       const { file, ending } = await make(this.viewer.stage, animation, () => this.viewer.drawn({ isVideoFrame: true }), showProgress);
       goBack();
-      this.save(file, ending, animation.name === "time" ? seriesName : fileName);
+      this.save(file, ending, (animation.name === "time" ? seriesName : fileName)(this.shown));
       this.viewer.notices.clear();
     } catch (error) {
       goBack(); // Before the announcement, because another time clears notices.
-      this.viewer.notices.announce(`Recording failed: ${(error as Error).message}`, true);
+      this.viewer.notices.announce(signal.aborted ? "Filming was canceled." : `Recording failed: ${(error as Error).message}`, true);
     }
-    this.isRecording = false;
+    this.recording = null;
   }
 
   async download(format: MeshFormat): Promise<void> {
@@ -102,7 +112,7 @@ export class Downloads {
     const { components } = surfaces.progressOf(first.at);
     try {
       const bytes = await this.viewer.pool.file(first.drawn, format, toWorld);
-      this.save(new Blob([bytes as Uint8Array<ArrayBuffer>]), format);
+      this.save(new Blob([bytes as Uint8Array<ArrayBuffer>]), format, fileName([first].map(named)));
       const { facts } = first.shown;
       this.viewer.notices.announce(savedFileText({
         triangles: components?.triangles ?? facts.triangles,
@@ -120,9 +130,11 @@ export class Downloads {
     const { viewer } = this;
     const tiles = viewer.surfaces.shownTiles(viewer.get()).filter(({ at, shown }) => shown.info.member?.label && (!only || only.includes(at)));
     const measured = await Promise.all(tiles.map(async ({ shown, drawn }): Promise<MeasuredLabel> => {
+      const { centroid } = shown.info.member!.label!;
       const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
       const found = await viewer.pool.measure(drawn, toWorld, null).catch(() => null);
-      return { label: renamedLabel(shown.info.member!.label!, viewer.get().labelNames), found, bound: boundOf(shown) };
+      return { label: renamedLabel(shown.info.member!.label!, viewer.get().labelNames), found, bound: boundOf(shown),
+        centroid: centroid.length === 3 ? applied(shown.info.indexToWorld, centroid) : null };
     }));
     if (measured.length === 0) return viewer.notices.announce("No labels are shown.", true);
     this.save(new Blob([labelTable(measured, tiles[0].shown.info.lengthUnit)], { type: "text/csv" }), "csv");
@@ -137,13 +149,20 @@ export class Downloads {
     }
   }
 
-  private save(blob: Blob, ending: string, nameOf = fileName): void {
-    const { firstShown } = this.viewer.surfaces;
-    const name = firstShown ? nameOf(firstShown.info, firstShown.facts.isovalue) : "multitetra";
+  // The visible surfaces.
+  private get shown(): NamedSurface[] {
+    return this.viewer.surfaces.shownTiles(this.viewer.get()).map(named);
+  }
+
+  private save(blob: Blob, ending: string, name = fileName(this.shown)): void {
     const link = h("a", { href: URL.createObjectURL(blob), download: `${name}.${ending}` });
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
   }
+}
+
+function named({ shown: { info, facts } }: ShownTiles): NamedSurface {
+  return { info, isovalue: facts.isovalue };
 }
 
 // Datasets without a time match every time.

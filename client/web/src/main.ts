@@ -10,6 +10,7 @@ import { Embedding } from "./embedding";
 import { Token, serverAddress } from "./server_address";
 import { DatasetList } from "./panel/dataset_list";
 import { h } from "./shared/elements";
+import { worldBox } from "./stream/dataset";
 import { Help } from "./panel/help";
 import { installKeyboard } from "./panel/keyboard";
 import { Panel } from "./panel/panel";
@@ -58,6 +59,10 @@ const change = (update: Partial<Settings>, isDragging = false) => {
 const panel = new Panel(settings, change, {
   reset: () => viewer.reset(),
   roll: (radians) => viewer.roll(radians),
+  shownBox: () => {
+    const box = viewer.surfaces.worldBox();
+    return box.isEmpty() && viewer.info ? worldBox(viewer.info) : { low: box.min.toArray(), high: box.max.toArray() };
+  },
   saveLabels: (surfaces) => void downloads.labels(surfaces),
   zoomToLabel: (dataset) => viewer.zoomToLabel(dataset),
   screenshot: (options) => void downloads.screenshot(options),
@@ -80,7 +85,7 @@ const actions = {
   reset: () => viewer.reset(),
   lookUpright: (direction: readonly [number, number, number]) => viewer.lookFrom(viewer.stage.upright(direction)),
   escape: () => {
-    if (!bar.closeCertificate()) viewer.measuring.clear();
+    if (!downloads.cancel() && !bar.closeCertificate()) viewer.measuring.clear();
   },
   help: () => help.toggle(),
   fullScreen: () => void toggleFullScreen(),

@@ -8,15 +8,17 @@ import { surfacesOf } from "./state/surfaces";
 import { suggestedIsovalue } from "./stream/request";
 import type { PictureOptions } from "./viewer_options";
 
-// "jet, temperature, isovalue 300.5 K, 0.25 s": the content of a picture in one line.
+// "jet, temperature, isovalue 300.5 K, 0.25 s": the content of a picture in one line. Surfaces of other datasets are
+// named with their isovalues: "cells, DAPI, isovalue 1245, cells.actin 900.5".
 export function captionOf(settings: Settings, info: DatasetInfo): string {
   const { member } = info;
   const time = timeOf(info);
-  const visible = surfacesOf(settings).filter((surface) => surface.visible && !surface.dataset);
-  const values = visible.map(({ isovalue }) => isovalue ?? suggestedIsovalue(info)).join(", ");
+  const visible = surfacesOf(settings).filter((surface) => surface.visible);
+  const others = member?.label ? [] : visible.filter(({ dataset }) => dataset).map(({ dataset, isovalue }) => `${dataset} ${isovalue}`);
+  const values = visible.filter(({ dataset }) => !dataset).map(({ isovalue }) => isovalue ?? suggestedIsovalue(info)).join(", ");
   return [
     member?.series || info.name, member?.field ?? "",
-    values && !member?.label ? `isovalue ${values}${info.valueUnit ? ` ${info.valueUnit}` : ""}` : "",
+    values && !member?.label ? `isovalue ${values}${info.valueUnit ? ` ${info.valueUnit}` : ""}` : "", ...others,
     time === null || !member ? "" : timeText(time, member.timeUnit),
   ].filter((word) => word !== "").join(", ");
 }

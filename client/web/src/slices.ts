@@ -19,7 +19,7 @@ import { suggestedIsovalue } from "./stream/request";
 
 export class Slices {
   private readonly slice: ShownSlice;
-  private readonly faces: ShownSlice[] = []; // Of the crop, by their numbers; made when they are first shown.
+  private readonly faces = new Map<number, ShownSlice>(); // Of the crop, by their numbers; made when they are first shown.
 
   constructor(
     private readonly stage: Stage,
@@ -34,8 +34,8 @@ export class Slices {
     const { info, settings, rangeOfSamples } = this.current();
     const place = slicePosition(settings);
     const faces = info && settings.filled ? cropFaces(settings.crop, info) : [];
-    for (const [number, face] of this.faces.entries()) if (!faces.some((one) => one.number === number)) face.hide();
-    if (!place) this.slice.hide();
+    for (const [number, face] of this.faces) if (!faces.some((one) => one.number === number)) face.hide();
+    if (!info || !place) this.slice.hide();
     if (!info || (!place && faces.length === 0)) return;
     const scale = { map: settings.sliceColors, ...scaleOf(settings.level, settings.windowWidth, settings.samplesLog, rangeOfSamples() ?? info) };
     const filling = { ...scale, above: leastIsovalue(settings, info) };
@@ -47,14 +47,15 @@ export class Slices {
     const all = clipPlanes(settings, info);
     for (const face of faces) {
       const own = all.length - crop.length + face.number;
-      this.faces[face.number] ??= new ShownSlice(this.stage, this.sources);
-      this.faces[face.number].show(info, face, filling, all.filter((_, at) => at !== own));
+      const shown = this.faces.get(face.number) ?? new ShownSlice(this.stage, this.sources);
+      this.faces.set(face.number, shown);
+      shown.show(info, face, filling, all.filter((_, at) => at !== own));
     }
   }
 
   // Returns the nearest place where a ray hits one of them.
   hit(ray: Ray): Vec3 | null {
-    const hits = [this.slice, ...this.faces].map((slice) => slice?.plane.hit(ray)).filter((place) => !!place);
+    const hits = [this.slice, ...this.faces.values()].map(({ plane }) => plane.hit(ray)).filter((place) => place !== null);
     const distance = (place: Vec3) => ray.origin.distanceToSquared(new Vector3(...place));
     return hits.reduce<Vec3 | null>((nearest, place) => (nearest && distance(nearest) <= distance(place) ? nearest : place), null);
   }

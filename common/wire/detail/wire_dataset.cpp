@@ -59,6 +59,7 @@ void write(const SeriesMember& member, v1::SeriesMember& wire) {
   wire.set_field(member.field);
   if (member.time) wire.set_time(*member.time);
   wire.set_time_unit(member.time_unit);
+  if (member.color) wire.set_color(*member.color);
   if (!member.label) return;
   wire.mutable_label()->set_value(member.label->value);
   wire.mutable_label()->set_name(member.label->name);
@@ -105,6 +106,7 @@ SeriesMember read(const v1::SeriesMember& wire, FieldChecks& checks) {
   SeriesMember member{
       .series = wire.series(), .field = wire.field(), .time_unit = wire.time_unit()};
   if (wire.has_time()) member.time = wire.time();
+  if (wire.has_color()) member.color = wire.color();
   if (wire.has_label()) {
     member.label = {.value = wire.label().value(), .name = wire.label().name()};
     if (wire.label().has_color()) member.label->color = wire.label().color();

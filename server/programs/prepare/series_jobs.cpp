@@ -243,7 +243,8 @@ void add_jobs(const SeriesSource& series, const PrepareArguments& arguments, Lat
                         .member = SeriesMember{.series = series.name,
                                                .field = field.name,
                                                .time = moment.time,
-                                               .time_unit = series.time_unit}};
+                                               .time_unit = series.time_unit,
+                                               .color = field.source.color}};
       if (!field.name.empty()) volume.name += "." + parts[f];
       if (moment.time) volume.name += time_part(frame);
       if (moment.index) {

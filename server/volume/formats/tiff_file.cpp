@@ -94,11 +94,12 @@ std::vector<SourceField> fields_of_channels(const TiffDescription& description) 
   for (std::int64_t channel = 0; description.channels > 1 && channel < description.channels;
        ++channel) {
     const auto index = static_cast<std::size_t>(channel);
-    std::string name = index < description.channel_names.size()
-                           ? member_name_from(description.channel_names[index])
-                           : std::string();
+    const TiffChannel described = index < description.described_channels.size()
+                                      ? description.described_channels[index]
+                                      : TiffChannel();
+    std::string name = member_name_from(described.name);
     if (name.empty()) name = "channel" + std::to_string(channel);
-    fields.push_back({.name = std::move(name), .channel = channel});
+    fields.push_back({.name = std::move(name), .channel = channel, .color = described.color});
   }
   return fields;
 }

@@ -67,7 +67,7 @@ std::string contents_text(const VolumeContents& contents) {
   for (const SourceField& field : contents.fields) {
     fields.push_back({field.name, field.array,
                       field.channel ? ContentsJson(*field.channel) : ContentsJson(),
-                      field.components});
+                      field.components, field.color ? ContentsJson(*field.color) : ContentsJson()});
   }
   ContentsJson labels = ContentsJson::array();
   for (const auto& [label, stored, layer] : contents.labels) {
@@ -101,6 +101,7 @@ VolumeContents contents_from(std::string_view text) {
         {.name = field.at(0).get<std::string>(), .array = field.at(1).get<std::string>()});
     if (!field.at(2).is_null()) contents.fields.back().channel = field.at(2).get<std::int64_t>();
     contents.fields.back().components = field.at(3).get<std::int64_t>();
+    if (!field.at(4).is_null()) contents.fields.back().color = field.at(4).get<std::uint32_t>();
   }
   for (const ContentsJson& label : json.at("labels")) {
     contents.labels.push_back(

@@ -29,6 +29,7 @@ struct SourceField {
   std::string array = {};  // Value for VolumeChoice::array; empty if not selected by array.
   std::optional<std::int64_t> channel = std::nullopt;  // Value for VolumeChoice::channel.
   std::int64_t components = 1;                         // Numbers per sample.
+  std::optional<std::uint32_t> color = std::nullopt;   // 0xRRGGBB; absent if the source has none.
 
   friend bool operator==(const SourceField&, const SourceField&) = default;
 };

@@ -13,6 +13,7 @@ import threading
 import time
 import unittest
 import warnings
+from types import SimpleNamespace
 
 try:
     import numpy as np
@@ -23,7 +24,7 @@ except ImportError as missing:
 import multitetra
 from multitetra.addresses import page_address, stream_address
 from multitetra.connection import Connection
-from multitetra.napari_reader import image_layer, napari_get_reader
+from multitetra.napari_reader import chosen_datasets, image_layer, napari_get_reader
 
 PROGRAMS = pathlib.Path(sys.argv.pop(1))
 
@@ -273,6 +274,22 @@ class Package(unittest.TestCase):
         np.testing.assert_allclose((options["affine"] @ [5, 4, 3, 1])[:3][::-1], (info.affine @ [3, 4, 5, 1])[:3])
         with self.assertRaisesRegex(ValueError, "gyroid"):
             reader(page + "/#dataset=nothing")
+
+    def test_napari_opens_the_labels_of_an_address(self):
+        def label(value, name=""):
+            return SimpleNamespace(name=f"seg.label{value}", member=SimpleNamespace(series="seg", label=SimpleNamespace(value=value, name=name)))
+
+        infos = [SimpleNamespace(name="head", member=None), *(label(value) for value in (2, 5, 9))]
+        found = lambda **chosen: [info.name for info in chosen_datasets(infos, chosen, "http://x")]
+        self.assertEqual(found(dataset="seg.label2", labels="5"), ["seg.label5"])
+        self.assertEqual(found(dataset="seg", labels="1-9,-5"), ["seg.label2", "seg.label9"])
+        self.assertEqual(found(dataset="seg", labels="-9"), ["seg.label2", "seg.label5"])
+        self.assertEqual(found(dataset="seg"), ["seg.label2"])
+        self.assertEqual(found(), ["head"])
+        with self.assertRaisesRegex(ValueError, "no labels 7"):
+            found(dataset="seg", labels="7")
+        with self.assertRaisesRegex(ValueError, "there are head, seg"):
+            found(dataset="teeth")
 
     def test_colors_by_own_field_equal_the_isovalue(self):
         with multitetra.connect(self.urls[0]) as server:

@@ -249,6 +249,9 @@ async function crops(page) {
   await page.waitForFunction((before) => Number(/crop=([-\d.]+)/.exec(location.hash)?.[1]) > before + 2, first[0], { timeout: patience });
   await page.locator('[aria-label="Crop"] button', { hasText: "Off" }).click();
   await page.waitForFunction(() => !/crop=/.test(location.hash));
+  await open(page, "#dataset=head&error=2&crop=-9,10,-9,40,50,90"); // Three faces are outside the data.
+  await complete(page);
+  await page.waitForSelector(".legends > :not([hidden])");
 }
 
 // The plane faces the camera first; the middle handle moves it, the one next to it rotates it.

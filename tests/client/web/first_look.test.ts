@@ -57,16 +57,16 @@ describe("Histogram", () => {
 
 describe("LabelTable", () => {
   test("ListsVolumesWithBounds", () => {
-    const label = (value: number, name: string) => create(LabelSchema, { value, name });
+    const label = (value: number, name: string, samples = 0n) => create(LabelSchema, { value, name, samples });
     const found = { triangles: 12, area: 600.123, volume: 1000.4, isCapped: false };
     const rows = labelTable([
-      { label: label(1, "liver"), found, bound: 0.01 },
-      { label: label(2, 'a "b", c'), found: { ...found, volume: null }, bound: 0.01 },
-      { label: label(3, ""), found: null, bound: null },
-    ], "mm").split("\r\n");
+      { label: label(1, "liver", 1024n), found, bound: 0.01, centroid: [1, -2.5, 3] },
+      { label: label(2, 'a "b", c'), found: { ...found, volume: null }, bound: 0.01, centroid: null },
+      { label: label(3, ""), found: null, bound: null, centroid: null },
+    ], "\u00b5m").split("\r\n");
     expect(rows).toEqual([
-      "label,name,volume_mm3,volume_bound_mm3,area_about_mm2,triangles",
-      "1,liver,1000.4,6,600.123,12", '2,"a ""b"", c",,,600.123,12', "3,,,,,", "",
+      "label,name,samples,volume_um3,volume_bound_um3,area_about_um2,centroid_x_um,centroid_y_um,centroid_z_um,triangles",
+      "1,liver,1024,1000.4,6,600.123,1,-2.5,3,12", '2,"a ""b"", c",,,,600.123,,,,12', "3,,,,,,,,,", "",
     ]);
   });
 });
@@ -75,6 +75,8 @@ describe("ExportedPictures", () => {
   test("HaveACaption", () => {
     const info = { name: "jet.p.t1", valueUnit: "K", suggestedIsovalues: [4], member: { series: "jet", field: "temperature", time: 0.25, timeUnit: "s" } } as unknown as DatasetInfo;
     expect(captionOf({ ...defaults, isovalue: 300.5 }, info)).toBe("jet, temperature, isovalue 300.5 K, 0.25 s");
+    const surfaces = [{ dataset: "jet.q", isovalue: 2, error: null, color: "#ffffff", opacity: 1, visible: true }];
+    expect(captionOf({ ...defaults, isovalue: 300.5, surfaces }, info)).toBe("jet, temperature, isovalue 300.5 K, jet.q 2, 0.25 s");
     expect(captionOf({ ...defaults, visible: false }, info)).toBe("jet, temperature, 0.25 s");
     expect(captionOf({ ...defaults, isovalue: 7 }, { ...info, name: "head", valueUnit: "", member: undefined })).toBe("head, isovalue 7");
   });

@@ -9,6 +9,7 @@ interface Said {
   field?: string;
   time?: number;
   timeUnit?: string;
+  color?: number;
   label?: { value: number; name: string; color?: number };
 }
 

@@ -1,7 +1,7 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { sceneOf, sceneRefusal } from "../../../client/web/src/scene_at";
 import {
-  atTime, entriesOf, seriesOf, labelIsovalue, findByName, memberOfField, rangeOf, settingsOfEntry, timesOf, timeText, withLabelChanges,
+  atTime, channelColor, entriesOf, initialSelection, seriesOf, labelIsovalue, findByName, memberOfField, rangeOf, settingsOfEntry, timesOf, timeText, withLabelChanges,
 } from "../../../client/web/src/state/series";
 import { labelColor } from "../../../client/web/src/state/label_colors";
 import { defaults } from "../../../client/web/src/state/settings";
@@ -20,6 +20,14 @@ describe("Series", () => {
     ]);
     expect(seriesOf(list, flow[0])).toMatchObject({ times: [0, 0.25, 0.5], timeUnit: "s", fields: ["speed", "heat"], labels: [] });
     expect(names(seriesOf(list, labels[0])!.labels)).toEqual(["seg.label1", "seg.label4", "seg.label9"]);
+  });
+
+  test("ChannelsHaveTheColorsOfTheirSource", () => {
+    const image = [0x00ff00, 0, undefined].map((color, at) => member(`cells.c${at}`, "cells", { field: `c${at}`, color }));
+    expect(image.map(channelColor)).toEqual([{ color: "#00ff00" }, {}, {}]); // Black would be invisible.
+    expect(initialSelection(image, defaults)!.changes).toEqual({ color: "#00ff00" });
+    expect(initialSelection(image, { ...defaults, color: "#123456" })!.changes).toBeNull();
+    expect(settingsOfEntry(entriesOf(image)[0])).toMatchObject({ dataset: "cells.c0", color: "#00ff00" });
   });
 
   test("OfFieldsAndLabelsLeadFromOneToTheOther", () => {
@@ -76,7 +84,7 @@ describe("Series", () => {
 
   test("ShowTimesWithTheirUnit", () => {
     expect(timeText(0.1 + 0.2, "s")).toBe("0.3 s");
-    expect(timeText(12, "")).toBe("frame 12");
+    expect(timeText(12, "")).toBe("time 12");
   });
 });
 

@@ -208,7 +208,7 @@ async function savesTable(page) {
   await settled(page);
   const rows = await tableOf(page);
   assert.deepEqual(rows.map(([label]) => label), ["2", "5", "9"]);
-  for (const [, , volume, bound] of rows) {
+  for (const [, , , volume, bound] of rows) {
     const ball = (4 / 3) * Math.PI * 5.2 ** 3;
     assert(Math.abs(Number(volume) - ball) < Number(bound) + 0.1 * ball, `${volume} ± ${bound} of ${ball}`);
   }
@@ -350,6 +350,11 @@ async function savesVideo(page) {
   }, [bytes, ending === "mp4" ? "video/mp4" : "video/webm"]);
   await other.close();
   assert(isSeen && Math.abs(duration - 2) < 0.01, `4 times at 2 a second take ${duration} s`);
+  await page.click('button:has-text("Turn: video")');
+  await notice(page, /Filming: \d+ %/);
+  await page.focus(".stage canvas");
+  await page.keyboard.press("Escape");
+  await notice(page, /Filming was canceled/);
 }
 
 // The samples of one time are damaged on disk: no frame shows another time in its place.

@@ -1,6 +1,6 @@
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import {
-  maxSurfaces, settingsOf, surfacesOf, withAddedSurface, withoutSurface, withSurface,
+  maxSurfaces, settingsOf, surfacesOf, withAddedSurface, withMaterial, withoutSurface, withSurface,
 } from "../../../client/web/src/state/surfaces";
 import { reusedMembers, stepsToRequest } from "../../../client/web/src/surface_set";
 
@@ -9,6 +9,13 @@ const two: Settings = { ...defaults, isovalue: 3, error: 2, surfaces: [further] 
 const isovalues = (settings: Settings) => surfacesOf(settings).map(({ isovalue }) => isovalue);
 
 describe("Surfaces", () => {
+  test("MaterialsBringTheirColors", () => {
+    expect(withMaterial({ color: "#d9775f" }, "bone")).toEqual({ material: "bone", color: "#f0e6d2" });
+    expect(withMaterial({ color: "#f0e6d2" }, "skin")).toEqual({ material: "skin", color: "#e8b89a" });
+    expect(withMaterial({ color: "#123456" }, "bone")).toEqual({ material: "bone" }); // The user's.
+    expect(withMaterial({ color: "#d9775f" }, "glossy")).toEqual({ material: "glossy" });
+  });
+
   test("BeginWithTheSettingsOwn", () => {
     expect(isovalues(two)).toEqual([3, 7]);
     expect(withSurface(two, 0, { isovalue: 4, opacity: 0.1 })).toEqual({ isovalue: 4, opacity: 0.1 });

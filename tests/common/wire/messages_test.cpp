@@ -566,6 +566,7 @@ TEST(DatasetList, RejectsValuesOutOfRange) {
   refuse_member([](SeriesMember& m) { m.time = kInfinity; }, "DatasetInfo.member.time");
   refuse_member([](SeriesMember& m) { m.time_unit.assign(65, 's'); },
                 "DatasetInfo.member.time_unit");
+  refuse_member([](SeriesMember& m) { m.color = 0x1000000; }, "DatasetInfo.member.color");
   const auto refuse_extent = [&](const LabelExtent& extent, const char* field) {
     refuse(
         [&](DatasetInfo& d) {

@@ -48,7 +48,8 @@ TEST(DatasetMetadata, RoundTripsSeriesMembersAndNamesDamagedOnes) {
   DatasetMetadata metadata = small_prepared().metadata;
   for (const SeriesMember& member :
        {SeriesMember{.series = "heart"},
-        SeriesMember{.series = "heart", .field = "p", .time = 0.1, .time_unit = "s"},
+        SeriesMember{
+            .series = "heart", .field = "p", .time = 0.1, .time_unit = "s", .color = 0x00ff7f},
         SeriesMember{.series = "heart",
         .label = Label{.value = 3, .name = "liver", .color = 0x00dd65}}}) {
     metadata.info.member = member;

@@ -1,7 +1,6 @@
 // Cutting the surfaces open with a plane, and cropping them to a box. Display only: exports contain whole surfaces.
-import type { DatasetInfo } from "../protocol/messages";
 import type { Crop } from "../state/settings";
-import { type Vec3, worldBox } from "../stream/dataset";
+import type { Vec3 } from "../stream/dataset";
 import { h } from "../shared/elements";
 import { choice } from "./inputs";
 import type { Change, PanelSection } from "./panel_section";
@@ -11,10 +10,10 @@ export interface CutPart extends PanelSection {
   showPermission: (permitsSamples: boolean) => void;
 }
 
-export function cutPart(change: Change): CutPart {
+// `shown`: the box of the visible surfaces.
+export function cutPart(change: Change, shown: () => Crop): CutPart {
   // These need no new surface, so dragging them costs the server nothing.
   const controls = new SettingControls((changes) => change(changes));
-  let info: DatasetInfo | null = null;
   let permitsSamples = true;
   const clip = controls.choice("clip", {
     label: "Cut", tip: "A plane that cuts the surface open. Drag its handles in the picture to move and turn it.",
@@ -34,15 +33,14 @@ export function cutPart(change: Change): CutPart {
   const crop = choice<"off" | "box">({
     label: "Crop", tip: "Hides everything outside of a box. Drag its handles in the picture. Exports contain whole surfaces.",
     choices: [["off", "Off"], ["box", "Box"]],
-    onChange: (kind) => change({ crop: kind === "box" && info ? initialCrop(info) : null }),
+    onChange: (kind) => change({ crop: kind === "box" ? initialCrop(shown()) : null }),
   });
   const filled = controls.toggle("filled", {
     label: "Fill", tip: "Shows the samples inside the surfaces where they are cut or cropped, including hidden components.",
   });
   return {
     elements: [clip, clipAt, facing, flip, crop.element, filled],
-    show: (settings, shown) => {
-      info = shown;
+    show: (settings) => {
       controls.show(settings);
       crop.show(settings.crop ? "box" : "off");
       clipAt.hidden = facing.hidden = flip.hidden = settings.clip === "off";
@@ -52,9 +50,8 @@ export function cutPart(change: Change): CutPart {
   };
 }
 
-// Returns the initial crop: the middle of the data, with two thirds of its sides.
-function initialCrop(info: DatasetInfo): Crop {
-  const { low, high } = worldBox(info);
+// Returns the middle of a box, with two thirds of its sides.
+function initialCrop({ low, high }: Crop): Crop {
   const at = (share: number) => low.map((from, axis) => from + share * (high[axis] - from)) as Vec3;
   return { low: at(1 / 6), high: at(5 / 6) };
 }

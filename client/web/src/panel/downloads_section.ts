@@ -43,7 +43,7 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     picture.width = Math.min(maxPictureWidth, Math.max(16, Math.round(pixels)));
     width.show(picture.width);
   }, () => (picture.width = undefined));
-  width.element.setAttribute("placeholder", "auto");
+  width.element.setAttribute("placeholder", "any");
   const widthRow = h("label", { class: "control toggle", "data-tip": "Width of saved pictures in pixels, within the limits of the graphics card." },
     h("span", {}, "Width in pixels"), width.element);
   const transparent = toggle({

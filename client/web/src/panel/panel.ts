@@ -2,7 +2,7 @@
 import type { DatasetInfo } from "../protocol/messages";
 import type { Progress, StepFacts, SurfaceSize } from "../state/progress";
 import { seriesOf, settingsOfEntry, timesOf } from "../state/series";
-import { defaults, type Settings } from "../state/settings";
+import { type Crop, defaults, type Settings } from "../state/settings";
 import type { Store } from "../state/store";
 import { type AccuracyPart, accuracyPart } from "./accuracy_section";
 import { bookmarksPart, type BookmarksEvents } from "./bookmarks_section";
@@ -25,6 +25,7 @@ import { type DownloadsPart, downloadsPart, type DownloadsEvents } from "./downl
 export interface PanelEvents extends DownloadsEvents, BookmarksEvents, LabelsEvents {
   reset: () => void;
   roll: (radians: number) => void;
+  shownBox: () => Crop;
 }
 
 export class Panel {
@@ -77,7 +78,7 @@ export class Panel {
     const region = regionPart(change);
     const field = (this.field = fieldPart(change));
     const slice = (this.slice = slicePart(change));
-    const cut = (this.cut = cutPart(change));
+    const cut = (this.cut = cutPart(change, events.shownBox));
     const look = lookPart(change, events.roll);
     this.downloads = downloadsPart(events);
     this.histogram = isovalue.histogram;
@@ -138,7 +139,9 @@ export class Panel {
   }
 
   private drawExpected(): void {
-    this.expected.textContent = expectedText(this.size, this.shown) || "\u00a0"; // Keeps the line's height.
+    const { length } = this.settings.get().surfaces;
+    const text = this.info?.member?.label && length > 0 ? "" : expectedText(this.size, this.shown);
+    this.expected.textContent = (text && length > 0 ? `Surface 1: ${text}` : text) || "\u00a0"; // Keeps the line's height.
   }
 
   private show(): void {
@@ -147,5 +150,6 @@ export class Panel {
     for (const element of this.ofValues) element.hidden = isLabel;
     for (const element of this.ofLabels) element.hidden = !isLabel;
     for (const part of this.parts) part.show(this.settings.get(), this.info);
+    this.drawExpected();
   }
 }

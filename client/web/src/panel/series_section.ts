@@ -1,6 +1,6 @@
 // Selects the field of a series, or its labels.
 import type { DatasetInfo } from "../protocol/messages";
-import { type Series, memberOfField, seriesOf, settingsOfEntry } from "../state/series";
+import { type Series, channelColor, memberOfField, seriesOf, settingsOfEntry } from "../state/series";
 import { h } from "../shared/elements";
 import type { Change, PanelSection } from "./panel_section";
 
@@ -20,7 +20,7 @@ export function seriesPart(change: Change): SeriesPart {
     if (!series) return;
     if (choice.value === labelsOption) return change(settingsOfEntry({ name: series.name, info: info!, series }));
     const other = memberOfField(series, info!, choice.value);
-    if (other) change({ dataset: other.name, isovalue: null });
+    if (other) change({ dataset: other.name, isovalue: null, ...channelColor(other) });
   });
   return {
     elements: [choice],

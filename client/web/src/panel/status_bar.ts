@@ -158,7 +158,7 @@ export class StatusBar {
     const coming = expected && (shown?.shell && triangles > expected.triangles ? "triangles, not simplified"
       : `${triangles < expected.triangles ? "of" : "soon"} ${inTriangleRange(expected.triangles, expected.budget)}`);
     const isFull = drawn.length === 1 && isFullResolution(drawn[0].shown);
-    this.triangles.show(shown && grouped(triangles), isPreview ? coming ?? label : isFull ? "triangles, full resolution" : label);
+    this.triangles.show(shown && grouped(triangles), isPreview ? coming ?? label : isFull ? "triangles, not simplified" : label);
   }
 
   private showCertificate(drawn: DrawnSurface[]): void {

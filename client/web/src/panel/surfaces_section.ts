@@ -2,10 +2,10 @@
 import type { DatasetInfo } from "../protocol/messages";
 import { hiddenPartsOf } from "../state/hidden_parts";
 import type { Progress } from "../state/progress";
-import { findByName, isSameSeries, labelOf } from "../state/series";
+import { channelColor, findByName, isSameSeries, labelOf } from "../state/series";
 import { materials, type Settings } from "../state/settings";
 import {
-  maxSurfaces, type SurfaceSettings, surfacesOf, withAddedSurface, withoutSurface, withSurface,
+  maxSurfaces, type SurfaceSettings, surfacesOf, withAddedSurface, withMaterial, withoutSurface, withSurface,
 } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
 import { accuracyOf } from "./certificate";
@@ -42,7 +42,7 @@ export function surfacesPart(change: Change): SurfacesPart {
     const changeRow = (changes: Partial<SurfaceSettings>, isDragging?: boolean) => change(withSurface(settings, at, changes), isDragging);
     const row = surfaceRow(at, changeRow, (name) => {
       const other = name ? findByName(datasets, name) : info;
-      if (other) changeRow({ dataset: name, isovalue: suggestedIsovalue(other) });
+      if (other) changeRow({ dataset: name, isovalue: suggestedIsovalue(other), ...channelColor(other) });
     }, () => {
       change(withoutSurface(settings, at));
       add.focus(); // The focused button was removed.
@@ -129,7 +129,7 @@ function surfaceRow(
   cross.addEventListener("click", remove);
   const material = h("select", { "aria-label": `Material of ${name}`, class: "material", "data-tip": "How it reflects light." },
     ...materials.map((word) => h("option", { value: word }, word[0].toUpperCase() + word.slice(1))));
-  material.addEventListener("change", () => change({ material: materials.find((word) => word === material.value) }));
+  material.addEventListener("change", () => change(withMaterial({ color: color.value }, materials.find((word) => word === material.value)!)));
   const filter = componentFilter(name, {
     hide: (minComponent) => change({ minComponent }), showHidden: () => change({ hiddenParts: [] }),
     keepLargest: (isOn) => change({ minComponent: isOn ? "largest" : 0 }),

@@ -15,7 +15,8 @@ import { roundLength, ticks } from "./ticks";
 const axisColors = [0xd9534f, 0x5cb85c, 0x4f8fd9];
 const apart = 46; // The least distance between two numbers, in CSS pixels.
 const outwards = 16; // From an edge to its numbers.
-const over = ".tools button, .legend, .orientation .end, .scale-bar, .stage-hint, .times, .picked, .notice";
+const inPictures = ".legend, .orientation .end, .scale-bar";
+const over = `${inPictures}, .tools button, .stage-hint, .times, .picked, .notice`;
 
 // An edge of the box that may have numbers.
 interface Edge {
@@ -75,9 +76,10 @@ export class SceneDecorations {
     return this.scaleBar.hidden || !(pixels > 0) ? null : { pixels, text: this.scaleBar.textContent ?? "" };
   }
 
-  // The visible numbers.
+  // The numbers for exported pictures, which have no tools.
   get visibleNumbers(): readonly AxisNumber[] {
-    return this.numbers.hidden ? [] : this.written;
+    const isFree = this.freePlaces(inPictures);
+    return this.numbers.hidden ? [] : this.written.filter(({ text, x, y }) => isFree(x, y, halfWidthOf(text), 7));
   }
 
   private drawScale(): void {
@@ -93,7 +95,7 @@ export class SceneDecorations {
   private drawNumbers(): void {
     if (this.numbers.hidden) return;
     this.written = [];
-    const isFree = this.freePlaces();
+    const isFree = this.freePlaces(over);
     const centre = this.stage.project(this.middle);
     for (const edges of centre ? this.edges : []) {
       const seen = edges.map(({ from, to }) => [this.stage.project(from), this.stage.project(to)] as const);
@@ -117,7 +119,7 @@ export class SceneDecorations {
   }
 
   // Returns whether numbers are legible at a place: not under another element over the scene, and not cut off.
-  private freePlaces(): IsFree {
+  private freePlaces(over: string): IsFree {
     const frame = this.numbers.getBoundingClientRect();
     const covers = [...(this.numbers.parentElement?.querySelectorAll(over) ?? [])].map((one) => one.getBoundingClientRect());
     return (x, y, halfWidth, halfHeight) => {
@@ -132,13 +134,17 @@ export class SceneDecorations {
     if (this.written.some((other) => Math.abs(other.y - y) < 14 && Math.abs(other.x - x) < 4 * (text.length + other.text.length))) return;
     const at = this.written.push({ text, x, y }) - 1;
     const label = (this.labels[at] ??= this.numbers.appendChild(h("span")));
-    label.hidden = !isFree(x, y, 4 * text.length, 7);
+    label.hidden = !isFree(x, y, halfWidthOf(text), 7);
     if (label.textContent !== text) label.textContent = text;
     label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
   }
 }
 
 type IsFree = (x: number, y: number, halfWidth: number, halfHeight: number) => boolean;
+
+function halfWidthOf(text: string): number {
+  return 4 * text.length;
+}
 
 interface Place {
   x: number;

@@ -2,17 +2,24 @@
 import type { DatasetInfo } from "../protocol/messages";
 import { timeOf } from "./series";
 
-// "jet_temperature_0.25_500.5": the series or dataset, its field, label and time, and the isovalue of values.
-export function fileName(info: DatasetInfo, isovalue: number): string {
+export interface NamedSurface {
+  info: DatasetInfo;
+  isovalue: number;
+}
+
+// "jet_temperature_0.25_500.5": the series or dataset of the first surface, its field and time, and its isovalue, or
+// its label if it is the only one.
+export function fileName(surfaces: readonly NamedSurface[]): string {
+  if (surfaces.length === 0) return "multitetra";
+  const [{ info, isovalue }] = surfaces;
   const { member, name } = info;
-  const time = timeOf(info);
-  const words = member?.series ? [member.series, member.field, member.label?.name || member.label?.value, time] : [name];
-  return fileWord([...words, member?.label ? null : isovalue]);
+  if (!member?.label) return fileWord([...(member?.series ? [member.series, member.field, timeOf(info)] : [name]), isovalue]);
+  return fileWord([member.series, timeOf(info), surfaces.length === 1 ? member.label.name || member.label.value : "labels"]);
 }
 
 // The same of all times.
-export function seriesName({ member, name }: DatasetInfo, isovalue: number): string {
-  return fileWord([member?.series || name, member?.field, isovalue]);
+export function seriesName([first]: readonly NamedSurface[]): string {
+  return first ? fileWord([first.info.member?.series || first.info.name, first.info.member?.field, first.isovalue]) : "multitetra";
 }
 
 function fileWord(words: readonly unknown[]): string {

@@ -11,7 +11,7 @@ export interface Series {
   name: string;
   members: readonly DatasetInfo[]; // In listed order; at least two.
   times: readonly number[]; // Distinct and ascending; empty: no times.
-  timeUnit: string; // Empty: times are frame numbers.
+  timeUnit: string; // Empty: unknown, or frames are counted.
   fields: readonly string[]; // Distinct, in listed order; those of labels only if there are no others.
   labels: readonly DatasetInfo[]; // One member per label, by value.
 }
@@ -107,10 +107,10 @@ export function isSameSeries(a: DatasetInfo, b: DatasetInfo): boolean {
   return a.name === b.name || (!!a.member && a.member.series === b.member?.series);
 }
 
-// "0.25 s"; "frame 3" without a unit.
+// "0.25 s"; "time 3" without a unit.
 export function timeText(time: number, unit: string): string {
   const number = String(Number(time.toPrecision(6)));
-  return unit ? `${number} ${unit}` : `frame ${number}`;
+  return unit ? `${number} ${unit}` : `time ${number}`;
 }
 
 // Returns null for datasets that are not a label.
@@ -146,9 +146,14 @@ export function settingsOfEntry({ info, series }: Entry, named: string | null = 
   const labels = series?.labels ?? [];
   const isShown = ({ name }: DatasetInfo, at: number) => (named ? name === named : at < maxInitialLabels);
   const [first, ...others] = labels.map((one, at) => surfaceOfLabel(one, isShown(one, at)));
-  if (!first) return { dataset: info.name, isovalue: null, surfaces: [] };
+  if (!first) return { dataset: info.name, isovalue: null, surfaces: [], ...channelColor(info) };
   const { dataset, color, opacity, visible } = first;
   return { dataset, isovalue: labelIsovalue, color, opacity, visible, surfaces: others };
+}
+
+// Returns the color in which the source shows a channel, if any; black would be invisible.
+export function channelColor({ member }: DatasetInfo): { color?: string } {
+  return member?.color && !member.label ? { color: labelColor(0, member.color) } : {};
 }
 
 // The settings when the user chooses an entry: also its default view.
@@ -167,7 +172,10 @@ export function initialSelection(list: readonly DatasetInfo[], settings: Setting
   if (!found) return null;
   const isOfLabels = (surfaces.length === 0 || labels !== "") && found.member?.label;
   const series = isOfLabels ? seriesOf(list, found) : null;
-  if (!series || series.labels.length < 2) return { info: atTime(list, found, t), changes: labels ? { labels: "" } : null };
+  if (!series || series.labels.length < 2) {
+    const changes = { ...(labels ? { labels: "" } : {}), ...(settings.color === defaults.color ? channelColor(found) : {}) };
+    return { info: atTime(list, found, t), changes: Object.keys(changes).length > 0 ? changes : null };
+  }
   if (labels) {
     const changes = withLabels(series, settings);
     return { info: atTime(list, findByName(list, changes.dataset!) ?? found, t), changes };

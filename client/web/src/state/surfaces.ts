@@ -1,6 +1,6 @@
 // The surfaces of a view as a list. The first one uses the settings' own isovalue and error, which keeps addresses of
 // pages with one surface short; the others have their own.
-import { defaults, type AdditionalSurface, type Settings } from "./settings";
+import { defaults, type AdditionalSurface, type Material, type Settings } from "./settings";
 
 export interface SurfaceSettings extends Omit<AdditionalSurface, "isovalue"> {
   isovalue: number | null; // Null, only for the first: the dataset's suggestion.
@@ -16,6 +16,15 @@ const outerOpacity = 0.35;
 
 // Distinguishable for color-blind users; the first two are bone and skin.
 export const surfaceColors = ["#e0cdb4", "#d9775f", "#7fb3d5", "#e6c65c", "#8fc9a3", "#b7a3d9", "#d99bc4", "#9aa5b3"];
+
+// Returns a material, with its color unless the user has chosen another one than those of new surfaces.
+export function withMaterial({ color }: Pick<SurfaceSettings, "color">, material: Material): Partial<SurfaceSettings> {
+  const isUsual = surfaceColors.includes(color) || Object.values(materialColors).includes(color);
+  const own = materialColors[material];
+  return isUsual && own ? { material, color: own } : { material };
+}
+
+const materialColors: Partial<Record<Material, string>> = { skin: "#e8b89a", bone: "#f0e6d2" };
 
 export function surfacesOf(settings: Settings): SurfaceSettings[] {
   const { isovalue, error, color, opacity, visible, minComponent, hiddenParts, material } = settings;

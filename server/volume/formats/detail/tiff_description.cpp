@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
 #include "server/volume/formats/detail/numbered_files.hpp"
 #include "server/volume/formats/stored_volume.hpp"
@@ -105,8 +106,8 @@ class OmeParser {
     if (const auto done = order_pages(description, std::string_view(order).substr(2)); !done) {
       return tl::unexpected(done.error());
     }
-    if (static_cast<std::int64_t>(channel_names_.size()) == description.channels) {
-      description.channel_names = channel_names_;
+    if (static_cast<std::int64_t>(channels_.size()) == description.channels) {
+      description.described_channels = channels_;
     }
     if (const auto done = place_blocks(description); !done) return tl::unexpected(done.error());
     if (const auto done = set_spacing(description); !done) return tl::unexpected(done.error());
@@ -131,12 +132,20 @@ class OmeParser {
     XML_StopParser(parser_.get(), XML_FALSE);
   }
 
+  // Returns the attribute Color: a signed number whose bytes are red, green, blue and alpha.
+  static std::optional<std::uint32_t> ome_color(const Values& values) {
+    const auto rgba = parse_number<std::int32_t>(text_of_value(values, "Color"));
+    return rgba ? std::optional(static_cast<std::uint32_t>(*rgba) >> 8) : std::nullopt;
+  }
+
   void start(std::string_view name, Values values) {
     name.remove_prefix(std::min(name.find(':') + 1, name.size()));  // "OME:Pixels"
     if (name == "Image") ++images_;
     if (images_ > 1) return;  // Images after the first are labels and overviews.
     if (name == "Pixels") pixels_ = std::move(values);
-    if (name == "Channel") channel_names_.push_back(text_of_value(values, "Name"));
+    if (name == "Channel") {
+      channels_.push_back({.name = text_of_value(values, "Name"), .color = ome_color(values)});
+    }
     if (name == "TiffData") blocks_.push_back(std::move(values));
     if (name == "UUID" && values.contains("FileName")) {
       if (file_name_.empty()) file_name_ = values["FileName"];
@@ -202,7 +211,7 @@ class OmeParser {
   std::string failure_;
   int images_ = 0;
   Values pixels_;
-  std::vector<std::string> channel_names_;
+  std::vector<TiffChannel> channels_;
   std::vector<Values> blocks_;
   std::string file_name_;
 };

@@ -16,14 +16,20 @@
 
 namespace multitetra {
 
+// As a microscope names and shows it.
+struct TiffChannel {
+  std::string name = {};                              // May be empty.
+  std::optional<std::uint32_t> color = std::nullopt;  // 0xRRGGBB.
+};
+
 struct TiffDescription {
   std::int64_t slices = 1;
   std::int64_t channels = 1;
   SourceTimes times = {};
   std::array<std::optional<double>, 3> spacing = {};  // Along x, y, z, if given.
   std::string length_unit = {};
-  bool resolution_is_spacing = false;           // The resolution counts pixels per unit.
-  std::vector<std::string> channel_names = {};  // Empty, or one per channel; names may be empty.
+  bool resolution_is_spacing = false;                // The resolution counts pixels per unit.
+  std::vector<TiffChannel> described_channels = {};  // Empty, or one per channel.
   // Slice z, channel c and time t are page pages[(t * channels + c) * slices + z].
   std::vector<std::size_t> pages = {};
 };

@@ -18,6 +18,12 @@ std::optional<double> label_value_of(const Json& entry) {
   return value.is_number_integer() ? std::optional(value.get<double>()) : std::nullopt;
 }
 
+// Parses "00FF00", also with '#' in front.
+std::optional<std::uint32_t> omero_color(std::string text) {
+  if (!text.starts_with('#')) text.insert(0, "#");
+  return color_from(text);
+}
+
 }  // namespace
 
 std::vector<SourceField> zarr_channels(const nlohmann::json& attributes, std::int64_t count) {
@@ -31,7 +37,11 @@ std::vector<SourceField> zarr_channels(const nlohmann::json& attributes, std::in
     const Json label = channel.is_object() ? channel.value("label", Json()) : Json();
     std::string name = label.is_string() ? member_name_from(label.get<std::string>()) : "";
     if (name.empty()) name = "channel" + std::to_string(i);
-    fields.push_back({.name = std::move(name), .channel = i});
+    const Json color = channel.is_object() ? channel.value("color", Json()) : Json();
+    fields.push_back(
+        {.name = std::move(name),
+         .channel = i,
+         .color = color.is_string() ? omero_color(color.get<std::string>()) : std::nullopt});
   }
   return fields;
 }

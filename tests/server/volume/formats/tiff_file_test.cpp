@@ -289,8 +289,9 @@ TEST_F(TiffFile, AppliesPageOrderAndUnitsOfOme) {
       "ID=\"Image:0\"><Pixels DimensionOrder=\"XYZCT\" Type=\"uint8\" SizeX=\"37\" SizeY=\"21\" "
       "SizeZ=\"3\" SizeC=\"2\" SizeT=\"2\" PhysicalSizeX=\"0.2\" PhysicalSizeY=\"0.3\" "
       "PhysicalSizeZ=\"1.5\" PhysicalSizeXUnit=\"nm\" PhysicalSizeYUnit=\"nm\" "
-      "PhysicalSizeZUnit=\"nm\" TimeIncrement=\"2\"><Channel Name=\"DAPI\"/><Channel "
-      "Name=\"GFP\"/><TiffData/></Pixels></Image></OME>";
+      "PhysicalSizeZUnit=\"nm\" TimeIncrement=\"2\"><Channel Name=\"DAPI\" "
+      "Color=\"65535\"/><Channel "
+      "Name=\"GFP\" Color=\"-16776961\"/><TiffData/></Pixels></Image></OME>";
   const fs::path file = written<std::uint8_t>(12, SAMPLEFORMAT_UINT, {.description = description});
   expect_pages(file, SampleType::kU8, {3, 4, 5}, {.time = 0, .channel = 1});
   expect_pages(file, SampleType::kU8, {6, 7, 8}, {.time = 1, .channel = 0});
@@ -300,6 +301,8 @@ TEST_F(TiffFile, AppliesPageOrderAndUnitsOfOme) {
   const VolumeContents contents = open_volume(file, {.choice = {.first = true}})->contents();
   EXPECT_EQ(contents.fields[0].name, "DAPI");
   EXPECT_EQ(contents.fields[1].name, "GFP");
+  EXPECT_EQ(contents.fields[0].color, 0x0000ffU);
+  EXPECT_EQ(contents.fields[1].color, 0xff0000U);
   EXPECT_EQ(contents.times.at, (std::vector<double>{0, 2}));
 }
 

@@ -1,0 +1,222 @@
+#include "client/python/connection.hpp"
+
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <type_traits>
+#include <utility>
+
+#include "client/python/definitions.hpp"
+#include "client/python/errors.hpp"
+#include "client/python/meshes.hpp"
+#include "common/base/nearest_word.hpp"
+#include "common/request/request_notices.hpp"
+#include "common/request/shared_budget.hpp"
+
+namespace py = pybind11;
+
+namespace multitetra {
+namespace {
+
+// Called during waits, without the GIL. Returns whether a signal handler has raised an exception.
+bool has_signal() {
+  const py::gil_scoped_acquire gil;
+  return PyErr_CheckSignals() != 0;
+}
+
+template <typename T>
+T word(std::optional<T> value, const char* what, const std::string& text) {
+  if (!value) raise(PyExc_ValueError, std::string(what) + " cannot be \"" + text + "\".");
+  return *value;
+}
+
+}  // namespace
+
+template <typename Operation>
+std::invoke_result_t<const Operation&> Connection::unlocked(const Operation& operation) {
+  const py::gil_scoped_release release;
+  const std::scoped_lock lock(mutex_);
+  return operation();
+}
+
+template <typename Query, typename Answer>
+typename Answer::value_type Connection::ask(const Query& query) {
+  return value_of(unlocked([&]() -> Answer {
+    if (auto free = free_client(); !free) return tl::unexpected(free.error());
+    Answer answer = query(*client_);
+    if (!answer) is_lost_ |= answer.error().source != ErrorSource::kServer;
+    return answer;
+  }));
+}
+
+Connection::Connection(const std::string& url, std::string token, std::string ca, bool insecure,
+                       double timeout)
+    : server_(argument(parse_server_url(url))) {
+  if (!(timeout > 0)) raise(PyExc_ValueError, "timeout must be greater than 0 seconds.");
+  const double limited = std::min(timeout, 1e9);
+  ClientOptions options{.timeout = std::chrono::milliseconds(std::llround(1000 * limited)),
+                        .agent = "multitetra-python/" MULTITETRA_VERSION,
+                        .token = std::move(token),
+                        .trust = {.ca_file = std::move(ca), .insecure = insecure},
+                        .interrupt = has_signal};
+  client_.emplace(value_of(unlocked([&] { return Client::connect(server_, options); })));
+}
+
+Connection::~Connection() {
+  const py::error_scope error;
+  disconnect();
+}
+
+void Connection::close() {
+  disconnect();
+  if (PyErr_Occurred() != nullptr) throw py::error_already_set();
+}
+
+std::vector<DatasetInfo> Connection::datasets() {
+  infos_ = ask([](Client& client) { return client.list_datasets(); });
+  return infos_;
+}
+
+DatasetInfo Connection::info(const std::string& name) {
+  const auto find = [this, &name] {
+    return std::find_if(infos_.begin(), infos_.end(),
+                        [&name](const DatasetInfo& info) { return info.name == name; });
+  };
+  if (find() == infos_.end()) datasets();
+  if (const auto found = find(); found != infos_.end()) return *found;
+  std::vector<std::string> known;
+  for (const DatasetInfo& info : infos_) known.push_back(info.name);
+  throw py::key_error("The server has no dataset \"" + name + "\"." + did_you_mean(name, known));
+}
+
+EstimateReply Connection::estimate(const std::string& dataset, const IsosurfaceRequest& request) {
+  return ask([&](Client& client) { return client.estimate(dataset, request); });
+}
+
+std::vector<IsosurfaceRequest> Connection::share_budget(const std::string& dataset,
+                                                        std::vector<IsosurfaceRequest> requests) {
+  argument(check_shared_budget(requests));
+  ask([&](Client& client) { return client.share_budget(dataset, requests); });
+  return requests;
+}
+
+SliceReply Connection::slice(const std::string& dataset, const SliceRequest& request) {
+  return ask([&](Client& client) { return client.slice(dataset, request); });
+}
+
+std::vector<ProbedPlace> Connection::probe(const std::string& dataset,
+                                           const ProbeRequest& request) {
+  return ask([&](Client& client) { return client.probe(dataset, request); }).places;
+}
+
+std::uint64_t Connection::open(const std::string& dataset, const IsosurfaceRequest& request,
+                               bool final_only, bool display,
+                               const std::optional<ScalarRequest>& scalars) {
+  OpenStream open{.dataset = dataset, .request = request, .scalars = scalars};
+  if (display) open.use = MeshUse::kDisplay;
+  if (final_only) open.steps = StepPolicy::kFinalOnly;
+  open_info_ = info(dataset);
+  open_request_ = request;
+  return value_of(unlocked([&]() -> ClientResult<std::uint64_t> {
+    if (auto free = free_client(); !free) return tl::unexpected(free.error());
+    const FetchOptions options{.retries = {.interrupt = has_signal}, .tiles = &tiles_};
+    fetch_.emplace(*client_, open_info_, std::move(open), options);
+    return streams_;
+  }));
+}
+
+std::optional<FetchedSurface> Connection::next(std::uint64_t stream) {
+  const auto step = value_of(unlocked([this, stream]() -> ClientResult<std::optional<FetchedStep>> {
+    if (stream != streams_) {
+      return fail(
+          ErrorSource::kServer,
+          {ErrorCode::kCancelled, "Another request on this connection has ended this stream."});
+    }
+    if (!fetch_) return std::nullopt;
+    auto next = fetch_->next();
+    if (!next) is_lost_ |= next.error().source != ErrorSource::kServer;
+    if (!next || !*next) fetch_.reset();
+    return next;
+  }));
+  if (!step) return std::nullopt;
+  const LatticeMesh& mesh = step->step->mesh;
+  std::string empty_text;
+  if (mesh.triangles.empty()) empty_text = empty_surface_text(open_request_, open_info_);
+  return FetchedSurface{
+      step->step, std::move(empty_text),
+      mesh_of(mesh, grid_to_world(open_info_), mesh_distance_bound(step->step->begin, open_info_),
+              is_full_resolution(step->step->begin))};
+}
+
+void Connection::leave(std::uint64_t stream) {
+  unlocked([this, stream] {
+    if (stream == streams_) stop_stream();
+  });
+  if (PyErr_Occurred() != nullptr) throw py::error_already_set();
+}
+
+void Connection::disconnect() {
+  unlocked([this] {
+    fetch_.reset();
+    client_.reset();
+  });
+}
+
+void Connection::stop_stream() {
+  if (!fetch_) return;
+  is_lost_ |= !fetch_->cancel().has_value();
+  fetch_.reset();
+}
+
+ClientResult<void> Connection::free_client() {
+  if (!client_) {
+    return fail(ErrorSource::kNetwork, {ErrorCode::kUnavailable, "The connection is closed."});
+  }
+  ++streams_;
+  stop_stream();
+  if (!is_lost_) return {};
+  auto connected = client_->reconnect();
+  is_lost_ = !connected.has_value();
+  return connected;
+}
+
+void define_connection(py::module_& module) {
+  py::class_<Connection>(module, "Connection")
+      .def(py::init<const std::string&, std::string, std::string, bool, double>())
+      .def("close", &Connection::close)
+      .def("datasets", &Connection::datasets)
+      .def("info", &Connection::info)
+      .def("estimate", &Connection::estimate)
+      .def("share_budget", &Connection::share_budget)
+      .def("slice",
+           [](Connection& connection, const std::string& dataset, const std::string& coordinates,
+              const Vec3& origin, const Vec3& right, const Vec3& down, std::uint32_t width,
+              std::uint32_t height, const std::string& interpolation, const std::string& detail) {
+             return connection.slice(
+                 dataset, {.coordinates = word(coordinate_system_from(coordinates), "coordinates",
+                                               coordinates),
+                           .origin = origin,
+                           .right = right,
+                           .down = down,
+                           .width = width,
+                           .height = height,
+                           .interpolation = word(interpolation_from(interpolation), "interpolation",
+                                                 interpolation),
+                           .detail = word(slice_detail_from(detail), "detail", detail)});
+           })
+      .def("probe",
+           [](Connection& connection, const std::string& dataset, std::vector<Vec3> places,
+              const std::string& coordinates) {
+             return connection.probe(
+                 dataset, {.coordinates = word(coordinate_system_from(coordinates), "coordinates",
+                                               coordinates),
+                           .places = std::move(places)});
+           })
+      .def("open", &Connection::open)
+      .def("next", &Connection::next)
+      .def("leave", &Connection::leave);
+}
+
+}  // namespace multitetra

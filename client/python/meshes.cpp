@@ -1,0 +1,87 @@
+#include "client/python/meshes.hpp"
+
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "client/python/arrays.hpp"
+#include "client/python/errors.hpp"
+#include "common/wire/mesh_files.hpp"
+
+namespace py = pybind11;
+
+namespace multitetra {
+namespace {
+
+// The path's suffix determines the format.
+void save_mesh(const std::string& path, const Rows<float>& vertices,
+               const Rows<std::uint32_t>& faces, const std::optional<Rows<float>>& normals,
+               const std::optional<py::array_t<float, py::array::forcecast>>& scalars) {
+  const auto format = mesh_format_from(std::filesystem::path(path).extension().string());
+  if (!format) {
+    raise(PyExc_ValueError, "\"" + path +
+                                "\" is not the name of a mesh file; mesh files are *.ply, *.stl, "
+                                "*.obj, *.glb, *.drc and *.vtp.");
+  }
+  PositionedMesh mesh{.positions = rows_from(vertices, "Vertices"),
+                      .triangles = rows_from(faces, "Faces")};
+  for (const TriangleIndices& face : mesh.triangles) {
+    for (const std::uint32_t corner : face) {
+      if (corner >= mesh.positions.size()) {
+        raise(PyExc_ValueError, "A face refers to vertex " + std::to_string(corner) +
+                                    ", but the number of vertices is " +
+                                    std::to_string(mesh.positions.size()) + ".");
+      }
+    }
+  }
+  if (normals) mesh.normals = rows_from(*normals, "Normals");
+  if (scalars) mesh.scalars.assign(scalars->data(), scalars->data() + scalars->size());
+  const std::size_t count = mesh.positions.size();
+  if ((normals && mesh.normals.size() != count) || (scalars && mesh.scalars.size() != count)) {
+    raise(PyExc_ValueError, "There must be one normal and one scalar for each vertex.");
+  }
+  try {
+    write_file(path, mesh_file(mesh, *format));
+  } catch (const std::system_error& problem) {
+    raise(PyExc_OSError, problem.what());
+  }
+}
+
+}  // namespace
+
+py::object mesh_of(const LatticeMesh& mesh, const Affine& grid_to_world,
+                   std::optional<double> error_bound, bool is_full_resolution) {
+  std::vector<Vec3> vertices;
+  vertices.reserve(mesh.vertices.size());
+  const double step = std::ldexp(1.0, -mesh.resolution);
+  for (const LatticePoint& v : mesh.vertices) {
+    vertices.push_back(grid_to_world({v.x * step, v.y * step, v.z * step}));
+  }
+  std::vector<TriangleIndices> faces = mesh.triangles;
+  if (grid_to_world.determinant() < 0) {
+    for (TriangleIndices& face : faces) std::swap(face[1], face[2]);
+  }
+  py::object normals = py::none();
+  if (!mesh.normals.empty()) normals = rows_of<float>(mesh.normals);
+  py::object scalars = py::none();
+  if (!mesh.scalars.empty()) {
+    scalars =
+        py::array_t<float>(static_cast<py::ssize_t>(mesh.scalars.size()), mesh.scalars.data());
+  }
+  return py::module_::import("multitetra.mesh")
+      .attr("Mesh")(rows_of<double>(vertices), rows_of<std::uint32_t>(faces), normals, scalars,
+                    error_bound, is_full_resolution);
+}
+
+void define_meshes(py::module_& module) { module.def("save_mesh", &save_mesh); }
+
+}  // namespace multitetra
