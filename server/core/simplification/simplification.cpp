@@ -196,6 +196,7 @@ class SimplifiedPiece::Run {
 
   bool try_collapse(std::uint32_t u) {
     if (!carried_.fits(turned_, turned_positions_)) return false;
+    if (inverts_component(mesh_, vertices_, turned_)) return false;
     if (embedding_ && !embedding_->allows(turned_)) return false;
     carried_.commit(turned_);
     if (embedding_) embedding_->commit(turned_);

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <span>
 #include <vector>
 
@@ -85,6 +87,58 @@ namespace multitetra {
     }
   }
   return true;
+}
+
+// Returns whether the collapse would turn a small closed component inside out: its volume would
+// change its sign. Larger components are not searched, whose volume a single collapse cannot
+// cancel.
+[[nodiscard]] inline bool inverts_component(const CollapsingMesh& mesh,
+                                            std::span<const LatticePoint> vertices,
+                                            std::span<const std::uint32_t> ring) {
+  constexpr std::size_t kMaxTriangles = 16;
+  constexpr std::size_t kMaxRing = 5;  // The mean of closed components of so few triangles is less.
+  if (ring.size() > kMaxRing) return false;
+  std::array<std::uint32_t, kMaxTriangles> found;
+  std::size_t count = 0;
+  for (const std::uint32_t corner : ring) found[count++] = CollapsingMesh::triangle_of(corner);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t across = mesh.opposite(CollapsingMesh::corner_of(found[i], k));
+      if (across == CollapsingMesh::kNone) return false;
+      const std::uint32_t triangle = CollapsingMesh::triangle_of(across);
+      if (std::find(found.begin(), found.begin() + count, triangle) != found.begin() + count) {
+        continue;
+      }
+      if (count == kMaxTriangles) return false;
+      found[count++] = triangle;
+    }
+  }
+  // Six times the volumes, exact. As seen from w_0, the triangles of w_0 have none; afterwards, nor
+  // have those of u.
+  const std::uint32_t u = mesh.vertex(ring[0]);
+  const LatticePoint& goal = vertices[mesh.vertex(CollapsingMesh::next(ring[0]))];
+  std::int64_t before = 0;
+  std::int64_t after = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    std::array<std::array<std::int64_t, 3>, 3> p;
+    bool has_u = false;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t vertex = mesh.vertex(CollapsingMesh::corner_of(found[i], k));
+      const LatticePoint& at = vertices[vertex];
+      p[k] = {at.x - goal.x, at.y - goal.y, at.z - goal.z};
+      for (const std::int64_t difference : p[k]) {
+        constexpr std::int64_t kFar = 1 << 18;  // Sums of 16 determinants stay below 2^63.
+        if (std::abs(difference) > kFar) return false;
+      }
+      has_u = has_u || vertex == u;
+    }
+    const std::int64_t volume = p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) +
+                                p[0][1] * (p[1][2] * p[2][0] - p[1][0] * p[2][2]) +
+                                p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
+    before += volume;
+    if (!has_u) after += volume;
+  }
+  return before != 0 && (before > 0) != (after > 0);
 }
 
 }  // namespace multitetra

@@ -140,7 +140,8 @@ class Sweeps {
     if (a_triangle_turns_over() || merges_boundaries(mesh_, ring_)) return false;
     const double limit = limit_around(positions_[u]);
     if (!(limit > 0) || !errors_.fits(u, neighbours_, places_, limit)) return false;
-    if (!mesh_.keeps_topology(ring_) || leaves_flat_component(mesh_, vertices_, ring_)) {
+    if (!mesh_.keeps_topology(ring_) || leaves_flat_component(mesh_, vertices_, ring_) ||
+        inverts_component(mesh_, vertices_, ring_)) {
       return false;
     }
     if (embedding_ && !embedding_->allows(ring_)) return false;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <random>
 #include <set>
 #include <vector>
@@ -27,26 +28,31 @@ double volume_inside(const LatticeMesh& mesh) {
   return volume;
 }
 
-// Returns the number of closed components and of those without volume.
-std::array<int, 2> closed_and_flat_components(const LatticeMesh& mesh) {
-  const MeshComponents components = components_of(mesh);
+// Returns six times the volumes of the components, exactly; NaN for open ones.
+std::vector<double> volumes_of_closed(const LatticeMesh& mesh, const MeshComponents& components) {
   std::vector<double> volumes(components.diagonals.size());
   std::set<LatticePoint> border;
   for (const Edge& edge : border_edges(mesh)) border.insert(edge.begin(), edge.end());
-  std::vector<bool> is_open(volumes.size());
   const auto triangles = placed(mesh, {1, 1, 1});
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const std::uint32_t component = components.of_vertex[mesh.triangles[i][0]];
     volumes[component] += dot(triangles[i][0], cross(triangles[i][1], triangles[i][2]));  // Exact.
     for (const std::uint32_t v : mesh.triangles[i]) {
-      if (border.contains(mesh.vertices[v])) is_open[component] = true;
+      if (border.contains(mesh.vertices[v])) {
+        volumes[component] = std::numeric_limits<double>::quiet_NaN();
+      }
     }
   }
+  return volumes;
+}
+
+// Returns the number of closed components and of those without volume.
+std::array<int, 2> closed_and_flat_components(const LatticeMesh& mesh) {
   std::array<int, 2> counts = {0, 0};
-  for (std::size_t c = 0; c < volumes.size(); ++c) {
-    if (is_open[c]) continue;
+  for (const double volume : volumes_of_closed(mesh, components_of(mesh))) {
+    if (std::isnan(volume)) continue;
     ++counts[0];
-    if (volumes[c] == 0) ++counts[1];
+    if (volume == 0) ++counts[1];
   }
   return counts;
 }
@@ -179,6 +185,29 @@ TEST_P(SimplificationGuarantees, LeavesNoClosedComponentWithoutVolume) {
         simplified(surface_.mesh, {.lattice_step = step_, .max_distance = max_distance});
     const auto [closed, flat] = closed_and_flat_components(small.mesh);
     EXPECT_EQ(flat, 0) << "of " << closed << " at " << max_distance;
+  }
+}
+
+// Vertices of simplified surfaces are some of the surface's, which name the component.
+TEST_P(SimplificationGuarantees, TurnsNoClosedComponentInsideOut) {
+  const MeshComponents whole = components_of(surface_.mesh);
+  const std::vector<double> volumes = volumes_of_closed(surface_.mesh, whole);
+  std::map<LatticePoint, std::uint32_t> component_at;
+  for (std::size_t v = 0; v < surface_.mesh.vertices.size(); ++v) {
+    component_at[surface_.mesh.vertices[v]] = whole.of_vertex[v];
+  }
+  for (const double max_distance : kDistances) {
+    const Simplified small =
+        simplified(surface_.mesh, {.lattice_step = step_, .max_distance = max_distance});
+    const MeshComponents parts = components_of(small.mesh);
+    const std::vector<double> now = volumes_of_closed(small.mesh, parts);
+    int inverted = 0;
+    for (std::size_t v = 0; v < small.mesh.vertices.size(); ++v) {
+      const double after = now[parts.of_vertex[v]];
+      const double before = volumes[component_at.at(small.mesh.vertices[v])];
+      if (after * before < 0) ++inverted;
+    }
+    EXPECT_EQ(inverted, 0) << "vertices of inverted components at " << max_distance;
   }
 }
 
