@@ -1,6 +1,6 @@
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import {
-  maxSurfaces, settingsOf, surfacesOf, withAddedSurface, withMaterial, withoutSurface, withSurface,
+  maxSurfaces, settingsOf, surfacesOf, withAddedSurface, withMaterial, withOtherDataset, withoutSurface, withSurface,
 } from "../../../client/web/src/state/surfaces";
 import { reusedMembers, stepsToRequest } from "../../../client/web/src/surface_set";
 
@@ -9,6 +9,13 @@ const two: Settings = { ...defaults, isovalue: 3, error: 2, surfaces: [further] 
 const isovalues = (settings: Settings) => surfacesOf(settings).map(({ isovalue }) => isovalue);
 
 describe("Surfaces", () => {
+  test("OfOtherDatasetsAreTranslucent", () => {
+    const added = { ...two, opacity: 0.35 }; // As after adding an inner surface.
+    const own = { dataset: "cells.actin", isovalue: 9, color: "#00ff00" };
+    expect(withOtherDataset(added, 1, own)).toEqual({ surfaces: [{ ...further, ...own, opacity: 0.35 }], opacity: 1 });
+    expect(withOtherDataset({ ...two, opacity: 0.8 }, 1, own)).not.toHaveProperty("opacity"); // The user's.
+  });
+
   test("MaterialsBringTheirColors", () => {
     expect(withMaterial({ color: "#d9775f" }, "bone")).toEqual({ material: "bone", color: "#f0e6d2" });
     expect(withMaterial({ color: "#f0e6d2" }, "skin")).toEqual({ material: "skin", color: "#e8b89a" });

@@ -5,7 +5,7 @@ import type { Progress } from "../state/progress";
 import { channelColor, findByName, isSameSeries, labelOf } from "../state/series";
 import { materials, type Settings } from "../state/settings";
 import {
-  maxSurfaces, type SurfaceSettings, surfacesOf, withAddedSurface, withMaterial, withoutSurface, withSurface,
+  maxSurfaces, type SurfaceSettings, surfacesOf, withAddedSurface, withMaterial, withOtherDataset, withoutSurface, withSurface,
 } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
 import { accuracyOf } from "./certificate";
@@ -42,7 +42,7 @@ export function surfacesPart(change: Change): SurfacesPart {
     const changeRow = (changes: Partial<SurfaceSettings>, isDragging?: boolean) => change(withSurface(settings, at, changes), isDragging);
     const row = surfaceRow(at, changeRow, (name) => {
       const other = name ? findByName(datasets, name) : info;
-      if (other) changeRow({ dataset: name, isovalue: suggestedIsovalue(other), ...channelColor(other) });
+      if (other) change(withOtherDataset(settings, at, { dataset: name, isovalue: suggestedIsovalue(other), ...channelColor(other) }));
     }, () => {
       change(withoutSurface(settings, at));
       add.focus(); // The focused button was removed.

@@ -75,6 +75,15 @@ export function withAddedSurface(settings: Settings, isovalue: number, suggested
   return isOuter || settings.opacity < 1 ? { surfaces } : { surfaces, opacity: outerOpacity };
 }
 
+// Shows another dataset by a further surface. Neither encloses the other: the first one becomes opaque if adding a surface
+// made it translucent, and the other one translucent.
+export function withOtherDataset(
+  settings: Settings, at: number, own: Pick<AdditionalSurface, "isovalue"> & { dataset: string; color?: string },
+): Partial<Settings> {
+  const change = withSurface(settings, at, { ...own, opacity: outerOpacity });
+  return settings.opacity === outerOpacity ? { ...change, opacity: 1 } : change;
+}
+
 // Removing the first surface promotes the second; the last one cannot be removed.
 export function withoutSurface(settings: Settings, at: number): Partial<Settings> {
   const surfaces = settings.surfaces.filter((_, i) => i !== at - 1);
