@@ -48,7 +48,9 @@ export class Downloads {
   }
 
   async turntable(form: "video" | "pictures"): Promise<void> {
-    await this.animate(turntable(this.viewer.stage, form), form);
+    const { stage } = this.viewer;
+    const { eye, target } = stage.view();
+    await this.animate(turntable(stage, form), form, () => stage.setView(eye as Vec3, target as Vec3)); // Also if canceled.
   }
 
   // Records every time of a series, then restores the current one.
