@@ -266,6 +266,8 @@ async function overlays(page) {
   assert.equal(await page.locator('select[aria-label="Data of surface 2"] option:checked').textContent(), "heat", "at all times");
   await page.selectOption('select[aria-label="Data of surface 2"]', { label: "The same data" });
   await page.waitForFunction(() => /surfaces=/.test(location.hash) && !location.hash.includes("heat"));
+  const isovalue = await page.evaluate(() => parseFloat(/surfaces=([^,]*)/.exec(location.hash)[1]));
+  assert.notEqual(isovalue, 0.5, "not that of the first surface");
 }
 
 async function playsTimes(page) {
@@ -350,11 +352,13 @@ async function savesVideo(page) {
   }, [bytes, ending === "mp4" ? "video/mp4" : "video/webm"]);
   await other.close();
   assert(isSeen && Math.abs(duration - 2) < 0.01, `4 times at 2 a second take ${duration} s`);
+  const eye = await page.evaluate(() => /eye=[^&]*/.exec(location.hash)[0]);
   await page.click('button:has-text("Turn: video")');
   await notice(page, /Filming: \d+ %/);
   await page.focus(".stage canvas");
   await page.keyboard.press("Escape");
   await notice(page, /Filming was canceled/);
+  await page.waitForFunction((before) => location.hash.includes(before), eye); // The camera is back.
 }
 
 // The samples of one time are damaged on disk: no frame shows another time in its place.

@@ -33,15 +33,15 @@ export function surfacesPart(change: Change): SurfacesPart {
     type: "button", class: "action", "data-tip": "Skin around bone, for example, or another channel.",
   }, "Add a surface");
   add.addEventListener("click", () => {
-    if (!info) return;
-    const suggested = suggestedIsovalue(info);
-    const used = surfacesOf(settings).map(({ isovalue }) => isovalue ?? suggested);
-    change(withAddedSurface(settings, nextIsovalue(used, info), suggested));
+    if (info) change(withAddedSurface(settings, unusedIsovalue(info), suggestedIsovalue(info)));
   });
+  const unusedIsovalue = (of: DatasetInfo) =>
+    nextIsovalue(surfacesOf(settings).filter(({ dataset }) => !dataset).map(({ isovalue }) => isovalue ?? suggestedIsovalue(of)), of);
   const rowAt = (at: number) => {
     const changeRow = (changes: Partial<SurfaceSettings>, isDragging?: boolean) => change(withSurface(settings, at, changes), isDragging);
     const row = surfaceRow(at, changeRow, (name) => {
-      const other = name ? findByName(datasets, name) : info;
+      if (!name && info) return changeRow({ dataset: "", isovalue: unusedIsovalue(info) });
+      const other = findByName(datasets, name);
       if (other) change(withOtherDataset(settings, at, { dataset: name, isovalue: suggestedIsovalue(other), ...channelColor(other) }));
     }, () => {
       change(withoutSurface(settings, at));
