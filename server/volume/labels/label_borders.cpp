@@ -14,14 +14,21 @@ namespace {
 // More rounds preserve more of parts one sample thick along a diagonal; more averaging gives
 // smoother surfaces. A flat border moves by a step if magnitudes change by 0.375 of the field's
 // range, so a gain of about that corrects it in one round.
-constexpr int kRounds = 8;
+constexpr int kRounds = 10;
 constexpr std::int32_t kAveragings = 4;
 constexpr double kGain = 0.35 * kFieldSteps;
+// The magnitude beside a wall.
+constexpr double kWallMagnitude = 48;
 
 // A missing volume, and the number of samples that share it.
 struct Shortfall {
   float volume = 0;
   float weight = 0;
+};
+
+struct ShortfallSum {
+  double volume = 0;
+  double weight = 0;
 };
 
 // Connects a border sample to a neighbor of the same label, or to itself.
@@ -39,117 +46,24 @@ struct BorderSlice {
   // The following are indexed by border sample.
   std::vector<std::uint32_t> indices;  // Positions in the slice, increasing.
   std::vector<std::int32_t> labels;
-  std::vector<std::uint8_t> magnitudes;
+  std::vector<BorderSample> samples;
   std::vector<std::uint32_t> links_end;
   // Indexed by number of averagings.
   std::array<std::vector<Shortfall>, kAveragings + 1> shortfalls;
   std::vector<Link> links;
 };
 
-std::size_t slice_samples(const LabelBorders::Dims& dims) {
+std::size_t slice_samples(const LabelDims& dims) {
   return static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]);
 }
 
-// ---- finding the border samples
-
-// Marks the corners of cells between two slices that have more than one label.
-void mark_mixed(const LabelBorders::Dims& dims, std::span<const std::int32_t> lower,
-                std::span<const std::int32_t> upper, std::span<std::uint8_t> lower_marks,
-                std::span<std::uint8_t> upper_marks) {
-  const auto width = static_cast<std::size_t>(dims[0]);
-  for (std::size_t row = 0; row + width < lower.size(); row += width) {
-    for (std::size_t x = row; x + 1 < row + width; ++x) {
-      const std::int32_t label = lower[x];
-      const std::int32_t difference = (lower[x + 1] ^ label) | (lower[x + width] ^ label) |
-                                      (lower[x + width + 1] ^ label) | (upper[x] ^ label) |
-                                      (upper[x + 1] ^ label) | (upper[x + width] ^ label) |
-                                      (upper[x + width + 1] ^ label);
-      if (difference == 0) continue;
-      for (const std::span<std::uint8_t> marks : {lower_marks, upper_marks}) {
-        marks[x] = marks[x + 1] = marks[x + width] = marks[x + width + 1] = 1;
-      }
-    }
-  }
-}
-
-// Finds border samples in a window of label slices.
-class BorderSearch {
- public:
-  BorderSearch(const LabelBorders::Dims& dims, const LabelBorders::ReadSlice& read)
-      : dims_(dims), read_(read) {
-    for (auto& slice : labels_) slice.resize(slice_samples(dims));
-    for (auto& slice : marks_) slice.resize(slice_samples(dims));
-  }
-
-  // Computes the initial magnitudes of the next slice. Returns how many are not 0.
-  std::uint32_t next(std::span<std::uint8_t> into) {
-    const std::int32_t z = next_++;
-    const std::int32_t ahead = std::min(z + kSmoothingReach, dims_[2] - 1);
-    for (; read_until_ <= ahead; ++read_until_) read_(read_until_, labels(read_until_));
-    if (z == 0) std::fill(marks(0).begin(), marks(0).end(), std::uint8_t{0});
-    if (z + 1 < dims_[2]) {
-      std::fill(marks(z + 1).begin(), marks(z + 1).end(), std::uint8_t{0});
-      mark_mixed(dims_, labels(z), labels(z + 1), marks(z), marks(z + 1));
-    }
-    std::uint32_t count = 0;
-    const std::span<const std::uint8_t> marked = marks(z);
-    for (std::size_t i = 0; i < into.size(); ++i) {
-      into[i] = 0;
-      if (marked[i] == 0) continue;
-      into[i] = first_magnitude(i, z);
-      ++count;
-    }
-    return count;
-  }
-
- private:
-  static constexpr std::size_t kSlices = 2 * kSmoothingReach + 1;
-
-  std::span<std::int32_t> labels(std::int32_t z) {
-    return labels_[static_cast<std::size_t>(z) % kSlices];
-  }
-  std::span<std::uint8_t> marks(std::int32_t z) {
-    return marks_[static_cast<std::size_t>(z) % marks_.size()];
-  }
-
-  // Returns the smoothed indicator of the sample's own label, minus one half.
-  std::uint8_t first_magnitude(std::size_t place, std::int32_t z) {
-    const auto x = static_cast<std::int32_t>(place % static_cast<std::size_t>(dims_[0]));
-    const auto y = static_cast<std::int32_t>(place / static_cast<std::size_t>(dims_[0]));
-    const std::int32_t label = labels(z)[place];
-    std::uint32_t sum = 0;
-    for (std::int32_t k = -kSmoothingReach; k <= kSmoothingReach; ++k) {
-      const std::span<const std::int32_t> slice =
-          labels(static_cast<std::int32_t>(clamped_step(z, k, dims_[2])));
-      for (std::int32_t j = -kSmoothingReach; j <= kSmoothingReach; ++j) {
-        const std::size_t row = clamped_step(y, j, dims_[1]) * static_cast<std::size_t>(dims_[0]);
-        for (std::int32_t i = -kSmoothingReach; i <= kSmoothingReach; ++i) {
-          if (slice[row + clamped_step(x, i, dims_[0])] != label) continue;
-          sum += smoothing_weight(i) * smoothing_weight(j) * smoothing_weight(k);
-        }
-      }
-    }
-    const int above = smoothed_steps(sum) - kFieldSteps / 2;
-    return static_cast<std::uint8_t>(std::clamp(above, LabelBorders::kMin, LabelBorders::kMax));
-  }
-
-  const LabelBorders::Dims& dims_;
-  const LabelBorders::ReadSlice& read_;
-  std::int32_t next_ = 0;
-  std::int32_t read_until_ = 0;
-  std::array<std::vector<std::int32_t>, kSlices> labels_;
-  std::array<std::vector<std::uint8_t>, 2> marks_;
-};
-
 }  // namespace
-
-// ---- correcting their magnitudes
 
 // A pass over all slices. The shortfalls of a slice are complete once the next one is loaded, and
 // each averaging needs both neighbors, so each stage runs one slice behind the previous one.
 class LabelBorders::Round {
  public:
-  Round(const LabelBorders& borders, const ReadSlice& read)
+  Round(const LabelBorders& borders, const ReadLabels& read)
       : borders_(borders),
         dims_(borders.dims_),
         read_(read),
@@ -158,15 +72,16 @@ class LabelBorders::Round {
     for (BorderSlice& slice : window_) slice.numbers.resize(slice_samples(dims_));
   }
 
-  // Calls `corrected` with every slice that has border samples, and its new magnitudes.
-  void correct(const std::function<void(std::int32_t, std::span<const std::uint8_t>)>& corrected) {
+  // Calls `corrected` with every slice that has border samples, and these with new magnitudes.
+  void correct(const std::function<void(std::int32_t, std::span<const BorderSample>)>& corrected) {
+    find_thick_shortfalls();
     for (std::int32_t z = 0; z <= dims_[2] + kAveragings; ++z) {
       load(z);
       add_cells(z - 1, [](std::int32_t, double) {});
       for (std::int32_t stage = 1; stage <= kAveragings; ++stage) average(z - 1 - stage, stage);
       BorderSlice* const done = find(z - 1 - kAveragings);
       if (done == nullptr || done->indices.empty()) continue;
-      magnitudes_of(*done);
+      correct(*done);
       corrected(done->z, stored_);
     }
   }
@@ -196,16 +111,16 @@ class LabelBorders::Round {
     slice->z = z;
     slice->indices.clear();
     slice->labels.clear();
-    slice->magnitudes.clear();
+    slice->samples.clear();
     const std::uint32_t count = borders_.border_samples_[static_cast<std::size_t>(z)];
     if (count > 0) {
-      borders_.magnitudes(z, stored_);
+      borders_.get(z, stored_);
       read_(z, stored_labels_);
       for (std::size_t i = 0; i < stored_.size(); ++i) {
-        if (stored_[i] == 0) continue;
+        if (stored_[i].magnitude == 0) continue;
         slice->indices.push_back(static_cast<std::uint32_t>(i));
         slice->labels.push_back(stored_labels_[i]);
-        slice->magnitudes.push_back(stored_[i]);
+        slice->samples.push_back(stored_[i]);
         slice->numbers[i] = static_cast<std::uint32_t>(slice->indices.size());
       }
     }
@@ -233,7 +148,7 @@ class LabelBorders::Round {
         is_mixed = number != 0;
         if (!is_mixed) break;
         cell.labels[corner] = slice.labels[number - 1];
-        cell.magnitudes[corner] = slice.magnitudes[number - 1];
+        cell.magnitudes[corner] = slice.samples[number - 1].magnitude;
         shares[corner] = &slice.shortfalls[0][number - 1];
       }
       if (!is_mixed) continue;
@@ -265,6 +180,28 @@ class LabelBorders::Round {
     }
   }
 
+  // Finds the mean shortfall of the thick samples of each label.
+  void find_thick_shortfalls() {
+    std::map<std::int32_t, ShortfallSum> sums;
+    for (std::int32_t z = 0; z <= dims_[2]; ++z) {
+      load(z);
+      add_cells(z - 1, [](std::int32_t, double) {});
+      const BorderSlice* const done = find(z - 1);
+      if (done == nullptr) continue;
+      for (std::size_t i = 0; i < done->samples.size(); ++i) {
+        if (done->samples[i].is_thick == 0) continue;
+        ShortfallSum& sum = sums[done->labels[i]];
+        sum.volume += done->shortfalls[0][i].volume;
+        sum.weight += done->shortfalls[0][i].weight;
+      }
+    }
+    thick_shortfalls_.clear();
+    for (const auto& [label, sum] : sums) {
+      thick_shortfalls_[label] = sum.weight > 0 ? sum.volume / sum.weight : 0;
+    }
+  }
+
+  // Links each thin sample to its thin neighbors.
   void link(BorderSlice& slice) {
     slice.links.clear();
     slice.links_end.clear();
@@ -272,13 +209,14 @@ class LabelBorders::Round {
     for (std::size_t i = 0; i < slice.indices.size(); ++i) {
       const auto x = static_cast<std::int32_t>(slice.indices[i]) % width;
       const auto y = static_cast<std::int32_t>(slice.indices[i]) / width;
-      for (std::int32_t above = -1; above <= 1; ++above) {
+      for (std::int32_t above = -1; above <= 1 && slice.samples[i].is_thick == 0; ++above) {
         const BorderSlice* const other = find(slice.z + above);
         if (other == nullptr || other->indices.empty()) continue;
         for (std::int32_t v = std::max(y - 1, 0); v <= std::min(y + 1, dims_[1] - 1); ++v) {
           for (std::int32_t u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u) {
             const std::uint32_t number = other->numbers[static_cast<std::size_t>(u + width * v)];
             if (number == 0 || other->labels[number - 1] != slice.labels[i]) continue;
+            if (other->samples[number - 1].is_thick != 0) continue;
             const int steps = (above != 0 ? 1 : 0) + (u != x ? 1 : 0) + (v != y ? 1 : 0);
             slice.links.push_back({number - 1, above, static_cast<float>(8 >> steps)});
           }
@@ -311,36 +249,45 @@ class LabelBorders::Round {
     }
   }
 
-  // Writes the corrected magnitudes to stored_.
-  void magnitudes_of(const BorderSlice& slice) {
-    std::fill(stored_.begin(), stored_.end(), std::uint8_t{0});
+  // Writes the corrected samples to stored_.
+  void correct(const BorderSlice& slice) {
+    std::fill(stored_.begin(), stored_.end(), BorderSample{});
     for (std::size_t i = 0; i < slice.indices.size(); ++i) {
-      const Shortfall& shortfall = slice.shortfalls[kAveragings][i];
-      const double change =
-          kGain * static_cast<double>(shortfall.volume) / static_cast<double>(shortfall.weight);
-      const double magnitude = std::floor(slice.magnitudes[i] + change + 0.5);
-      stored_[slice.indices[i]] = static_cast<std::uint8_t>(
-          std::clamp(magnitude, static_cast<double>(kMin), static_cast<double>(kMax)));
+      BorderSample sample = slice.samples[i];
+      const double magnitude = std::floor(sample.magnitude + change_of(slice, i) + 0.5);
+      sample.magnitude = static_cast<std::uint8_t>(
+          static_cast<int>(std::clamp<double>(magnitude, kMinMagnitude, kMaxMagnitude)) & 0x7F);
+      stored_[slice.indices[i]] = sample;
     }
   }
 
+  [[nodiscard]] double change_of(const BorderSlice& slice, std::size_t number) const {
+    const BorderSample& sample = slice.samples[number];
+    if (sample.is_thick != 0) {
+      return kGain * sample.magnitude / kWallMagnitude * thick_shortfalls_.at(slice.labels[number]);
+    }
+    const Shortfall& shortfall = slice.shortfalls[kAveragings][number];
+    return kGain * static_cast<double>(shortfall.volume) / static_cast<double>(shortfall.weight);
+  }
+
   const LabelBorders& borders_;
-  const Dims& dims_;
-  const ReadSlice& read_;
+  const LabelDims& dims_;
+  const ReadLabels& read_;
   std::array<BorderSlice, kWindow> window_;
-  std::vector<std::uint8_t> stored_;
+  std::vector<BorderSample> stored_;
   std::vector<std::int32_t> stored_labels_;
+  std::map<std::int32_t, double> thick_shortfalls_;
 };
 
-LabelBorders::LabelBorders(const Dims& dims, const ReadSlice& read,
+LabelBorders::LabelBorders(const LabelDims& dims, const ReadLabels& read,
                            const std::filesystem::path& scratch_folder)
     : dims_(dims), scratch_(std::make_unique<ScratchFile>(scratch_folder)) {
   const std::uint64_t bytes = slice_samples(dims);
-  const auto store = [&](std::int32_t z, std::span<const std::uint8_t> magnitudes) {
-    scratch_->write_at(static_cast<std::uint64_t>(z) * bytes, std::as_bytes(magnitudes));
+  const auto store = [&](std::int32_t z, std::span<const BorderSample> samples) {
+    scratch_->write_at(static_cast<std::uint64_t>(z) * bytes, std::as_bytes(samples));
   };
   BorderSearch search(dims_, read);
-  std::vector<std::uint8_t> first(bytes);
+  std::vector<BorderSample> first(bytes);
   for (std::int32_t z = 0; z < dims[2]; ++z) {
     border_samples_.push_back(search.next(first));
     if (border_samples_.back() > 0) store(z, first);
@@ -350,9 +297,9 @@ LabelBorders::LabelBorders(const Dims& dims, const ReadSlice& read,
   shortfalls_ = round.shortfalls();
 }
 
-void LabelBorders::magnitudes(std::int32_t z, std::span<std::uint8_t> into) const {
+void LabelBorders::get(std::int32_t z, std::span<BorderSample> into) const {
   if (border_samples_[static_cast<std::size_t>(z)] == 0) {
-    std::fill(into.begin(), into.end(), std::uint8_t{0});
+    std::fill(into.begin(), into.end(), BorderSample{});
     return;
   }
   scratch_->get(static_cast<std::uint64_t>(z) * into.size(), std::as_writable_bytes(into));

@@ -6,43 +6,35 @@
 // different labels, the border is at a / (a + b) of the edge. Two touching labels therefore have
 // the same border, even next to a third one.
 //
-// Magnitudes start as the smoothed indicator of the label minus one half. Smoothing removes thin
-// parts, so several rounds correct them: each sample of a label should contribute an eighth of a
-// cell of eight samples to the label's volume. Where the framework's tetrahedra hold less, the
-// difference is the label's shortfall in the cell. It is averaged over the label's nearby border
-// samples, whose magnitudes grow with it.
+// Magnitudes start as border_samples.hpp describes. Smoothing removes thin parts, so several rounds
+// correct them: each sample of a label should contribute an eighth of a cell of eight samples to
+// the label's volume. Where the framework's tetrahedra hold less, the difference is the label's
+// shortfall in the cell. In thin parts, it is averaged over the label's nearby border samples,
+// whose magnitudes grow with it. Where a label is thick, it is averaged over all of its thick
+// border samples instead: nearby ones differ on smooth slopes, too.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "common/base/scratch_file.hpp"
+#include "server/volume/labels/border_samples.hpp"
 
 namespace multitetra {
 
 class LabelBorders {
  public:
-  using Dims = std::array<std::int32_t, 3>;
-  // Reads the labels of slice z.
-  using ReadSlice = std::function<void(std::int32_t z, std::span<std::int32_t> into)>;
-
-  // Range of magnitudes, in 1/256 of the field's range.
-  static constexpr int kMin = 4;
-  static constexpr int kMax = 128;
-
   // Reads slices several times, each time in order. Stores magnitudes in an unnamed file in
   // `scratch_folder`. Throws what `read` throws, and std::system_error if the disk fails.
-  LabelBorders(const Dims& dims, const ReadSlice& read,
+  LabelBorders(const LabelDims& dims, const ReadLabels& read,
                const std::filesystem::path& scratch_folder);
 
-  // Returns kMin to kMax for the border samples of slice z, and 0 for all others.
-  void magnitudes(std::int32_t z, std::span<std::uint8_t> into) const;
+  // Returns the samples of slice z.
+  void get(std::int32_t z, std::span<BorderSample> into) const;
   // Returns, for each label with a border, its number of samples minus the volume inside its
   // surface, in sample volumes.
   [[nodiscard]] const std::map<std::int32_t, double>& shortfalls() const { return shortfalls_; }
@@ -50,7 +42,7 @@ class LabelBorders {
  private:
   class Round;
 
-  Dims dims_;
+  LabelDims dims_;
   std::unique_ptr<ScratchFile> scratch_;
   // Number of border samples of each slice.
   std::vector<std::uint32_t> border_samples_;

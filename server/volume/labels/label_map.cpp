@@ -13,6 +13,7 @@
 #include <variant>
 
 #include "common/base/scratch_file.hpp"
+#include "server/volume/labels/border_samples.hpp"
 #include "server/volume/labels/label_borders.hpp"
 #include "server/volume/labels/label_smoothing.hpp"
 #include "server/volume/labels/thin_parts.hpp"
@@ -220,7 +221,7 @@ class LabelMap::Field : public VolumeSource {
         box_(box),
         stored_(map_->empty_slice()),
         labels_(header_.samples_per_slice()),
-        magnitudes_(header_.samples_per_slice()) {
+        borders_(header_.samples_per_slice()) {
     header_.type = SampleType::kF32;
     header_.meaning.value_unit.clear();
   }
@@ -249,7 +250,7 @@ class LabelMap::Field : public VolumeSource {
       from[static_cast<std::size_t>(k + kSmoothingReach)] =
           &smooth_slice(static_cast<std::int32_t>(clamped_step(z, k, header_.dims[2])));
     }
-    map_->borders->magnitudes(z, magnitudes_);
+    map_->borders->get(z, borders_);
     const SmoothSlice& here = *from[kSmoothingReach];
     const SmoothSlice& below = *from[kSmoothingReach - 1];
     const SmoothSlice& above = *from[kSmoothingReach + 1];
@@ -261,13 +262,13 @@ class LabelMap::Field : public VolumeSource {
       }
       const bool is_inside = here.inside[i] != 0;
       const bool is_beside = (below.near[i] | here.near[i] | above.near[i]) != 0;
-      const int magnitude = magnitudes_[i];
+      const int magnitude = borders_[i].magnitude;
       int steps = smoothed_steps(sum);
       if (magnitude != 0 && is_beside) {
         steps = is_inside ? kHalf + magnitude : kHalf - magnitude;
       } else {
-        steps = is_inside ? std::max(steps, kHalf + LabelBorders::kMin)
-                          : std::min(steps, kHalf - LabelBorders::kMin);
+        steps = is_inside ? std::max(steps, kHalf + kMinMagnitude)
+                          : std::min(steps, kHalf - kMinMagnitude);
       }
       into[i] = static_cast<float>(steps) / static_cast<float>(kFieldSteps);
     };
@@ -300,7 +301,7 @@ class LabelMap::Field : public VolumeSource {
   std::optional<SampleBox> box_;
   Samples stored_;
   std::vector<std::int32_t> labels_;
-  std::vector<std::uint8_t> magnitudes_;
+  std::vector<BorderSample> borders_;
   std::array<SmoothSlice, kSlices> kept_;
 };
 

@@ -144,7 +144,7 @@ TEST(LabelMap, SmoothsOnlyNearTheLabel) {
       labels_of<std::uint8_t>({12, 5, 6}, [](int x, int, int) { return x < 6 ? 5 : 0; }), folder);
   const std::vector<float> field = field_of(map, 5);
   const std::vector<float> expected = {
-      1, 1, 1, 1, 240.0F / 256, 176.0F / 256, 80.0F / 256, 16.0F / 256, 0, 0, 0, 0};
+      1, 1, 1, 1, 240.0F / 256, 255.0F / 256, 1.0F / 256, 16.0F / 256, 0, 0, 0, 0};
   for (std::size_t i = 0; i < field.size(); ++i) ASSERT_EQ(field[i], expected[i % 12]) << i;
 }
 
@@ -221,6 +221,37 @@ TEST(LabelMap, SmoothsWithinAVoxelAndReducesStaircases) {
   ASSERT_GT(count, 1000);
   EXPECT_LT(std::sqrt(sum / static_cast<double>(count)), 0.15);  // The unsmoothed indicator has
                                                                  // 0.21.
+}
+
+TEST(LabelMap, RisesEvenlyBetweenTheEdgesOfTerraces) {
+  // A slope of one slice in `width` samples, along each axis: the distance of its vertices from the
+  // plane through the edges of its steps, in slices. Steps reach 0.5.
+  const TemporaryFolder folder;
+  for (const int width : {2, 5, 8, 12}) {
+    for (const std::size_t across : {0U, 1U, 2U}) {
+      const std::size_t along = (across + 1) % 3;
+      Dims dims = {9, 9, 9};
+      dims[along] = 10 * width;
+      const auto volume = labels_of<std::uint8_t>(dims, [&](int x, int y, int z) {
+        const std::array<int, 3> at = {x, y, z};
+        return at[along] < (at[across] + 1) * width ? 1 : 0;
+      });
+      const TiledSurface surface = surface_of(map_of(volume, folder), 1);
+      double farthest = 0;
+      std::size_t count = 0;
+      for (const TileMesh& tile : surface.tiles) {
+        for (const LatticePoint& v : tile.mesh.vertices) {
+          const std::array<double, 3> at = {v.x / 32.0, v.y / 32.0, v.z / 32.0};
+          if (at[across] < 2 || at[across] > 6) continue;
+          const double plane = (at[along] + 0.5) / width - 1;
+          farthest = std::max(farthest, std::abs(at[across] - plane));
+          ++count;
+        }
+      }
+      EXPECT_GT(count, 100) << width;
+      EXPECT_LT(farthest, 0.25) << width << " across axis " << across;
+    }
+  }
 }
 
 // The sorted triangles, regardless of orientation.
