@@ -30,32 +30,43 @@ struct Part {
   std::size_t dataset = 0;                // Its place among the datasets of a series.
   std::size_t request = 0;                // Its place among the isovalues.
   std::string isovalue;                   // "isovalue 500.5" if there are several; otherwise empty.
-  std::string mesh_file;                  // A GLB contains all parts.
+  std::string mesh_file;                  // Several parts may be in one GLB.
   std::filesystem::path steps_directory;  // Empty: steps are not written.
 };
 
-// Returns one part per dataset of a series and isovalue; without names for one dataset. Names of
-// files with one part include those of which there are several.
+bool has_times(std::span<const DatasetRequest> series) {
+  const auto time_of = [](const DatasetRequest& one) { return one.info.member->time; };
+  return std::any_of(series.begin(), series.end(), [&](const DatasetRequest& one) {
+    return time_of(one) != time_of(series.front());
+  });
+}
+
+// Returns one part per dataset of a series and isovalue; of one dataset without a series. Names of
+// files with one part include those of which there are several. A GLB contains all parts of a time.
 std::vector<Part> parts_of(const FetchArguments& arguments, MeshFormat format,
-                           const std::vector<std::string>& names = {}) {
+                           std::span<const DatasetRequest> series = {}) {
+  const bool is_one_scene = format == MeshFormat::kGlb && !has_times(series);
   const std::vector<double>& isovalues = arguments.order.surface.query.isovalues;
   std::vector<Part> parts;
-  for (std::size_t dataset = 0; dataset < std::max<std::size_t>(1, names.size()); ++dataset) {
+  for (std::size_t dataset = 0; dataset < std::max<std::size_t>(1, series.size()); ++dataset) {
     for (std::size_t i = 0; i < std::max<std::size_t>(1, isovalues.size()); ++i) {
       Part part{.dataset = dataset,
                 .request = i,
                 .isovalue = {},
                 .mesh_file = arguments.mesh,
                 .steps_directory = arguments.steps_directory};
-      const auto add = [&](const std::string& name, const std::string& folder) {
-        if (format != MeshFormat::kGlb) part.mesh_file = file_of_part(part.mesh_file, name);
+      const auto add = [&](const std::string& name, const std::string& folder, bool is_in_scene) {
+        if (!is_in_scene) part.mesh_file = file_of_part(part.mesh_file, name);
         if (!part.steps_directory.empty()) part.steps_directory /= folder;
       };
-      if (!names.empty()) add(names[dataset], names[dataset]);
+      if (!series.empty()) {
+        const std::string& name = series[dataset].info.name;
+        add(name, name, is_one_scene);
+      }
       if (isovalues.size() > 1) {
         const std::string number = shortest_text(isovalues[i]);
         part.isovalue = "isovalue " + number;
-        add(number, "isovalue_" + number);
+        add(number, "isovalue_" + number, format == MeshFormat::kGlb);
       }
       parts.push_back(std::move(part));
     }
@@ -265,15 +276,13 @@ int fetch(const FetchArguments& arguments) {
   require_outputs_of(arguments, parts);
   ConnectedRequests connected = ordered_datasets(arguments.order, retry_options(arguments));
   if (connected.is_series) {
-    std::vector<std::string> names;
     for (const DatasetRequest& surface : connected.datasets) {
       if (surface.requests.front().max_triangles != 0 || surface.requests.front().max_bytes != 0) {
         throw ExitError(kUsage,
                         "--max-triangles and --max-bytes are for one dataset, not a series.");
       }
-      names.push_back(surface.info.name);
     }
-    parts = parts_of(arguments, *format, names);
+    parts = parts_of(arguments, *format, connected.datasets);
     require_outputs_of(arguments, parts);
   } else {
     share_budget(connected.client, connected.datasets.front());
@@ -346,9 +355,11 @@ void add_fetch(Command& app, FetchArguments& a) {
       {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize, FieldGroup::kColors});
   add_output_options(*command, a.order.surface);
   command
-      ->add_option("-o,--output", a.mesh,
-                   "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp. Several surfaces are parts of "
-                   "one .glb, or one file each, with the dataset or isovalue in its name")
+      ->add_option(
+          "-o,--output", a.mesh,
+          "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp. Several surfaces of one time are "
+          "parts of one .glb; otherwise one file each, with the dataset or isovalue in its "
+          "name")
       ->required()
       ->type_name("FILE");
   command

@@ -1,5 +1,6 @@
 #include "common/cli/surface_files.hpp"
 
+#include <map>
 #include <vector>
 
 #include "common/wire/scene_file.hpp"
@@ -21,11 +22,15 @@ void write_surfaces(std::span<const SurfaceFile> surfaces, MeshFormat format, Me
     for (const SurfaceFile& one : surfaces) write_file(one.file, file_bytes(one, format, codec));
     return;
   }
-  std::vector<ScenePart> parts;
-  for (const SurfaceFile& one : surfaces) {
-    parts.push_back({.name = one.name, .mesh = &one.surface->mesh, .color = one.color});
+  std::map<std::string, std::vector<const SurfaceFile*>> files;
+  for (const SurfaceFile& one : surfaces) files[one.file].push_back(&one);
+  for (const auto& [file, of_file] : files) {
+    std::vector<ScenePart> parts;
+    for (const SurfaceFile* const one : of_file) {
+      parts.push_back({.name = one->name, .mesh = &one->surface->mesh, .color = one->color});
+    }
+    write_file(file, scene_glb(parts, of_file.front()->surface->world, codec));
   }
-  write_file(surfaces.front().file, scene_glb(parts, surfaces.front().surface->world, codec));
 }
 
 }  // namespace multitetra

@@ -24,7 +24,7 @@ struct SurfaceFile {
 [[nodiscard]] std::string file_bytes(const SurfaceFile& surface, MeshFormat format,
                                      MeshCodec codec);
 
-// Writes each surface to its file; as GLB all to the first one's. Requires at least one. Throws
+// Writes each surface to its file. Only a GLB may have several surfaces: of one world. Throws
 // std::system_error.
 void write_surfaces(std::span<const SurfaceFile> surfaces, MeshFormat format, MeshCodec codec);
 

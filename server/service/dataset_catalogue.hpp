@@ -2,13 +2,13 @@
 // server changes its offer by replacing the catalogue.
 #pragma once
 
-#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "common/base/natural_order.hpp"
 #include "server/stream/surface_provider.hpp"
 
 namespace multitetra {
@@ -21,11 +21,11 @@ class DatasetCatalogue {
   // Returns null if no dataset has that name.
   [[nodiscard]] std::shared_ptr<const SurfaceProvider> find(std::string_view name) const;
 
-  [[nodiscard]] std::vector<DatasetInfo> infos() const;  // Sorted by name.
+  [[nodiscard]] std::vector<DatasetInfo> infos() const;  // In natural order of names.
   [[nodiscard]] std::size_t size() const { return sources_.size(); }
 
  private:
-  std::map<std::string, std::shared_ptr<const SurfaceProvider>, std::less<>> sources_;
+  std::map<std::string, std::shared_ptr<const SurfaceProvider>, NaturalOrder> sources_;
 };
 
 using CataloguePtr = std::shared_ptr<const DatasetCatalogue>;

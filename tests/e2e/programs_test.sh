@@ -94,7 +94,7 @@ ends 2 "uint8" "$server" prepare raw_with_header.raw --dims 16x16x8 --type compl
 "$server" prepare sphere.nrrd -o microns.mtd --length-unit microns --quiet
 [ "$(value <("$server" info microns.mtd --json) length_unit)" = µm ] || fail "microns: $("$server" info microns.mtd --json | grep unit)"
 raw="raw_with_header.raw --dims 16,16,8 --type u16 --header-bytes 6"
-for told in "" "--orient x,-y,-z" "--space LPS"; do
+for told in "" "--orient x,-y,-z" "--space LPS" "--length-unit um"; do
   # shellcheck disable=SC2086
   "$server" prepare $raw -o told.mtd --force $told >out 2>&1
   [ "$(grep -c "does not say which axis is up" out)" = "$([ -z "$told" ] && echo 1 || echo 0)" ] || fail "the axes with \"$told\": $(cat out)"

@@ -44,7 +44,7 @@ ends 0 "2 members, 0 failed" "$server" prepare in/organs.seg.nrrd --label all --
 ends 0 "organs.label7: up to date" "$server" prepare in/organs.seg.nrrd --label all --name organs -o organs
 says organs/organs.label3.mtd '"organs", label 3 (liver, #dd8265)'
 says organs/organs.label7.mtd '"organs", label 7 (rest of it)'
-says organs/organs.label3.mtd ", of which the surface encloses 100"
+says organs/organs.label3.mtd ", of which the surface encloses 98.6 %"
 "$server" info organs/organs.label7.mtd --json >facts.json
 grep -q '"surface_samples"' facts.json || fail "no volume: $(cat facts.json)"
 says organs/organs.label7.mtd 'suggested isovalues 0.5'
@@ -271,6 +271,15 @@ for dataset in second.mtd beat/beat.t0001.mtd; do
   "$server" extract "$dataset" --isovalue 0.5 --error 0.2 -o x.ply --json --quiet >x.json
   digest x.json
 done | uniq | wc -l | grep -qx 1 || fail "a member is not the time that it says"
+
+# Times are not parts of one scene.
+start beats "$server" serve beat --tcp 127.0.0.1:0
+"$client" fetch --server "$(url_of beats tcp)" --dataset beat --isovalue 0.4,0.5 --error 0.2 -o beats.glb --quiet
+for isovalue in 0.4 0.5; do
+  grep -aq "\"beat.t0002, isovalue $isovalue\"" beats_beat.t0002.glb || fail "isovalue $isovalue is not in the file of its time"
+done
+[ "$(echo beats_*.glb | wc -w)" = 3 ] && [ ! -e beats.glb ] || fail "not one file for each time: $(ls)"
+ends_well beats "$pid"
 
 ends 0 "6 members, 0 failed" "$server" prepare in/run_*.vti --time-series run --times 0:0.1 --time-unit s --field pressure,hot/cold -o run
 says run/run.hot_cold.t0001.mtd '"run", field hot/cold, time 0.1 s'

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "common/base/exit_codes.hpp"
+#include "common/base/natural_order.hpp"
 #include "common/base/utf8.hpp"
 #include "server/programs/prepare/label_jobs.hpp"
-#include "server/volume/formats/image_stack.hpp"
 #include "server/volume/volume_files.hpp"
 
 namespace multitetra {

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -86,6 +87,7 @@ CataloguePtr ServedDatasets::read() {
   std::set<std::string> there;
   const std::vector<std::string> paths = dataset_paths();
   is_complete_ = true;
+  std::map<std::string, std::size_t> new_members;  // Per series.
   for (const std::string& place : paths) {
     if (!there.insert(place).second) continue;
     Opened* const found = opened(place);
@@ -94,6 +96,10 @@ CataloguePtr ServedDatasets::read() {
       catalogue->add(found->source);
       if (std::exchange(found->is_served, true)) continue;
       const DatasetInfo& info = found->source->info();
+      if (info.member) {
+        ++new_members[info.member->series];
+        continue;
+      }
       log_line(LogLevel::kInfo, "serving",
                {{"dataset", info.name}, {"file", place}, {"size", size_text(info)}});
     } catch (const std::invalid_argument& twice) {
@@ -101,6 +107,10 @@ CataloguePtr ServedDatasets::read() {
       is_complete_ = false;
       log_line(LogLevel::kError, std::string("skipped: ") + twice.what(), {{"file", place}});
     }
+  }
+  for (const auto& [series, members] : new_members) {
+    log_line(LogLevel::kInfo, "serving",
+             {{"series", series}, {"datasets", std::uint64_t{members}}});
   }
   std::erase_if(opened_, [&](const auto& one) {
     const auto& [place, what] = one;

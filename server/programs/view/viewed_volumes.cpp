@@ -10,12 +10,12 @@
 
 #include "common/base/exit_codes.hpp"
 #include "common/base/hex_text.hpp"
+#include "common/base/natural_order.hpp"
 #include "common/base/text.hpp"
 #include "server/dataset/checksum.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/provenance.hpp"
 #include "server/programs/prepare/prepare_jobs.hpp"
-#include "server/volume/formats/image_stack.hpp"
 #include "server/volume/formats/recognition.hpp"
 #include "server/volume/volume_files.hpp"
 #include "server/volume/volume_folder.hpp"
@@ -26,8 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 
 // ---- time series
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 // "flow_0012.vti" -> "flow_#.vti"
 std::string without_numbers(const std::string& name) {

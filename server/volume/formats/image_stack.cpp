@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "common/base/natural_order.hpp"
 #include "common/base/number_text.hpp"
 #include "common/base/text.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
@@ -17,14 +18,6 @@ namespace multitetra {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
-std::size_t digits_at(std::string_view text, std::size_t at) {
-  std::size_t end = at;
-  while (end < text.size() && is_digit(text[end])) ++end;
-  return end - at;
-}
 
 // A printf conversion of an integer at the start of `text`: '%', digits, 'd'.
 struct Conversion {
@@ -121,29 +114,6 @@ bool is_stack_pattern(std::string_view file_name) {
     if (conversion_at(file_name.substr(at)).length > 0) return true;
   }
   return false;
-}
-
-bool natural_order_less(std::string_view a, std::string_view b) {
-  std::size_t i = 0;
-  std::size_t j = 0;
-  while (i < a.size() && j < b.size()) {
-    if (is_digit(a[i]) && is_digit(b[j])) {
-      while (i < a.size() && a[i] == '0') ++i;
-      while (j < b.size() && b[j] == '0') ++j;
-      const std::string_view x = a.substr(i, digits_at(a, i));
-      const std::string_view y = b.substr(j, digits_at(b, j));
-      if (x.size() != y.size()) return x.size() < y.size();
-      if (x != y) return x < y;
-      i += x.size();
-      j += y.size();
-    } else {
-      if (a[i] != b[j]) return a[i] < b[j];
-      ++i;
-      ++j;
-    }
-  }
-  if (a.size() - i != b.size() - j) return a.size() - i < b.size() - j;
-  return a < b;  // They differ at most in leading zeros.
 }
 
 std::vector<fs::path> matching_files(const fs::path& path) {

@@ -12,9 +12,6 @@ namespace multitetra {
 // Returns whether a file name is a pattern: with '*', '?' or a conversion such as %d or %03d.
 [[nodiscard]] bool is_stack_pattern(std::string_view file_name);
 
-// Compares runs of digits by value and everything else by bytes: slice2 before slice10.
-[[nodiscard]] bool natural_order_less(std::string_view a, std::string_view b);
-
 // Returns the files of the folder `path`, or those that match the pattern in its last component, in
 // natural order. Skips hidden files and folders. Returns none if the folder is missing.
 [[nodiscard]] std::vector<std::filesystem::path> matching_files(const std::filesystem::path& path);

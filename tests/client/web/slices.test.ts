@@ -76,17 +76,25 @@ describe("LinkedSlices", () => {
   const info = { ...plain("a"), indexToWorld: [1, 0, 0, 0, 1, 0, 0, 0, 1, 10, 0, 0] };
 
   test("FollowTheMedicalConvention", () => {
-    const lps = { space: WorldSpace.LPS };
+    const lps = { space: WorldSpace.LPS, lengthUnit: "mm" };
     expect(planeAxes(lps, 2)).toEqual({ axis: 2, right: { axis: 0, sign: 1 }, down: { axis: 1, sign: 1 } });
-    expect(planeAxes({ space: WorldSpace.RAS }, 2)).toEqual({ axis: 2, right: { axis: 0, sign: -1 }, down: { axis: 1, sign: -1 } });
+    expect(planeAxes({ space: WorldSpace.RAS, lengthUnit: "mm" }, 2)).toEqual({ axis: 2, right: { axis: 0, sign: -1 }, down: { axis: 1, sign: -1 } });
     expect(planeAxes(lps, 1)).toEqual({ axis: 1, right: { axis: 0, sign: 1 }, down: { axis: 2, sign: -1 } });
-    expect(planeAxes({ space: WorldSpace.RAS }, 0)).toEqual({ axis: 0, right: { axis: 1, sign: -1 }, down: { axis: 2, sign: -1 } });
+    expect(planeAxes({ space: WorldSpace.RAS, lengthUnit: "mm" }, 0)).toEqual({ axis: 0, right: { axis: 1, sign: -1 }, down: { axis: 2, sign: -1 } });
+  });
+
+  test("ShowMicroscopesImagesWithTheirFirstRowAtTheTop", () => {
+    const microscope = { space: WorldSpace.UNSPECIFIED, lengthUnit: "µm" };
+    expect(planeAxes(microscope, 2).down).toEqual({ axis: 1, sign: 1 });
+    expect(planeAxes(microscope, 1).down).toEqual({ axis: 2, sign: 1 });
+    const simulation = { space: WorldSpace.UNSPECIFIED, lengthUnit: "m" };
+    expect(planeAxes(simulation, 2).down).toEqual({ axis: 1, sign: -1 });
   });
 
   test("BeginAtTheUpperLeftCorner", () => {
     for (const space of [WorldSpace.LPS, WorldSpace.RAS]) {
       for (const axis of [0, 1, 2]) {
-        const sides = planeAxes({ space }, axis);
+        const sides = planeAxes({ space, lengthUnit: "" }, axis);
         const { origin, right, down, width, height } = planeGrid(low, high, sides, low[axis] + 1, 2);
         expect(origin[axis]).toBe(low[axis] + 1);
         for (const [along, step, count] of [[sides.right, right, width], [sides.down, down, height]] as const) {

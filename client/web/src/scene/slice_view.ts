@@ -16,12 +16,13 @@ const gap = 9; // CSS pixels around the crosshair's center.
 const wheelStep = 60; // Wheel pixels per sample.
 
 // Medical convention: the patient's left on the right, the front on the left or at the top, the head at the top.
-// Otherwise x grows to the right, and y or z upwards.
-export function planeAxes({ space }: Pick<DatasetInfo, "space">, axis: number): PlaneAxes {
+// Microscopes: as images, y and z downwards. Otherwise x grows to the right, and y or z upwards.
+export function planeAxes({ space, lengthUnit }: Pick<DatasetInfo, "space" | "lengthUnit">, axis: number): PlaneAxes {
   const isRas = space === WorldSpace.RAS;
+  const isImage = space === WorldSpace.UNSPECIFIED && (lengthUnit === "µm" || lengthUnit === "nm");
   const x: Direction = { axis: 0, sign: isRas ? -1 : 1 };
-  const z: Direction = { axis: 2, sign: -1 };
-  if (axis === 2) return { axis, right: x, down: { axis: 1, sign: space === WorldSpace.LPS ? 1 : -1 } };
+  const z: Direction = { axis: 2, sign: isImage ? 1 : -1 };
+  if (axis === 2) return { axis, right: x, down: { axis: 1, sign: space === WorldSpace.LPS || isImage ? 1 : -1 } };
   if (axis === 1) return { axis, right: x, down: z };
   return { axis, right: { axis: 1, sign: isRas ? -1 : 1 }, down: z };
 }
@@ -52,7 +53,7 @@ export class SliceView {
   private readonly resizing = new ResizeObserver(() => this.invalidate());
 
   constructor(readonly axis: number, private readonly moved: (cross: Vec3, isDragging: boolean) => void) {
-    this.sides = planeAxes({ space: WorldSpace.UNSPECIFIED }, axis);
+    this.sides = planeAxes({ space: WorldSpace.UNSPECIFIED, lengthUnit: "" }, axis);
     this.resizing.observe(this.canvas);
     this.listen();
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 #include <memory>
+#include <string_view>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -47,6 +48,11 @@ void warn_of_thin_parts(const PrepareJob& job, const LabelSummary& label,
                  " voxels of label " + label_text({.value = label.value}) + " " +
                  std::to_string(label.thin_samples) +
                  " are in parts one voxel thick; an error above 0.25 voxels reduces their volume.");
+}
+
+// What a microscope sees has no upper side.
+bool is_microscopic(std::string_view length_unit) {
+  return length_unit == "µm" || length_unit == "nm" || length_unit == "Å";
 }
 
 struct OpenedJob {
@@ -151,6 +157,7 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
   const VolumeHeader& header = opened.source->header();
   check_grid(job, {header.dims, header.index_to_world, header.meaning});
   const bool may_lie = header.meaning.space == WorldSpace::kUnnamed &&
+                       !is_microscopic(header.meaning.length_unit) &&
                        arguments_.volume.orient.empty() && arguments_.volume.space.empty();
   if (may_lie && !std::exchange(has_noted_axes_, true)) {
     options.notice("'" + job.input +

@@ -11,16 +11,6 @@
 namespace multitetra {
 namespace {
 
-TEST(ImageStack, SortsDigitsNumerically) {
-  const std::vector<std::string> sorted = {"a",    "a1",  "a02", "a2",     "a10",
-                                           "a10b", "a11", "b0",  "b1.tif", "b10.tif"};
-  for (std::size_t i = 0; i < sorted.size(); ++i) {
-    for (std::size_t j = 0; j < sorted.size(); ++j) {
-      EXPECT_EQ(natural_order_less(sorted[i], sorted[j]), i < j) << sorted[i] << " " << sorted[j];
-    }
-  }
-}
-
 TEST(ImageStack, DistinguishesPatternsFromNames) {
   for (const char* pattern : {"a*.tif", "a?.tif", "a%d.tif", "a%03d.tif"}) {
     EXPECT_TRUE(is_stack_pattern(pattern)) << pattern;
