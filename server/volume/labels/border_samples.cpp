@@ -8,9 +8,10 @@
 namespace multitetra {
 namespace {
 
-// The smoothed indicator's magnitude, beside a wall, is 48; the wall begins 2.5 samples from its
-// edge.
-constexpr double kMagnitudePerSample = 48 / 2.5;
+// Beside a wall, the smoothed indicator differs by 3 / 16 from one half.
+constexpr double kSmoothedScale = kWallMagnitude / (3.0 / 16 * kFieldSteps);
+// Smoothing reaches 2.5 samples: there, both measures are equal.
+constexpr double kMagnitudePerSample = kWallMagnitude / 2.5;
 // From the middle of a square of 5 x 5 samples to its edge.
 constexpr std::int32_t kSquareReach = 2;
 
@@ -156,7 +157,7 @@ int BorderSearch::smoothed_magnitude(const LabelDims& at, std::int32_t label) {
       }
     }
   }
-  return smoothed_steps(sum) - kFieldSteps / 2;
+  return static_cast<int>(kSmoothedScale * (smoothed_steps(sum) - kFieldSteps / 2));
 }
 
 int BorderSearch::terrace_magnitude(const LabelDims& at, std::int32_t label) {

@@ -18,6 +18,8 @@ using ReadLabels = std::function<void(std::int32_t z, std::span<std::int32_t> in
 // Range of magnitudes, in 1/256 of the field's range.
 inline constexpr int kMinMagnitude = 4;
 inline constexpr int kMaxMagnitude = 127;
+// That of a smoothed wall.
+inline constexpr int kWallMagnitude = 36;
 
 struct BorderSample {
   // kMinMagnitude to kMaxMagnitude; 0 for samples that are not at a border.

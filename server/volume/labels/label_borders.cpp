@@ -17,8 +17,6 @@ namespace {
 constexpr int kRounds = 10;
 constexpr std::int32_t kAveragings = 4;
 constexpr double kGain = 0.35 * kFieldSteps;
-// The magnitude beside a wall.
-constexpr double kWallMagnitude = 48;
 
 // A missing volume, and the number of samples that share it.
 struct Shortfall {

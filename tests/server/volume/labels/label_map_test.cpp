@@ -144,7 +144,7 @@ TEST(LabelMap, SmoothsOnlyNearTheLabel) {
       labels_of<std::uint8_t>({12, 5, 6}, [](int x, int, int) { return x < 6 ? 5 : 0; }), folder);
   const std::vector<float> field = field_of(map, 5);
   const std::vector<float> expected = {
-      1, 1, 1, 1, 240.0F / 256, 255.0F / 256, 1.0F / 256, 16.0F / 256, 0, 0, 0, 0};
+      1, 1, 1, 1, 240.0F / 256, 228.0F / 256, 28.0F / 256, 16.0F / 256, 0, 0, 0, 0};
   for (std::size_t i = 0; i < field.size(); ++i) ASSERT_EQ(field[i], expected[i % 12]) << i;
 }
 
