@@ -53,8 +53,6 @@ class WebSocket final : public MessageTransport {
     std::string content;
     auto buffer = asio::dynamic_buffer(content);
     do {
-      // Beast would suspend the read, and fail an assertion if closing times out.
-      if (!socket_.is_open()) co_return fault(asio::error::operation_aborted);
       error_code error;
       const std::size_t size =
           co_await socket_.async_read_some(buffer, options_.read_buffer_bytes, use_error(error));
