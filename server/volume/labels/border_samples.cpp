@@ -194,7 +194,8 @@ bool BorderSearch::is_thick(const LabelDims& at, std::int32_t label) {
       for (std::int32_t y = first[1]; y <= last[1]; ++y) {
         for (std::int32_t x = first[0]; x <= last[0]; ++x) {
           const std::size_t i = place(x, y);
-          if ((other.squares[i] >> axis & 1U) != 0 && other.labels[i] == label) return true;
+          const bool is_middle = (unsigned{other.squares[i]} >> axis & 1U) != 0;
+          if (is_middle && other.labels[i] == label) return true;
         }
       }
     }
