@@ -44,7 +44,7 @@ ends 0 "2 members, 0 failed" "$server" prepare in/organs.seg.nrrd --label all --
 ends 0 "organs.label7: up to date" "$server" prepare in/organs.seg.nrrd --label all --name organs -o organs
 says organs/organs.label3.mtd '"organs", label 3 (liver, #dd8265)'
 says organs/organs.label7.mtd '"organs", label 7 (rest of it)'
-"$server" info organs/organs.label3.mtd | grep -qE ', of which the surface encloses (98|99|100|101)[. ]' ||
+grep -qE ', of which the surface encloses (98|99|100|101)[. ]' <("$server" info organs/organs.label3.mtd) ||
   fail "a ball's volume: $("$server" info organs/organs.label3.mtd | grep encloses)"
 "$server" info organs/organs.label7.mtd --json >facts.json
 grep -q '"surface_samples"' facts.json || fail "no volume: $(cat facts.json)"
@@ -180,6 +180,7 @@ start server "$server" serve organs --tcp 127.0.0.1:0 --http 127.0.0.1:0
 url=$(url_of server tcp)
 http=$(url_of server http)
 curl -s "$http/v1/datasets" >datasets.json
+[ "$(grep -c ' serving ' server.log)" = 1 ] && grep -q 'serving series=organs datasets=2' server.log || fail "not one line for a series: $(cat server.log)"
 python3 - <<'EOPY' || fail "/v1/datasets does not list members: $(cat datasets.json)"
 import json
 datasets = json.load(open("datasets.json"))["datasets"]
