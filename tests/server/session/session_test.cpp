@@ -480,5 +480,17 @@ TEST(Session, UsesTheDatasetsOfTheLastList) {
   EXPECT_NE(source(6, "tooth"), nullptr);
 }
 
+TEST(DatasetCatalogue, IsInNaturalOrderOfNames) {
+  DatasetCatalogue catalogue;
+  for (const char* name : {"cells.label10", "cells.label2", "cells.label1"}) {
+    catalogue.add(std::make_shared<FakeSteps>(name));
+  }
+  std::vector<std::string> names;
+  for (const DatasetInfo& info : catalogue.infos()) names.push_back(info.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"cells.label1", "cells.label2", "cells.label10"}));
+  EXPECT_EQ(catalogue.find("cells.label10")->info().name, "cells.label10");
+  EXPECT_EQ(catalogue.find("cells.label3"), nullptr);
+}
+
 }  // namespace
 }  // namespace multitetra
