@@ -24,6 +24,7 @@ struct Shortfall {
   float weight = 0;
 };
 
+// The same for all samples of a label, which need more digits.
 struct ShortfallSum {
   double volume = 0;
   double weight = 0;
