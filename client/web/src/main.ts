@@ -117,10 +117,7 @@ installKeyboard(viewer, actions);
 
 // ---- reactions to changes
 
-surfaces.sizes.watch(({ expected }) => {
-  showBar();
-  panel.showExpected(expected);
-});
+surfaces.sizes.watch(({ expected }) => panel.showExpected(expected));
 surfaces.datasets.watch(({ list, permitsSamples }) => {
   if (!list) return;
   datasets.show(entries());
@@ -159,7 +156,7 @@ matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => pan
 
 // Limits the rate of status updates with many surfaces: a thousand labels report thousands of steps.
 function showBar(): void {
-  const show = () => bar.show(surfaces.status, surfaces.sizes.get().expected);
+  const show = () => bar.show(surfaces.status);
   if (settings.get().surfaces.length < fewSurfaces) return show();
   if (isBarWaiting) return;
   isBarWaiting = true;

@@ -9,17 +9,16 @@ import type { Stage } from "./scene/stage";
 import type { LegendText } from "./shared/color_maps";
 import { h } from "./shared/elements";
 import { defaultWindow, isCt } from "./shared/sample_window";
+import { sampledOf } from "./scene_at";
 import { SliceViews } from "./slice_views";
 import { scaleOf, slicePosition, Slices } from "./slices";
-import { findByName, rangeOf } from "./state/series";
+import { findByName, rangeOf, timesOf } from "./state/series";
 import type { Settings } from "./state/settings";
 import type { Vec3 } from "./stream/dataset";
 
-// The dataset whose samples are shown.
-export interface Sampled {
-  info: DatasetInfo | null;
+export interface SampledWorld {
+  info: DatasetInfo | null; // The dataset of the first surface.
   list: readonly DatasetInfo[]; // All datasets of the server.
-  isPlayable: () => boolean; // Whether it is one of several times.
 }
 
 export class SampleViews {
@@ -32,10 +31,12 @@ export class SampleViews {
   constructor(
     stage: Stage,
     private readonly sources: SliceSources,
-    private readonly sampled: () => Sampled,
+    private readonly world: () => SampledWorld,
     turn: (changes: Partial<Settings>, isDragging: boolean) => void,
   ) {
-    const current = () => ({ info: this.sampled().info, settings: this.sources.settings(), rangeOfSamples: () => this.sampleRange() });
+    const current = () => ({
+      info: this.world().info, sampled: this.sampled, settings: this.sources.settings(), rangeOfSamples: () => this.sampleRange(),
+    });
     this.slices = new Slices(stage, sources, current);
     this.views = new SliceViews(stage, sources, current, (cross, isDragging) => turn({ cross }, isDragging));
     this.ofSamples = new Legend({ label: "samples", colors: "sliceColors", level: "level", width: "windowWidth", isLog: "samplesLog" }, turn);
@@ -81,21 +82,28 @@ export class SampleViews {
     this.views.close();
   }
 
+  // The dataset whose samples are shown.
+  get sampled(): DatasetInfo | null {
+    const { info, list } = this.world();
+    return info && sampledOf(list, this.sources.settings(), info);
+  }
+
   private rangeOf(info: DatasetInfo | null): LegendValues | null {
-    return info && { ...rangeOf(this.sampled().list, info), valueUnit: info.valueUnit };
+    return info && { ...rangeOf(this.world().list, info), valueUnit: info.valueUnit };
   }
 
   // Returns the range of samples on slices, the same at all times of a series.
   private sampleRange(): LegendValues | null {
-    const { info, isPlayable } = this.sampled();
-    const range = this.rangeOf(info);
-    return info && range && (isPlayable() && !isCt(info) ? range : { ...range, usual: defaultWindow(info) });
+    const { sampled } = this;
+    const range = this.rangeOf(sampled);
+    const isOneOfTimes = sampled !== null && timesOf(this.world().list, sampled).length > 1;
+    return sampled && range && (isOneOfTimes && !isCt(sampled) ? range : { ...range, usual: defaultWindow(sampled) });
   }
 
   private showLegends(now: Settings): void {
     const hasSlices = slicePosition(now) !== null || (now.crop !== null && now.filled) || now.layout === "four";
     this.ofSamples.show(now, hasSlices ? this.sampleRange() : null, now.colorBy ? "samples" : "");
-    const field = now.colorBy ? findByName(this.sampled().list, now.colorBy) : null;
+    const field = now.colorBy ? findByName(this.world().list, now.colorBy) : null;
     const by = this.rangeOf(field);
     this.ofField.show(now, by, field?.member?.field || now.colorBy);
     if (!by) return;

@@ -1,7 +1,7 @@
 // Resolves settings and the list of datasets to the datasets of the surfaces and of their colors at a time.
 import type { Moment } from "./swap_group";
 import type { DatasetInfo } from "./protocol/messages";
-import { atTime, isSameSeries, findByName, rangeOf, timeOf, unknownDatasetText } from "./state/series";
+import { atTime, imageOf, isSameSeries, findByName, rangeOf, timeOf, unknownDatasetText } from "./state/series";
 import type { AdditionalSurface, Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
 import type { ScalarOptions } from "./stream/stream_request";
@@ -15,16 +15,22 @@ export interface Scene {
 
 // `info`: the dataset of the first surface, at that time.
 export function sceneOf(list: readonly DatasetInfo[], settings: Settings, info: DatasetInfo): Scene {
-  const time = timeOf(info);
-  const own = (name: string) => {
-    const one = findByName(list, name);
-    return one && (isSameSeries(one, info) ? atTime(list, one, time) : one);
-  };
   return {
-    moment: { scene: info.member?.series || info.name, time },
-    infos: surfacesOf(settings).map(({ dataset }) => (dataset ? own(dataset) : info)),
-    scalars: settings.colorBy ? wishOf(list, own(settings.colorBy), settings.colorBy) : undefined,
+    moment: { scene: info.member?.series || info.name, time: timeOf(info) },
+    infos: surfacesOf(settings).map(({ dataset }) => (dataset ? besideOf(list, info, findByName(list, dataset)) : info)),
+    scalars: settings.colorBy ? wishOf(list, besideOf(list, info, findByName(list, settings.colorBy)), settings.colorBy) : undefined,
   };
+}
+
+// Returns the dataset whose samples planes show beside the surfaces of `info`.
+export function sampledOf(list: readonly DatasetInfo[], { samplesOf }: Settings, info: DatasetInfo): DatasetInfo {
+  const image = samplesOf ? findByName(list, samplesOf) : info.member?.label ? imageOf(list, info) : null;
+  return image && worldDifference(info, image) === null ? besideOf(list, info, image)! : info;
+}
+
+// Returns the dataset at the time of `info`, if they are of the same series.
+function besideOf(list: readonly DatasetInfo[], info: DatasetInfo, one: DatasetInfo | null): DatasetInfo | null {
+  return one && isSameSeries(one, info) ? atTime(list, one, timeOf(info)) : one;
 }
 
 // What of the settings cannot be shown, as text, and the change without it.
@@ -33,14 +39,19 @@ export interface SceneRefusal {
   change: Partial<Settings>;
 }
 
-// Refuses surfaces of unknown datasets, and a field of another world that colors the surfaces. Null: nothing.
-export function sceneRefusal(list: readonly DatasetInfo[], { colorBy, surfaces }: Settings, info: DatasetInfo): SceneRefusal | null {
+// Refuses surfaces and samples of unknown datasets, and datasets of another world that color the surfaces or fill planes. Null:
+// nothing.
+export function sceneRefusal(list: readonly DatasetInfo[], { colorBy, samplesOf, surfaces }: Settings, info: DatasetInfo): SceneRefusal | null {
   const isKnown = ({ dataset }: AdditionalSurface) => !dataset || findByName(list, dataset) !== null;
   const unknown = surfaces.find((one) => !isKnown(one));
   if (unknown) return { text: unknownDatasetText(list, unknown.dataset!), change: { surfaces: surfaces.filter(isKnown) } };
   const by = colorBy ? findByName(list, colorBy) : null;
   const reason = by && worldDifference(info, by);
-  return reason ? { text: `"${colorBy}" cannot color this surface: ${reason}.`, change: { colorBy: "" } } : null;
+  if (reason) return { text: `"${colorBy}" cannot color this surface: ${reason}.`, change: { colorBy: "" } };
+  const sampled = samplesOf ? findByName(list, samplesOf) : info;
+  if (!sampled) return { text: unknownDatasetText(list, samplesOf), change: { samplesOf: "" } };
+  const difference = worldDifference(info, sampled);
+  return difference ? { text: `Slices cannot show "${samplesOf}": ${difference}.`, change: { samplesOf: "" } } : null;
 }
 
 // The server rejects unknown names.

@@ -2,14 +2,12 @@
 // in each and a mark in the scene. Window and level are those of the slice in the scene.
 import { Vector3 } from "three";
 
-import type { DatasetInfo } from "./protocol/messages";
 import { h } from "./shared/elements";
 import { LatestSlice, type SliceSources } from "./latest_slice";
 import { planeGrid } from "./scene/slice_grid";
 import { planeAxes, SliceView } from "./scene/slice_view";
 import type { Stage } from "./scene/stage";
-import { scaleOf, type ShownSamples } from "./slices";
-import type { Settings } from "./state/settings";
+import { crossOf, scaleOf, type ShownSamples } from "./slices";
 import { type Vec3, voxelLength, worldBox } from "./stream/dataset";
 
 export class SliceViews {
@@ -34,24 +32,24 @@ export class SliceViews {
 
   // Call when the settings, the dataset or the surfaces may have changed.
   update(): void {
-    const { info, settings, rangeOfSamples } = this.current();
+    const { info, sampled, settings, rangeOfSamples } = this.current();
     const isShown = settings.layout === "four";
     this.element.hidden = !isShown;
     this.cross = isShown && info ? crossOf(settings.cross, info) : null;
-    if (!info || !this.cross) {
+    if (!info || !sampled || !this.cross) {
       for (const { latest } of this.planes) latest.request(null);
       return this.follow();
     }
     const { cross } = this;
     const range = rangeOfSamples();
-    const scale = { map: settings.sliceColors, ...scaleOf(settings.level, settings.windowWidth, settings.samplesLog, range ?? info) };
+    const scale = { map: settings.sliceColors, ...scaleOf(settings.level, settings.windowWidth, settings.samplesLog, range ?? sampled) };
     const { low, high } = worldBox(info);
     for (const { view, latest } of this.planes) {
       view.show(info, cross, scale);
       latest.request({
-        key: `${info.name} ${info.contentId} ${cross[view.axis]}`,
-        dataset: info.name,
-        grid: () => planeGrid(low, high, planeAxes(info, view.axis), cross[view.axis], voxelLength(info)),
+        key: `${sampled.name} ${sampled.contentId} ${cross[view.axis]}`,
+        dataset: sampled.name,
+        grid: () => planeGrid(low, high, planeAxes(info, view.axis), cross[view.axis], voxelLength(sampled)),
       });
     }
     this.stage.invalidate();
@@ -66,13 +64,4 @@ export class SliceViews {
     this.mark.hidden = !at;
     if (at) this.mark.style.transform = `translate(${at.x}px, ${at.y}px)`;
   }
-}
-
-// Returns the place clamped to the data; their center by default.
-export function crossOf(cross: Settings["cross"], info: DatasetInfo): Vec3 {
-  const { low, high } = worldBox(info);
-  return low.map((from, axis) => {
-    const at = cross?.[axis] ?? (from + high[axis]) / 2;
-    return Math.min(high[axis], Math.max(from, at));
-  }) as Vec3;
 }

@@ -1,6 +1,6 @@
 // The slice in the scene and those that fill the crop's faces: converts settings to planes, queries the server and shows
 // the replies.
-import { type Plane, type Ray, Vector3 } from "three";
+import { type Box3, type Plane, type Ray, Vector3 } from "three";
 
 import type { DatasetInfo } from "./protocol/messages";
 import type { ColorScale } from "./shared/color_maps";
@@ -31,25 +31,24 @@ export class Slices {
 
   // Call when the settings, the dataset or the surfaces may have changed.
   update(): void {
-    const { info, settings, rangeOfSamples } = this.current();
+    const { info, sampled, settings, rangeOfSamples } = this.current();
     const place = slicePosition(settings);
     const faces = info && settings.filled ? cropFaces(settings.crop, info) : [];
     for (const [number, face] of this.faces) if (!faces.some((one) => one.number === number)) face.hide();
     if (!info || !place) this.slice.hide();
-    if (!info || (!place && faces.length === 0)) return;
-    const scale = { map: settings.sliceColors, ...scaleOf(settings.level, settings.windowWidth, settings.samplesLog, rangeOfSamples() ?? info) };
-    const filling = { ...scale, above: leastIsovalue(settings, info) };
+    if (!info || !sampled || (!place && faces.length === 0)) return;
+    const scale = { map: settings.sliceColors, ...scaleOf(settings.level, settings.windowWidth, settings.samplesLog, rangeOfSamples() ?? sampled) };
+    const air = settings.transparentAir ? airBelow(sampled, scale.low) : -Infinity;
+    // Other data do not tell what is inside the surfaces.
+    const filling = { ...scale, above: sampled.name === info.name ? leastIsovalue(settings, info) : air };
     const crop = cropPlanes(settings.crop);
-    if (place) {
-      const air = settings.transparentAir ? airBelow(info, scale.low) : -Infinity;
-      this.slice.show(info, place, place.isFilling ? filling : { ...scale, above: air }, crop);
-    }
+    if (place) this.slice.show(info, sampled, place, place.isFilling ? filling : { ...scale, above: air }, crop);
     const all = clipPlanes(settings, info);
     for (const face of faces) {
       const own = all.length - crop.length + face.number;
       const shown = this.faces.get(face.number) ?? new ShownSlice(this.stage, this.sources);
       this.faces.set(face.number, shown);
-      shown.show(info, face, filling, all.filter((_, at) => at !== own));
+      shown.show(info, sampled, face, filling, all.filter((_, at) => at !== own));
     }
   }
 
@@ -78,20 +77,21 @@ class ShownSlice {
     this.latest.request(null);
   }
 
-  // Shows it inside the half-spaces.
-  show(info: DatasetInfo, { normal, at }: { normal: Vec3; at: number }, look: SliceLook, clip: readonly Plane[]): void {
+  // Shows the samples of a dataset on a plane through the box of another one, inside the half-spaces.
+  show(info: DatasetInfo, sampled: DatasetInfo, { normal, at }: { normal: Vec3; at: number }, look: SliceLook, clip: readonly Plane[]): void {
     this.plane.setLook(look, clip);
     const { low, high } = worldBox(info);
     this.latest.request({
-      key: `${info.name} ${info.contentId} ${normal} ${at}`,
-      dataset: info.name,
-      grid: () => sliceGrid(low, high, normal, at, voxelLength(info)),
+      key: `${sampled.name} ${sampled.contentId} ${normal} ${at}`,
+      dataset: sampled.name,
+      grid: () => sliceGrid(low, high, normal, at, voxelLength(sampled)),
     });
   }
 }
 
 export interface ShownSamples {
-  info: DatasetInfo | null;
+  info: DatasetInfo | null; // The dataset of the first surface.
+  sampled: DatasetInfo | null; // That of the samples; both or neither are null.
   settings: Settings;
   rangeOfSamples: () => ValueRange | null; // Of all times of a series, which takes a look at each.
 }
@@ -136,6 +136,28 @@ export function scaleOf(
   if (!wantsLog || high <= 0) return { low, high, isLog: false };
   const least = range.min > 0 && range.min < high ? range.min : high / 1000;
   return { low: low > 0 && low < high ? low : least, high, isLog: true };
+}
+
+// Returns the change that moves planes of samples which miss a box to its center.
+export function planesThrough(box: Box3, { slice, sliceAt, layout, cross }: Settings, info: DatasetInfo): Partial<Settings> {
+  const data = worldBox(info);
+  const center = box.getCenter(new Vector3()).toArray();
+  const isMissed = (at: number, axis: number) => at < box.min.getComponent(axis) || at > box.max.getComponent(axis);
+  const changes: Partial<Settings> = {};
+  if (layout === "four" && crossOf(cross, info).some(isMissed)) changes.cross = center;
+  const axis = "xyz".indexOf(slice);
+  const extent = data.high[axis] - data.low[axis];
+  if (axis >= 0 && extent > 0 && isMissed(data.low[axis] + sliceAt * extent, axis)) changes.sliceAt = (center[axis] - data.low[axis]) / extent;
+  return box.isEmpty() ? {} : changes;
+}
+
+// Returns the place clamped to the data; their center by default.
+export function crossOf(cross: Settings["cross"], info: DatasetInfo): Vec3 {
+  const { low, high } = worldBox(info);
+  return low.map((from, axis) => {
+    const at = cross?.[axis] ?? (from + high[axis]) / 2;
+    return Math.min(high[axis], Math.max(from, at));
+  }) as Vec3;
 }
 
 function leastIsovalue(settings: Settings, info: DatasetInfo): number {

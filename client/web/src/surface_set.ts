@@ -180,7 +180,6 @@ export class SurfaceSet {
       drawn,
       done: visibleMembers.filter(({ client }) => isDone(client.progress.get())).length,
       visible: visibleMembers.length,
-      isFirst: first === this.members[0],
     };
   }
 

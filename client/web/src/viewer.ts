@@ -19,7 +19,7 @@ import { h } from "./shared/elements";
 import { Notices } from "./panel/notices";
 import { TimeBar } from "./panel/time_bar";
 import type { DatasetInfo } from "./protocol/messages";
-import { clipPlanes, croppedBox } from "./scene/crop";
+import { boxBetween, clipPlanes, croppedBox } from "./scene/crop";
 import { initialCut } from "./scene/cut_plane";
 import { Handles } from "./scene/handles";
 import { LabelHover } from "./scene/label_hover";
@@ -31,7 +31,7 @@ import { pngOf } from "./scene/png";
 import { Stage } from "./scene/stage";
 import { SceneDecorations } from "./scene/scene_decorations";
 import type { ShownSurface } from "./shown_surface";
-import { permittedSettings } from "./slices";
+import { permittedSettings, planesThrough } from "./slices";
 import { Events } from "./state/events";
 import {
   atTime, type Entry, isSameData, isSameSeries, findByName, nameOfLabel, settingsOfChoice, initialSelection, timeOf, timesOf, unknownDatasetText,
@@ -107,7 +107,7 @@ export class Viewer {
     this.samples = new SampleViews(this.stage, {
       queries: this.queries, surfaces: this.surfaces, pool: this.pool, settings: () => permittedSettings(this.get(), this.surfaces.datasets.get()),
       failed: (text) => this.notices.announce(text, true),
-    }, () => ({ info: this.info, list: this.list, isPlayable: () => this.times !== null }), turn);
+    }, () => ({ info: this.info, list: this.list }), turn);
     this.player = new TimePlayer(() => this.playbackState(), {
       isReady: (time) => this.surfaces.isPrepared(this.sceneAt(time), this.get(), this.requestView),
       prepare: (times) => this.surfaces.prepare(times.map((time) => this.sceneAt(time)), this.get(), this.requestView),
@@ -130,8 +130,6 @@ export class Viewer {
     this.listen();
     this.surfaces.connect();
   }
-
-  // ---- public
 
   // Changes settings; `isDragging`: more changes follow immediately. Setting a view moves the camera.
   set(change: Partial<Settings>, isDragging = false): void {
@@ -189,7 +187,13 @@ export class Viewer {
   }
 
   fit(): void {
-    this.stage.frameBox(croppedBox(this.surfaces.worldBox(), this.get().crop));
+    this.frameBox(croppedBox(this.surfaces.worldBox(), this.get().crop));
+  }
+
+  // Planes of samples that miss the box move to its center.
+  private frameBox(box: THREE.Box3): void {
+    this.stage.frameBox(box);
+    if (this.info) this.settings.set(planesThrough(box, this.get(), this.info));
   }
 
   reset(): void {
@@ -206,7 +210,7 @@ export class Viewer {
   zoomToLabel(dataset: string): void {
     const info = findByName(this.list, dataset);
     const box = info && labelBox(info);
-    if (box) this.stage.frameBounds(box);
+    if (box) this.frameBox(boxBetween(box));
   }
 
   // Sets the up direction and the default view.
@@ -265,8 +269,6 @@ export class Viewer {
     this.events.emit("failed", words);
   }
 
-  // ---- reactions to changes
-
   private listen(): void {
     this.settings.watch((now, before) => {
       this.element.dataset.theme = now.theme;
@@ -285,8 +287,7 @@ export class Viewer {
       this.notices.show(progress, this.surfaces.firstShown && emptySurfaceText(this.surfaces.firstShown, progress));
       this.events.emit("progress", { surface: 0 });
     });
-    this.surfaces.datasets.watch(({ list }) => {
-      if (!list) return;
+    this.surfaces.datasets.watch(() => {
       this.findDataset();
       this.applyLook();
     });
@@ -354,8 +355,7 @@ export class Viewer {
     if (isSameData(before, now)) return; // After a lost connection: the stream resumes by itself.
     if (before) this.measuring.clear();
     this.measuring.show(now, this.settings.get().places);
-    const { low, high } = worldBox(now);
-    this.stage.setBounds(low, high);
+    this.stage.setBounds(worldBox(now));
     const { eye, target } = this.settings.get();
     if (eye && target) this.stage.setView(eye, target);
     else if (!this.surfaces.firstShown) this.stage.defaultView();
@@ -385,7 +385,7 @@ export class Viewer {
   }
 
   private reportShown(at: number, shown: ShownSurface, isFirst: boolean): void {
-    if (at === 0 && isFirst && !this.settings.get().eye) shown.info.member?.label ? this.stage.frameBounds(worldBox(shown.info)) : this.fit();
+    if (at === 0 && isFirst && !this.settings.get().eye) shown.info.member?.label ? this.stage.frameBox(boxBetween(worldBox(shown.info))) : this.fit();
     this.samples.updateSlices();
     for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.measuring.surfaceReplaced(tiles);
     if (at === 0 && shown.facts.isFinal && this.detail.recordDuration(this.surfaces.progress.get().complete) && this.get().followView) this.requestSurfaces();

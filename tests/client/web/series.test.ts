@@ -1,5 +1,5 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
-import { sceneOf, sceneRefusal } from "../../../client/web/src/scene_at";
+import { sampledOf, sceneOf, sceneRefusal } from "../../../client/web/src/scene_at";
 import {
   atTime, channelColor, entriesOf, initialSelection, seriesOf, labelIsovalue, findByName, memberOfField, rangeOf, settingsOfEntry, timesOf, timeText, withLabelChanges,
 } from "../../../client/web/src/state/series";
@@ -148,5 +148,25 @@ describe("SceneAt", () => {
       text: 'No dataset named "fule" is served here. Did you mean "fuel"?', change: { surfaces: [known] },
     });
     expect(sceneRefusal(list, { ...defaults, surfaces: [known] }, list[0])).toBeNull();
+  });
+
+  test("SamplesAreTheImageOfLabelsOrAsChosen", () => {
+    const placed = (info: DatasetInfo, x = 0) => ({ ...info, indexToWorld: [1, 0, 0, 0, 1, 0, 0, 0, 1, x, 0, 0] });
+    const part = placed(labels[0]);
+    const [shifted, ct] = [placed(plain("shifted"), 1), placed(plain("ct"))];
+    const channel = placed(member("seg.nuclei", "seg", { field: "nuclei" }));
+    expect(sampledOf([part, shifted], defaults, part)).toBe(part);
+    expect(sampledOf([shifted, ct, part], defaults, part)).toBe(ct);
+    expect(sampledOf([ct, part, channel], defaults, part)).toBe(channel);
+    expect(sampledOf([ct, placed(plain("other")), part], defaults, part)).toBe(part); // Which one is unknown.
+    expect(sampledOf([shifted, ct], defaults, shifted)).toBe(shifted);
+    expect(sampledOf([shifted, ct, part], { ...defaults, samplesOf: "shifted" }, part)).toBe(shifted);
+    expect(sampledOf(list, { ...defaults, samplesOf: "flow.heat.t0" }, flow[0]).name).toBe("flow.heat.t0.5");
+    const far = placed(plain("far"), 100);
+    expect(sampledOf([ct, far], { ...defaults, samplesOf: "far" }, ct)).toBe(ct);
+    expect(sceneRefusal([ct, far], { ...defaults, samplesOf: "far" }, ct)).toEqual({
+      text: 'Slices cannot show "far": it is at another position than "ct": their bounding boxes do not overlap.', change: { samplesOf: "" },
+    });
+    expect(sceneRefusal([ct, far], { ...defaults, samplesOf: "ctt" }, ct)?.text).toBe('No dataset named "ctt" is served here. Did you mean "ct"?');
   });
 });

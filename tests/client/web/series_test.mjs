@@ -27,6 +27,7 @@ await test("SearchesSortsAndZoomsToLabels", findsLabels);
 await test("SelectsSeveralLabels", selectsSeveral);
 await test("SavesATableOfVisibleLabels", savesTable);
 await test("ShowsHundredsOfLabelsWithFewRequests", showsHundreds);
+await test("SlicesShowTheImageOfLabels", showsImage);
 await test("LabelsReplaceEachOtherInFrames", replacesLabels);
 await test("PlaysTimesColoredByAnotherField", playsTimes);
 await test("OverlaysAnotherField", overlays);
@@ -42,7 +43,7 @@ await finish();
 async function showsLabels(page) {
   await open(page, "#dataset=seg", series);
   await complete(page);
-  assert.equal(await page.locator(".dataset").count(), 4, "a series is one entry");
+  assert.equal(await page.locator(".dataset").count(), 5, "a series is one entry");
   assert.deepEqual(await page.locator(".label-name").allTextContents(), ["label 2", "label 5", "label 9"]);
   await settled(page);
   const cut = await page.evaluate(() => {
@@ -172,6 +173,21 @@ async function selectsSeveral(page) {
   assert.equal((await selected()).length, 30);
   await page.keyboard.press("Escape");
   assert.deepEqual(await selected(), []);
+}
+
+async function showsImage(page) {
+  await open(page, "#dataset=hundreds&labels=8&layout=four&axes=false", series);
+  await settled(page);
+  const values = (pattern) => page.waitForFunction((text) => [...document.querySelectorAll(".slice-view")]
+    .every((one) => new RegExp(text).test(one.getAttribute("aria-label"))), pattern, { timeout: patience });
+  await values(": 20\\.5\\. Click");
+  await page.click('button:text-is("Fit")');
+  await page.waitForFunction(() => /cross=2\.5[^,]*,8\.5[^,]*,2\.5/.test(location.hash), null, { timeout: patience });
+  await values(": 2\\.5\\. Click");
+  await page.click('summary:has-text("Slice of the samples")');
+  await page.selectOption('[aria-label="Samples of"]', "hundreds");
+  await page.waitForFunction(() => /samples_of=hundreds/.test(location.hash));
+  await values(": [01]\\.?\\d*\\. Click");
 }
 
 async function findsLabels(page) {
@@ -464,7 +480,7 @@ function prepareCells() {
   run("prepare", file, "--label", "all", "--name", "cells", "-o", folder);
 }
 
-// Three hundred balls.
+// Three hundred balls, and an image on their grid: the place along x.
 function prepareHundreds() {
   const [side, pitch] = [42, 6];
   const labelAt = (...place) => {
@@ -475,6 +491,9 @@ function prepareHundreds() {
   const file = path.join(scratch, "hundreds.nrrd");
   writeNrrd(file, side, Uint16Array.from(samplesOf(side, labelAt)));
   run("prepare", file, "--label", "all", "--name", "hundreds", "-o", folder);
+  const image = path.join(scratch, "stain.nrrd");
+  writeNrrd(image, side, Float32Array.from(samplesOf(side, (x) => x)));
+  run("prepare", image, "-o", path.join(folder, "stain.mtd"));
 }
 
 // A growing ball, and another field in the same place, at four times.

@@ -1,8 +1,8 @@
 import { colorAt, colorMaps, colorRow } from "../../../client/web/src/shared/color_maps";
+import { boxBetween } from "../../../client/web/src/scene/crop";
 import { axisNormal, cutCorners, extentAlong, maxPixels, planeGrid, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
 import { planeAxes } from "../../../client/web/src/scene/slice_view";
-import { crossOf } from "../../../client/web/src/slice_views";
-import { scaleOf, slicePosition, windowOf } from "../../../client/web/src/slices";
+import { crossOf, planesThrough, scaleOf, slicePosition, windowOf } from "../../../client/web/src/slices";
 import { WorldSpace } from "../../../client/web/src/protocol/messages";
 import { defaults } from "../../../client/web/src/state/settings";
 import type { Vec3 } from "../../../client/web/src/stream/dataset";
@@ -109,6 +109,16 @@ describe("LinkedSlices", () => {
   test("MeetInTheCenterByDefault", () => {
     expect(crossOf(null, info)).toEqual([14, 4, 4]);
     expect(crossOf([12, -3, 99], info)).toEqual([12, 0, 8]);
+  });
+
+  test("MoveToTheCenterOfABoxThatTheyMiss", () => {
+    const box = boxBetween({ low: [11, 1, 1], high: [13, 3, 7] });
+    expect(planesThrough(box, { ...defaults, layout: "four" }, info)).toEqual({ cross: [12, 2, 4] });
+    expect(planesThrough(box, { ...defaults, layout: "four", cross: [11, 3, 1] }, info)).toEqual({});
+    expect(planesThrough(box, { ...defaults, slice: "y" }, info)).toEqual({ sliceAt: 0.25 });
+    expect(planesThrough(box, { ...defaults, slice: "z" }, info)).toEqual({});
+    expect(planesThrough(box, defaults, info)).toEqual({});
+    expect(planesThrough(boxBetween({ low: [1, 0, 0], high: [0, 1, 1] }), { ...defaults, layout: "four", slice: "y" }, info)).toEqual({});
   });
 });
 

@@ -124,7 +124,7 @@ export class Panel {
     this.list = list;
     this.slice.showPermission(permitsSamples);
     this.cut.showPermission(permitsSamples);
-    for (const part of [this.isovalue, this.field, this.series, this.labels, this.surfaces]) part.showDatasets(list);
+    for (const part of [this.isovalue, this.field, this.series, this.labels, this.surfaces, this.slice]) part.showDatasets(list);
     this.show();
   }
 

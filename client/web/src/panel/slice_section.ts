@@ -3,12 +3,15 @@ import type { DatasetInfo } from "../protocol/messages";
 import { colorMaps } from "../shared/color_maps";
 import { h } from "../shared/elements";
 import { sampleWindows } from "../shared/sample_window";
+import { sampledOf } from "../scene_at";
+import { datasetSelect } from "./dataset_select";
 import type { Change, PanelSection } from "./panel_section";
 import { SettingControls } from "./setting_controls";
 
 export const noSamples = "The server permits surfaces only here, no samples.";
 
 export interface SlicePart extends PanelSection {
+  showDatasets: (list: readonly DatasetInfo[]) => void;
   showPermission: (permitsSamples: boolean) => void;
 }
 
@@ -19,6 +22,9 @@ export function slicePart(change: Change): SlicePart {
     label: "Plane", tip: "The samples on a plane through the data, with the contours of the surfaces.",
     choices: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"]],
   });
+  const samples = datasetSelect("Samples of", "Automatic", (samplesOf) => change({ samplesOf, level: null, windowWidth: null }));
+  const samplesRow = h("label", { class: "control", "data-tip":
+    "Whose samples planes show: by default the image of labels, otherwise the data of the first surface." }, h("span", {}, "Samples of"), samples.element);
   const at = controls.slider("sliceAt", {
     label: "Position", tip: "Position of the plane along its axis.",
     min: 0, max: 1, step: 0.002,
@@ -36,6 +42,7 @@ export function slicePart(change: Change): SlicePart {
     label: "Logarithmic", tip: "Equal factors of the values have equal steps of color.",
   });
   let known: DatasetInfo | null = null;
+  let list: readonly DatasetInfo[] = [];
   const showWindows = (info: DatasetInfo | null) => {
     if (info === known) return;
     known = info;
@@ -46,15 +53,19 @@ export function slicePart(change: Change): SlicePart {
     }));
   };
   return {
-    elements: [refusal, slice, at, colors, windows, air, log],
+    elements: [refusal, slice, at, samplesRow, colors, windows, air, log],
     show: (settings, info) => {
       controls.show(settings);
-      showWindows(info);
+      showWindows(info && sampledOf(list, settings, info));
+      samplesRow.hidden = samples.show(list, info, settings.samplesOf) === 0 || slice.hidden;
       at.hidden = settings.slice === "off" || slice.hidden;
+    },
+    showDatasets: (now) => {
+      list = now;
     },
     showPermission: (permitsSamples) => {
       refusal.hidden = permitsSamples;
-      for (const element of [slice, at, colors, windows, air, log]) element.hidden = !permitsSamples;
+      for (const element of [slice, at, samplesRow, colors, windows, air, log]) element.hidden = !permitsSamples;
     },
   };
 }

@@ -1,10 +1,10 @@
 // One line about the shown surfaces and the progress, starting with the error. The certificate has the details.
 // Progress is that of the first visible surface, totals are of all; the state is complete only when all are.
-import type { DrawnSurface, SurfacesStatus, SurfaceSize } from "../state/progress";
+import type { DrawnSurface, SurfacesStatus } from "../state/progress";
 import { accuracyInUnits, certificateOf, errorExplanation, isEmpty, leastAccurate, certificateSummary, trianglesOf, errorSummary } from "./certificate";
 import { isFullResolution } from "./expected_text";
 import { h } from "../shared/elements";
-import { grouped, inBytes, inSeconds, inTriangleRange } from "../shared/quantities";
+import { grouped, inBytes, inSeconds } from "../shared/quantities";
 
 // A value with its name below; the elements stay while the text changes.
 class Fact {
@@ -89,15 +89,14 @@ export class StatusBar {
     this.certificateButton.setAttribute("aria-expanded", String(isOpen));
   }
 
-  // `expected`: of the first surface.
-  show(status: SurfacesStatus, expected: SurfaceSize | null): void {
+  show(status: SurfacesStatus): void {
     const { progress, drawn } = status;
     const { isStreaming, tilesReceived, tilesToCome } = progress;
     const share = tilesToCome > 0 ? tilesReceived / tilesToCome : isStreaming ? 0 : 1;
     this.meter.style.setProperty("--share", String(share));
     this.meter.classList.toggle("is-active", isStreaming || waitsForOthers(status));
     this.showState(status);
-    this.showTriangles(status, expected);
+    this.showTriangles(status);
     const coarsest = leastAccurate(drawn);
     const accuracy = coarsest && accuracyInUnits(coarsest);
     this.error.show(
@@ -150,15 +149,11 @@ export class StatusBar {
     if (this.spoken.textContent !== aloud) this.spoken.textContent = aloud;
   }
 
-  private showTriangles({ progress, drawn, isFirst }: SurfacesStatus, expected: SurfaceSize | null): void {
-    const { shown, isStreaming } = progress;
+  private showTriangles({ progress, drawn }: SurfacesStatus): void {
     const triangles = drawn.reduce((sum, surface) => sum + trianglesOf(surface), 0);
-    const isPreview = shown && expected && isFirst && drawn.length === 1 && (isStreaming || !shown.isFinal);
-    const label = drawn.length > 1 ? `triangles of ${drawn.length} surfaces` : "triangles";
-    const coming = expected && (shown?.shell && triangles > expected.triangles ? "triangles, not simplified"
-      : `${triangles < expected.triangles ? "of" : "soon"} ${inTriangleRange(expected.triangles, expected.budget)}`);
     const isFull = drawn.length === 1 && isFullResolution(drawn[0].shown);
-    this.triangles.show(shown && grouped(triangles), isPreview ? coming ?? label : isFull ? "triangles, not simplified" : label);
+    const label = drawn.length > 1 ? `triangles of ${drawn.length} surfaces` : isFull ? "triangles, not simplified" : "triangles";
+    this.triangles.show(progress.shown && grouped(triangles), label);
   }
 
   private showCertificate(drawn: DrawnSurface[]): void {

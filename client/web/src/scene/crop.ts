@@ -36,8 +36,12 @@ export function cropFaces(crop: Crop | null, info: DatasetInfo): CropFace[] {
 // Returns the part of a box inside the crop; the whole box if none is inside.
 export function croppedBox(box: THREE.Box3, crop: Crop | null): THREE.Box3 {
   if (!crop) return box;
-  const inside = box.clone().intersect(new THREE.Box3(new THREE.Vector3(...crop.low), new THREE.Vector3(...crop.high)));
+  const inside = box.clone().intersect(boxBetween(crop));
   return inside.isEmpty() ? box : inside;
+}
+
+export function boxBetween({ low, high }: Crop): THREE.Box3 {
+  return new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high));
 }
 
 // The sign is that of the normal, which points to the inside.

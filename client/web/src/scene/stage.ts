@@ -6,6 +6,7 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 import type { Vec3 } from "../stream/dataset";
 import type { View } from "../stream/request";
+import { boxBetween } from "./crop";
 import { areSamePlanes } from "./cut_plane";
 import { nudgedFromUp, snappedToAxis } from "./directions";
 import { gpuFinished } from "./gpu_fence";
@@ -118,10 +119,8 @@ export class Stage {
   }
 
   // Sets the box of the data, which determines the camera's depth range.
-  setBounds(low: Vec3, high: Vec3): void {
-    new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high)).getBoundingSphere(
-      this.sphere,
-    );
+  setBounds(box: { low: Vec3; high: Vec3 }): void {
+    boxBetween(box).getBoundingSphere(this.sphere);
     this.controls.maxDistance = 20 * this.sphere.radius;
     this.controls.minDistance = 0.002 * this.sphere.radius;
   }
@@ -166,10 +165,6 @@ export class Stage {
     this.controls.target.copy(center);
     this.controls.update();
     this.invalidate();
-  }
-
-  frameBounds({ low, high }: { low: Vec3; high: Vec3 }): void {
-    this.frameBox(new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high)));
   }
 
   // Fits the box to the view; keeps the view direction. Ignores empty boxes.

@@ -85,7 +85,6 @@ export interface DrawnSurface {
 // All visible surfaces.
 export interface SurfacesStatus {
   progress: Progress; // Of the first visible surface, or else of the first one.
-  isFirst: boolean; // Whether `progress` is that of the first surface.
   drawn: DrawnSurface[];
   done: number; // Surfaces that have a final step or will never have one.
   visible: number; // Visible surfaces.

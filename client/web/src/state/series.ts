@@ -6,6 +6,7 @@ import { labelColor } from "./label_colors";
 import { labelRanges, labelsOfRanges } from "./label_ranges";
 import { defaults, type AdditionalSurface, type LabelName, type Settings } from "./settings";
 import { surfacesOf } from "./surfaces";
+import { hasSameGrid } from "../stream/dataset";
 
 export interface Series {
   name: string;
@@ -92,6 +93,13 @@ export function memberOfField(series: Series, info: DatasetInfo, field: string):
   return found.find((one) => timeOf(one) === timeOf(info)) ?? found[0] ?? null;
 }
 
+// Returns the image of a segmentation: values on the same grid, of the same series, or else the only ones.
+export function imageOf(list: readonly DatasetInfo[], info: DatasetInfo): DatasetInfo | null {
+  const images = list.filter((one) => !one.member?.label && hasSameGrid(one, info));
+  const own = images.find((one) => isSameSeries(one, info));
+  return own ?? images.find((one) => images.every((other) => isSameSeries(one, other))) ?? null;
+}
+
 // Returns the value range over all times of the dataset, so that colors are comparable between times.
 export function rangeOf(list: readonly DatasetInfo[], info: DatasetInfo): { min: number; max: number } {
   const all = [info, ...sameFieldAndLabel(list, info)];
@@ -160,7 +168,7 @@ export function channelColor({ member }: DatasetInfo): { color?: string } {
 export function settingsOfChoice(entry: Entry): Partial<Settings> {
   return {
     ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], eye: null, target: null,
-    up: defaults.up, clip: "off", clipNormal: null, crop: null, places: [], cross: null,
+    up: defaults.up, clip: "off", clipNormal: null, crop: null, places: [], cross: null, samplesOf: "",
   };
 }
 

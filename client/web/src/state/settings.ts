@@ -101,6 +101,7 @@ export interface Settings {
   crop: Crop | null; // The box outside of which everything is hidden; null: nothing is.
   filled: boolean; // Fills the cut and the crop's faces with the samples inside the surfaces.
   slice: Axis; // A plane of samples in the scene.
+  samplesOf: string; // The dataset whose samples planes show; empty: the first surface's, or the image of a segmentation.
   transparentAir: boolean; // Hides samples of air.
   sliceAt: number; // 0 to 1 along the axis.
   layout: Layout; // The surface alone, or with three orthogonal slices
@@ -161,6 +162,7 @@ export const defaults: Settings = {
   crop: null,
   filled: true,
   slice: "off",
+  samplesOf: "",
   transparentAir: true,
   sliceAt: 0.5,
   layout: "surface",

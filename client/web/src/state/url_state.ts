@@ -73,6 +73,7 @@ export function fromAddress(text: string): Partial<Settings> {
   set("fieldLog", yes("fieldLog"));
   set("noValueColor", colorFrom(parameters.get("noValueColor")));
   set("slice", word("slice", "off", "x", "y", "z"));
+  set("samplesOf", parameters.get("samplesOf") ?? undefined);
   set("transparentAir", yes("transparentAir"));
   set("sliceAt", number("sliceAt", 0, 1));
   set("layout", word("layout", "surface", "four"));
@@ -152,8 +153,8 @@ export const qualities: ReadonlyMap<string, number> = new Map([["draft", 2], ["n
 const plainNames = [
   "dataset", "labels", "t", "isovalue", "error", "bound", "topologyRule", "topologyTolerance", "followView", "pixels",
   "maxTriangles", "simplify", "shading", "wireframe", "coloring", "clip", "clipAt", "clipFlipped", "filled",
-  "slice", "sliceAt", "transparentAir", "layout", "sliceColors", "level", "windowWidth", "colorBy", "colors", "fieldLevel",
-  "fieldWindow", "fieldLog", "samplesLog", "axes",
+  "slice", "sliceAt", "samplesOf", "transparentAir", "layout", "sliceColors", "level", "windowWidth", "colorBy", "colors",
+  "fieldLevel", "fieldWindow", "fieldLog", "samplesLog", "axes",
   "projection", "occlusion", "material", "opacity", "visible", "minComponent", "logScale", "playing", "speed", "loop", "theme",
 ] as const;
 

@@ -88,6 +88,14 @@ function boxOfCorners(indexToWorld: Affine, least: readonly number[], greatest: 
   return { low, high };
 }
 
+// Whether both have a sample at the same places, within a thousandth of a voxel.
+export function hasSameGrid(a: DatasetInfo, b: DatasetInfo): boolean {
+  const isSameSize = a.dims.every((count, axis) => count === b.dims[axis]);
+  const [one, other] = [worldBox(a), worldBox(b)];
+  const isNear = (x: Vec3, y: Vec3) => x.every((at, axis) => Math.abs(at - y[axis]) <= 1e-3 * voxelLength(a));
+  return isSameSize && worldDifference(a, b) === null && isNear(one.low, other.low) && isNear(one.high, other.high);
+}
+
 // Returns why a field of `b` has no values on surfaces of `a`, or null if both may be in one world.
 export function worldDifference(a: DatasetInfo, b: DatasetInfo): string | null {
   const differ = <T>(x: T, y: T) => Boolean(x) && Boolean(y) && x !== y;
