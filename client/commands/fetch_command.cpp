@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "client/commands/colored_mesh.hpp"
+#include "client/commands/fetch_parts.hpp"
 #include "client/commands/program.hpp"
 #include "client/library/client.hpp"
 #include "client/library/report.hpp"
 #include "client/library/tile_disk_cache.hpp"
-#include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/output_files.hpp"
 #include "common/cli/surface_files.hpp"
@@ -25,58 +25,9 @@
 namespace multitetra {
 namespace {
 
-// One of the fetched surfaces and its output files.
-struct Part {
-  std::size_t dataset = 0;                // Its place among the datasets of a series.
-  std::size_t request = 0;                // Its place among the isovalues.
-  std::string isovalue;                   // "isovalue 500.5" if there are several; otherwise empty.
-  std::string mesh_file;                  // Several parts may be in one GLB.
-  std::filesystem::path steps_directory;  // Empty: steps are not written.
-};
-
-bool has_times(std::span<const DatasetRequest> series) {
-  const auto time_of = [](const DatasetRequest& one) { return one.info.member->time; };
-  return std::any_of(series.begin(), series.end(), [&](const DatasetRequest& one) {
-    return time_of(one) != time_of(series.front());
-  });
-}
-
-// Returns one part per dataset of a series and isovalue; of one dataset without a series. Names of
-// files with one part include those of which there are several. A GLB contains all parts of a time.
-std::vector<Part> parts_of(const FetchArguments& arguments, MeshFormat format,
-                           std::span<const DatasetRequest> series = {}) {
-  const bool is_one_scene = format == MeshFormat::kGlb && !has_times(series);
-  const std::vector<double>& isovalues = arguments.order.surface.query.isovalues;
-  std::vector<Part> parts;
-  for (std::size_t dataset = 0; dataset < std::max<std::size_t>(1, series.size()); ++dataset) {
-    for (std::size_t i = 0; i < std::max<std::size_t>(1, isovalues.size()); ++i) {
-      Part part{.dataset = dataset,
-                .request = i,
-                .isovalue = {},
-                .mesh_file = arguments.mesh,
-                .steps_directory = arguments.steps_directory};
-      const auto add = [&](const std::string& name, const std::string& folder, bool is_in_scene) {
-        if (!is_in_scene) part.mesh_file = file_of_part(part.mesh_file, name);
-        if (!part.steps_directory.empty()) part.steps_directory /= folder;
-      };
-      if (!series.empty()) {
-        const std::string& name = series[dataset].info.name;
-        add(name, name, is_one_scene);
-      }
-      if (isovalues.size() > 1) {
-        const std::string number = shortest_text(isovalues[i]);
-        part.isovalue = "isovalue " + number;
-        add(number, "isovalue_" + number, format == MeshFormat::kGlb);
-      }
-      parts.push_back(std::move(part));
-    }
-  }
-  return parts;
-}
-
-void require_outputs_of(const FetchArguments& arguments, const std::vector<Part>& parts) {
+void require_outputs_of(const FetchArguments& arguments, const std::vector<FetchPart>& parts) {
   std::vector<NamedFile> outputs;
-  for (const Part& part : parts) {
+  for (const FetchPart& part : parts) {
     const bool is_shared = !outputs.empty() && outputs.back().file == part.mesh_file;
     if (!is_shared) outputs.push_back({"--output", part.mesh_file});
   }
@@ -86,21 +37,13 @@ void require_outputs_of(const FetchArguments& arguments, const std::vector<Part>
                             {"--ca", arguments.order.server.ca_file}});
 }
 
-// Returns the name of a part in files.
-SurfaceName name_of(const Part& part, const DatasetInfo& info, bool is_series) {
-  SurfaceName name = surface_name(info);
-  if (part.isovalue.empty()) return name;
-  name.text = is_series ? name.text + ", " + part.isovalue : part.isovalue;
-  return name;
-}
-
 // Writes steps, final meshes and reports.
 class Output {
  public:
   Output(const FetchArguments& arguments, MeshFormat format)
       : arguments_(arguments), format_(format) {}
 
-  void step(const FetchedStep& fetched, const Part& part, const DatasetInfo& info) const {
+  void step(const FetchedStep& fetched, const FetchPart& part, const DatasetInfo& info) const {
     if (!arguments_.quiet) std::cerr << step_line(fetched, info) << std::endl;
     if (part.steps_directory.empty()) return;
     const std::string suffix = std::filesystem::path(part.mesh_file).extension().string();
@@ -117,7 +60,7 @@ class Output {
     paint(surface.mesh, fetched.step->begin, arguments_.order.surface.query.colors);
     return surface;
   }
-  void final_steps(std::span<const Part> parts, std::span<const SurfaceName> names,
+  void final_steps(std::span<const FetchPart> parts, std::span<const SurfaceName> names,
                    std::span<const OutputSurface> surfaces) const {
     std::vector<SurfaceFile> files;
     for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -219,7 +162,7 @@ FetchedStep for_report(const FetchedStep& fetched) {
 }
 
 // Fetches and checks one surface.
-ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Part& part,
+ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const FetchPart& part,
                                        Client& client, DatasetRequest& surface,
                                        const Output& output, KeptTiles& kept, FetchReport& report) {
   const DatasetInfo& info = surface.info;
@@ -272,7 +215,7 @@ int fetch(const FetchArguments& arguments) {
                                 ".drc or .vtp.");
   }
   require_codec(arguments.order.surface, *format == MeshFormat::kGlb);
-  std::vector<Part> parts = parts_of(arguments, *format);
+  std::vector<FetchPart> parts = parts_of(arguments, *format);
   require_outputs_of(arguments, parts);
   ConnectedRequests connected = ordered_datasets(arguments.order, retry_options(arguments));
   if (connected.is_series) {
@@ -287,7 +230,7 @@ int fetch(const FetchArguments& arguments) {
   } else {
     share_budget(connected.client, connected.datasets.front());
   }
-  for (const Part& part : parts) {
+  for (const FetchPart& part : parts) {
     if (!part.steps_directory.empty()) std::filesystem::create_directories(part.steps_directory);
   }
   const Output output(arguments, *format);
@@ -297,7 +240,7 @@ int fetch(const FetchArguments& arguments) {
   std::vector<OutputSurface> surfaces;
   std::vector<SurfaceName> names;
   const bool are_several = parts.size() > 1;
-  for (const Part& part : parts) {
+  for (const FetchPart& part : parts) {
     DatasetRequest& surface = connected.datasets[part.dataset];
     reports.push_back(
         {.server = connected.server,

@@ -1,11 +1,38 @@
 #include "common/cli/surface_files.hpp"
 
+#include <algorithm>
 #include <map>
-#include <vector>
+#include <optional>
 
+#include "common/cli/output_files.hpp"
 #include "common/wire/scene_file.hpp"
 
 namespace multitetra {
+
+std::vector<std::string> files_of(const std::string& output, MeshFormat format,
+                                  std::span<const DatasetInfo* const> datasets) {
+  const auto series = [](const DatasetInfo* one) {
+    return one->member ? one->member->series : std::string();
+  };
+  const auto time = [](const DatasetInfo* one) {
+    return one->member ? one->member->time : std::nullopt;
+  };
+  const auto have_same = [&](const auto& property) {
+    return std::all_of(datasets.begin(), datasets.end(), [&](const DatasetInfo* one) {
+      return property(one) == property(datasets.front());
+    });
+  };
+  const bool is_one_scene = format == MeshFormat::kGlb && have_same(time);
+  const bool is_one_series = have_same(series);
+  std::vector<std::string> files;
+  for (const DatasetInfo* const one : datasets) {
+    const std::string prefix = series(one) + ".";
+    const bool has_prefix = is_one_series && one->name.starts_with(prefix);
+    const std::string name = has_prefix ? one->name.substr(prefix.size()) : one->name;
+    files.push_back(is_one_scene ? output : file_of_part(output, name).string());
+  }
+  return files;
+}
 
 std::string file_bytes(const SurfaceFile& surface, MeshFormat format, MeshCodec codec) {
   const OutputSurface& output = *surface.surface;

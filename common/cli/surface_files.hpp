@@ -5,8 +5,10 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "common/cli/surface_options.hpp"
+#include "common/request/dataset_info.hpp"
 #include "common/request/mesh_codec.hpp"
 #include "common/request/surface_name.hpp"
 #include "common/wire/mesh_files.hpp"
@@ -19,6 +21,11 @@ struct SurfaceFile {
   const OutputSurface* surface = nullptr;             // Not null.
   std::optional<std::uint32_t> color = std::nullopt;  // As in ScenePart.
 };
+
+// Returns the file of each dataset's surface: one GLB for all of one time. Otherwise the names of
+// files include those of the datasets, without the series' if it is the same for all.
+[[nodiscard]] std::vector<std::string> files_of(const std::string& output, MeshFormat format,
+                                                std::span<const DatasetInfo* const> datasets);
 
 // Returns the bytes of a file with this surface alone.
 [[nodiscard]] std::string file_bytes(const SurfaceFile& surface, MeshFormat format,

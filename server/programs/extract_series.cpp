@@ -1,6 +1,9 @@
 #include "server/programs/extract_series.hpp"
 
 #include <iostream>
+#include <map>
+#include <optional>
+#include <set>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -94,6 +97,28 @@ void require_folder_request(const IsosurfaceRequest& request) {
   }
 }
 
+// Surfaces of one time may touch each other.
+TouchingSurfaces extract_by_time(const std::vector<DatasetPtr>& datasets,
+                                 const IsosurfaceRequest& request) {
+  std::map<std::optional<double>, std::vector<std::size_t>> by_time;
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    const auto& member = datasets[i]->info.member;
+    by_time[member ? member->time : std::nullopt].push_back(i);
+  }
+  TouchingSurfaces all{.surfaces = std::vector<Simplified>(datasets.size()),
+                       .common_triangles = std::vector<std::size_t>(datasets.size())};
+  for (const auto& [time, members] : by_time) {
+    std::vector<DatasetPtr> of_time;
+    for (const std::size_t i : members) of_time.push_back(datasets[i]);
+    TouchingSurfaces extracted = extract_touching(of_time, request);
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      all.surfaces[members[i]] = std::move(extracted.surfaces[i]);
+      all.common_triangles[members[i]] = extracted.common_triangles[i];
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
 int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArguments& surface) {
@@ -104,22 +129,24 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
   const Result<IsosurfaceRequest> request = request_of(surface, first);
   if (!request) throw std::invalid_argument(request.error().text);
   require_folder_request(*request);
+  std::vector<const DatasetInfo*> infos;
+  for (const DatasetPtr& dataset : datasets) infos.push_back(&dataset->info);
   std::vector<ExtractedSurface> surfaces(datasets.size());
+  const std::vector<std::string> files = files_of(arguments.output, arguments.format, infos);
   std::vector<NamedFile> outputs = {{"--report", arguments.report}};
   for (std::size_t i = 0; i < datasets.size(); ++i) {
-    surfaces[i].info = &datasets[i]->info;
-    surfaces[i].file = arguments.format == MeshFormat::kGlb
-                           ? arguments.output
-                           : file_of_part(arguments.output, datasets[i]->info.name).string();
-    if (arguments.format != MeshFormat::kGlb) outputs.push_back({"--output", surfaces[i].file});
+    surfaces[i].info = infos[i];
+    surfaces[i].file = files[i];
   }
-  if (arguments.format == MeshFormat::kGlb) outputs.push_back({"--output", arguments.output});
+  for (const std::string& file : std::set(files.begin(), files.end())) {
+    outputs.push_back({"--output", file});
+  }
   require_outputs(outputs, {{"--threshold-grid", surface.threshold_grid}});
   Notices notices;
   notices.add(request_notices(*request, first));
 
   progress.begin("surfaces");
-  TouchingSurfaces extracted = extract_touching(datasets, *request);
+  TouchingSurfaces extracted = extract_by_time(datasets, *request);
   progress.begin("checks");
   const bool has_report = arguments.json || !arguments.report.empty();
   bool is_sound = true;

@@ -82,7 +82,7 @@ for key in open_edges nonmanifold_edges; do
   [ "$(grep -c "\"$key\": 0" out)" = 2 ] || fail "$key: $(cat out)"
 done
 [ "$(grep -o '"common_triangles": [1-9][0-9]*' out | sort -u | wc -l)" = 1 ] || fail "no common border: $(cat out)"
-[ -s organs_organs.label3.stl ] && [ -s organs_organs.label7.stl ] || fail "no file for each label: $(ls)"
+[ -s organs_label3.stl ] && [ -s organs_label7.stl ] || fail "no file for each label: $(ls)"
 ends 2 "are for one dataset, not a folder" "$server" extract organs --max-triangles 100 -o organs.glb
 ends 2 "are for one dataset, not a folder" "$server" extract organs --level 3 -o organs.glb
 ends 2 "are for one dataset, not a folder" "$server" extract organs --topology-tolerance 2 -o organs.glb
@@ -197,9 +197,9 @@ ends 1 '"organs" is a series of datasets; choose one of them' "$client" estimate
 [ "$(grep -c '"mesh_file": "fetched.glb"' fetched.json)" = 2 ] || fail "the report of a series: $(cat fetched.json)"
 "$client" fetch --server "$url" --dataset organs --error 0.5 -o fetched.ply --save-steps fetched_steps --quiet
 for label in 3 7; do
-  [ -s "fetched_organs.label$label.ply" ] && [ -s "fetched_steps/organs.label$label/step_0.ply" ] || fail "no file for each label: $(ls)"
+  [ -s "fetched_label$label.ply" ] && [ -s "fetched_steps/organs.label$label/step_0.ply" ] || fail "no file for each label: $(ls)"
 done
-grep -aq '^comment name hepar$' fetched_organs.label3.ply || fail "no name in $(head -4 fetched_organs.label3.ply)"
+grep -aq '^comment name hepar$' fetched_label3.ply || fail "no name in $(head -4 fetched_label3.ply)"
 [ ! -e fetched.ply ] || fail "a file of no label"
 ends 2 "are for one dataset, not a series" "$client" fetch --server "$url" --dataset organs --max-triangles 100 -o x.ply
 ends 6 "is not written" "$client" fetch --server "$url" --dataset organs --isovalue 7 -o x.ply
@@ -278,10 +278,12 @@ done | uniq | wc -l | grep -qx 1 || fail "a member is not the time that it says"
 start beats "$server" serve beat --tcp 127.0.0.1:0
 "$client" fetch --server "$(url_of beats tcp)" --dataset beat --isovalue 0.4,0.5 --error 0.2 -o beats.glb --quiet
 for isovalue in 0.4 0.5; do
-  grep -aq "\"beat.t0002, isovalue $isovalue\"" beats_beat.t0002.glb || fail "isovalue $isovalue is not in the file of its time"
+  grep -aq "\"beat.t0002, isovalue $isovalue\"" beats_t0002.glb || fail "isovalue $isovalue is not in the file of its time"
 done
 [ "$(echo beats_*.glb | wc -w)" = 3 ] && [ ! -e beats.glb ] || fail "not one file for each time: $(ls)"
 ends_well beats "$pid"
+ends 0 "pulse_t0002.glb" "$server" extract beat --isovalue 0.5 -o pulse.glb
+[ "$(echo pulse*.glb)" = "pulse_t0000.glb pulse_t0001.glb pulse_t0002.glb" ] || fail "not one file for each time: $(ls)"
 
 ends 0 "6 members, 0 failed" "$server" prepare in/run_*.vti --time-series run --times 0:0.1 --time-unit s --field pressure,hot/cold -o run
 says run/run.hot_cold.t0001.mtd '"run", field hot/cold, time 0.1 s'

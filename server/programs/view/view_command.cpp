@@ -1,6 +1,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <deque>
@@ -137,7 +138,13 @@ class ViewedVolumes {
         while (!work_->jobs.empty()) {
           const PrepareJob job = std::move(work_->jobs.front());
           work_->jobs.pop_front();
-          if (prepare(job)) return job.name;
+          if (!prepare(job)) continue;
+          ++work_->prepared;
+          return job.name;
+        }
+        if (work_->prepared > 1) {
+          print_line("The " + std::to_string(work_->prepared) + " datasets of '" +
+                     arguments.inputs.front() + "' are ready.");
         }
       } catch (const PreparationStopped&) {
         throw;
@@ -153,16 +160,18 @@ class ViewedVolumes {
  private:
   // The preparation in progress.
   struct Work {
-    Work(const PrepareArguments& arguments, const std::stop_token& stop)
+    Work(PrepareArguments& arguments, const std::stop_token& stop)
         : maps(arguments.output), preparation(arguments, maps, stop) {
       const auto notice = [&](const std::string& text) {
         if (!arguments.quiet) std::cerr << "view: " << text << std::endl;
       };
       for (PrepareJob& job : jobs_of(arguments, maps, notice)) jobs.push_back(std::move(job));
+      if (jobs.size() > 1) arguments.quiet = true;  // One line for all: see prepare_next().
     }
     LatestLabelMap maps;
     Preparation preparation;
     std::deque<PrepareJob> jobs;
+    std::size_t prepared = 0;
   };
 
   void print_line(const std::string& text) const {
