@@ -117,7 +117,7 @@ export class Viewer {
     this.timeBar = new TimeBar(turn);
     const picking = new Picking(this.stage, this.canvas, this.pool,
       () => ({
-        info: this.info, tiles: this.surfaces.shownTiles(this.get()), clip: clipPlanes(this.get(), this.info),
+        info: this.samples.sampled, tiles: this.surfaces.shownTiles(this.get()), clip: clipPlanes(this.get(), this.info),
         slice: (ray) => this.samples.hit(ray),
       }),
       () => this.handles.isGrabbed,

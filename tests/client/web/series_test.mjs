@@ -188,6 +188,14 @@ async function showsImage(page) {
   await page.selectOption('[aria-label="Samples of"]', "hundreds");
   await page.waitForFunction(() => /samples_of=hundreds/.test(location.hash));
   await values(": [01]\\.?\\d*\\. Click");
+  // Clicks on a slice tell the image's value.
+  await open(page, "#dataset=hundreds&labels=300&slice=z&eye=20.5,20.5,120&target=20.5,20.5,20.5&up=y&axes=false", series);
+  await settled(page);
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  await page.waitForFunction(() => document.querySelector(".legend:not([hidden])"), null, { timeout: patience });
+  await page.waitForTimeout(500); // The slice arrives.
+  await page.mouse.click(canvas.x + canvas.width / 2, canvas.y + canvas.height / 2);
+  await page.waitForFunction(() => /^Value 20\.\d/.test(document.querySelector(".picked .field")?.textContent), null, { timeout: patience });
 }
 
 async function findsLabels(page) {

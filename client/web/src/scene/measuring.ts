@@ -9,9 +9,8 @@ import { grouped, inDigits } from "../shared/quantities";
 import type { MassProperties } from "../mesh/mass_properties";
 import type { DatasetInfo, Label, ProbedPlace } from "../protocol/messages";
 import { boundOf } from "../shown_surface";
-import { isSameSeries } from "../state/series";
 import { type MeasuredPlace, maxNoteLength, maxPlaces } from "../state/settings";
-import { applied, inverse, latticeToWorld, type Vec3, voxelLength, worldName } from "../stream/dataset";
+import { applied, inverse, latticeToWorld, type Vec3, voxelLength, worldDifference, worldName } from "../stream/dataset";
 import type { ShownTiles } from "../surface_set";
 import type { TilePool } from "../workers/tile_pool";
 import type { MeasuredPart } from "../workers/worker_messages";
@@ -27,6 +26,7 @@ export interface Measurement {
 }
 
 interface Place extends MeasuredPlace {
+  info: DatasetInfo; // Of the surface or the samples.
   index: Vec3; // In samples.
   surface: { tiles: ShownTiles; part: MeasuredPart } | null; // Null: on no shown surface.
 }
@@ -57,10 +57,9 @@ export class Measuring {
 
   add({ world, index, info, surface }: Picked): void {
     const bound = surface ? boundOf(surface.tiles.shown) : 0; // A place on a plane is exact.
-    const isGoingOn = this.info !== null && isSameSeries(this.info, info); // Labels of one series share a world.
+    const isGoingOn = this.places.every((one) => worldDifference(one.info, info) === null);
     const before = this.places.length < maxPlaces && isGoingOn ? this.places : [];
-    this.info = info;
-    this.places = [...before, { world, index, bound, surface: surface && { tiles: surface.tiles, part: surface.hit } }];
+    this.places = [...before, { info, world, index, bound, surface: surface && { tiles: surface.tiles, part: surface.hit } }];
     this.emitChange();
   }
 
@@ -87,12 +86,15 @@ export class Measuring {
   // Shows the places of the settings; keeps the details of those picked here.
   show(info: DatasetInfo | null, places: readonly MeasuredPlace[]): void {
     const isSame = places.length === this.places.length && places.every((place, i) => isAt(place, this.places[i]) && place.note === this.places[i].note);
-    if (!info || (isSame && (places.length === 0 || this.info?.name === info.name))) return;
-    const toIndex = inverse(info.indexToWorld);
+    const before = this.info;
     this.info = info;
+    if (!info || (isSame && (places.length === 0 || before?.name === info.name))) return;
+    const toIndex = inverse(info.indexToWorld);
     this.places = places.map((place) => {
       const known = this.places.find((one) => isAt(place, one));
-      return known ? { ...known, note: place.note } : { ...place, index: applied(toIndex, place.world), surface: null };
+      // Another time or field of the data has another value there.
+      const isReplaced = known?.info.name === before?.name;
+      return known ? { ...known, info: isReplaced ? info : known.info, note: place.note } : { ...place, info, index: applied(toIndex, place.world), surface: null };
     });
     this.write();
   }
@@ -156,7 +158,7 @@ export class Measuring {
       ...places.map(({ world, index }, i) =>
         h("p", {}, h("b", {}, names[i]), ` ${worldName(info)} ${world.map((v) => inDigits(v, 5)).join(", ")}`,
           h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`))),
-      ...(label ? [] : [this.fieldAt(info, last.world)]), // A label's field adds nothing to its name.
+      ...(label ? [] : [this.fieldAt(last.info, last.world)]), // A label's field adds nothing to its name.
       ...[...this.lengths(), ...this.angle()].map((text) => h("p", { class: "distance" }, text)));
     const next = ["Click another point to measure.", "Click a third point for the angle."][places.length - 1];
     if (next) this.element.append(h("p", { class: "hint" }, next));

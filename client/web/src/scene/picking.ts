@@ -20,7 +20,7 @@ export interface Picked {
 }
 
 export interface Pickable {
-  info: DatasetInfo | null;
+  info: DatasetInfo | null; // Of the slice's samples.
   tiles: ShownTiles[];
   clip: readonly THREE.Plane[]; // The half-spaces that remain visible.
   slice: (ray: THREE.Ray) => Vec3 | null;
