@@ -102,7 +102,11 @@ class OmeParser {
         even_times(count_of(pixels_, "SizeT"), 0, length_of(pixels_, "TimeIncrement").value_or(0),
                    unit_of("TimeIncrementUnit", "s"));
     std::string order = text_of_value(pixels_, "DimensionOrder");
-    if (!order.starts_with("XY") || order.size() != 5) order = "XYZCT";
+    if (order.empty()) order = "XYZCT";
+    if (!order.starts_with("XY") ||
+        !std::ranges::is_permutation(order, std::string_view("XYZCT"))) {
+      return no_description("its DimensionOrder is neither XYZCT nor XY with another order of ZCT");
+    }
     if (const auto done = order_pages(description, std::string_view(order).substr(2)); !done) {
       return tl::unexpected(done.error());
     }

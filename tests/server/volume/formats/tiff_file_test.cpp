@@ -323,6 +323,12 @@ TEST(TiffDescription, AcceptsOmeBlocksStartingAnywhere) {
   EXPECT_EQ(swapped->pages, (std::vector<std::size_t>{3, 5, 1, 4, 0, 2}));
   EXPECT_FALSE(parsed(sizes, "<TiffData IFD=\"0\" FirstZ=\"3\"/>"));
   EXPECT_FALSE(parsed("SizeZ=\"-3\"", ""));
+  for (const std::string order : {"XYuZT", "XYZZT", "XYZC", "ZCTXY", "XYZCTT", "xyzct"}) {
+    EXPECT_FALSE(parsed("DimensionOrder=\"" + order + "\" SizeZ=\"3\" SizeC=\"4\" SizeT=\"18\"",
+                        "<TiffData IFD=\"3\" FirstZ=\"1\" PlaneCount=\"3\"/>"))
+        << order;
+  }
+  EXPECT_TRUE(parsed("SizeZ=\"3\"", ""));
   EXPECT_FALSE(parsed("SizeZ=\"9999999\" SizeC=\"9999999\" SizeT=\"9999999\"", ""));
   EXPECT_FALSE(parsed(sizes,
                       "<TiffData><UUID FileName=\"a\"/></TiffData><TiffData><UUID "
