@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "server/volume/labels/border_smoothing.hpp"
 #include "server/volume/labels/label_cell.hpp"
 #include "server/volume/labels/label_smoothing.hpp"
 
@@ -15,6 +16,7 @@ namespace {
 // smoother surfaces. A flat border moves by a step if magnitudes change by 0.375 of the field's
 // range, so a gain of about that corrects it in one round.
 constexpr int kRounds = 10;
+constexpr int kSmoothings = 3;
 constexpr std::int32_t kAveragings = 4;
 constexpr double kGain = 0.35 * kFieldSteps;
 
@@ -263,7 +265,7 @@ class LabelBorders::Round {
   [[nodiscard]] double change_of(const BorderSlice& slice, std::size_t number) const {
     const BorderSample& sample = slice.samples[number];
     if (sample.is_thick != 0) {
-      return kGain * sample.magnitude / kWallMagnitude * thick_shortfalls_.at(slice.labels[number]);
+      return kGain * thick_shortfalls_.at(slice.labels[number]);
     }
     const Shortfall& shortfall = slice.shortfalls[kAveragings][number];
     return kGain * static_cast<double>(shortfall.volume) / static_cast<double>(shortfall.weight);
@@ -290,6 +292,14 @@ LabelBorders::LabelBorders(const LabelDims& dims, const ReadLabels& read,
   for (std::int32_t z = 0; z < dims[2]; ++z) {
     border_samples_.push_back(search.next(first));
     if (border_samples_.back() > 0) store(z, first);
+  }
+  const BorderSmoothing::ReadSamples read_samples =
+      [&](std::int32_t z, std::span<BorderSample> into) { get(z, into); };
+  BorderSmoothing smoothing(dims, read, read_samples);
+  for (int i = 0; i < kSmoothings; ++i) {
+    smoothing.smooth([&](std::int32_t z, std::span<const BorderSample> samples) {
+      if (border_samples_[static_cast<std::size_t>(z)] > 0) store(z, samples);
+    });
   }
   Round round(*this, read);
   for (int i = 0; i < kRounds; ++i) round.correct(store);

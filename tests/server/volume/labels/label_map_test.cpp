@@ -5,13 +5,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <iterator>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "common/base/vec3.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/fields.hpp"
 #include "tests/support/make_dataset.hpp"
@@ -200,6 +203,31 @@ TEST(LabelMap, RejectsVolumesWithoutLabels) {
       "more than 65536 different values");
 }
 
+// Returns the mean angle between the triangles' normals and those of a ball, in degrees.
+double mean_angle_to_ball(const TiledSurface& surface, const Vec3& center) {
+  double angles = 0;
+  double area = 0;
+  for (const TileMesh& tile : surface.tiles) {
+    for (const auto& triangle : tile.mesh.triangles) {
+      std::array<Vec3, 3> corners;
+      Vec3 outward{};
+      for (std::size_t i = 0; i < 3; ++i) {
+        const LatticePoint& v = tile.mesh.vertices[triangle[i]];
+        corners[i] = {v.x / 32.0, v.y / 32.0, v.z / 32.0};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          outward[axis] += (corners[i][axis] - center[axis]) / 3;
+        }
+      }
+      const Vec3 normal =
+          cross(difference(corners[1], corners[0]), difference(corners[2], corners[0]));
+      const double cosine = std::abs(dot(normal, outward)) / (length(normal) * length(outward));
+      angles += length(normal) * std::acos(std::min(1.0, cosine));
+      area += length(normal);
+    }
+  }
+  return angles / area * 180 / std::numbers::pi;
+}
+
 TEST(LabelMap, SmoothsWithinAVoxelAndReducesStaircases) {
   // Checks the position and the smoothness of a ball's boundary.
   const TemporaryFolder folder;
@@ -213,7 +241,7 @@ TEST(LabelMap, SmoothsWithinAVoxelAndReducesStaircases) {
   for (const TileMesh& tile : surface.tiles) {
     for (const LatticePoint& v : tile.mesh.vertices) {
       const double r = std::hypot(v.x / 32.0 - 15.3, v.y / 32.0 - 16.1, v.z / 32.0 - 14.6);
-      EXPECT_LT(std::abs(r - 9), 0.5);
+      EXPECT_LT(std::abs(r - 9), 0.55);
       sum += (r - 9) * (r - 9);
       ++count;
     }
@@ -221,6 +249,7 @@ TEST(LabelMap, SmoothsWithinAVoxelAndReducesStaircases) {
   ASSERT_GT(count, 1000);
   EXPECT_LT(std::sqrt(sum / static_cast<double>(count)), 0.15);  // The unsmoothed indicator has
                                                                  // 0.21.
+  EXPECT_LT(mean_angle_to_ball(surface, {15.3, 16.1, 14.6}), 6);
 }
 
 TEST(LabelMap, RisesEvenlyBetweenTheEdgesOfTerraces) {
@@ -456,7 +485,7 @@ TEST(LabelMap, GivesASingleSampleTheSameSurfaceWithTenOrTwentySixEdges) {
   for (const std::array<int, 3>& at : {std::array{12, 12, 12}, std::array{12, 12, 13}}) {
     const Kept kept = kept_of([&](int x, int y, int z) { return std::array{x, y, z} == at; });
     EXPECT_GT(kept.in_surface, 0.4);
-    EXPECT_NEAR(kept.as_found, kept.in_surface, 0.05);
+    EXPECT_NEAR(kept.as_found, kept.in_surface, 0.06);
   }
 }
 
