@@ -305,8 +305,8 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
   command->add_option("--background", a.background, "Background of the picture")
       ->one_of({"dark", "light", "transparent"})
       ->capture_default_str();
-  command->add_option("--shading", a.shading, "smooth: by the field's gradient; flat: by triangle")
-      ->one_of({"smooth", "flat"})
+  command->add_option("--shading", a.shading, "field: by the field's gradient; facets: by triangle")
+      ->one_of({"field", "facets"})
       ->capture_default_str();
   command->add_flag("--bare", a.is_bare, "Omit the scale bar and the color legend");
   command->add_flag("--wireframe", a.wireframe, "Also draw the edges of the triangles");
@@ -348,7 +348,7 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
           "--size 3840x2160 --azimuth 90 --elevation 0 -o bone.png\n"
           "  multitetra-client snapshot --dataset head --isovalue 500.5,1200.5 --opacity 0.4,1 "
           "-o skin_and_bone.png\n"
-          "  multitetra-client snapshot --dataset head --error 2 --wireframe --shading flat "
+          "  multitetra-client snapshot --dataset head --error 2 --wireframe --shading facets "
           "-o triangles.png\n"
           "  multitetra-client snapshot --server wss://example.org --token-file token "
           "--dataset head --background transparent -o head.png\n") +

@@ -96,12 +96,12 @@ void Script::plan_region() {
   constexpr int kPlaces = 4;
   // The centers of octants, so that users sometimes request the same regions.
   for (int i = 0; i < kPlaces; ++i) {
-    Vec3 centre = {};
+    Vec3 center = {};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      centre[axis] = (static_cast<double>(random_index(2)) + 0.5) / 2 * info.dims[axis];
+      center[axis] = (static_cast<double>(random_index(2)) + 0.5) / 2 * info.dims[axis];
     }
     open.request.thresholds.regions = {
-        {.shape = BallShape{.centre = centre, .radius = radius}, .threshold = coarse / 4}};
+        {.shape = BallShape{.center = center, .radius = radius}, .threshold = coarse / 4}};
     planned_.push_back({.open = open, .replaced_after = std::nullopt, .pause = random_pause()});
   }
 }

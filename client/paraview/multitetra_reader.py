@@ -5,7 +5,7 @@ package `multitetra` beside it on PYTHONPATH, as the build puts it together (cli
 
     PYTHONPATH=build/release/python paraview
 
-Server, dataset, isovalue and error are properties; Steps says how many of the stream's steps are taken, so that a coarse
+Server, dataset, isovalue and error are properties; Refinement says how many of the stream's steps are taken, so that a coarse
 surface is there at once and "Refine" gets the next one. What comes was checked by the package before it is shown.
 """
 
@@ -84,9 +84,9 @@ class MultiTetraIsosurface(VTKPythonAlgorithmBase):
         """Voxels."""
         self._set("_error", value)
 
-    @smproperty.intvector(name="Steps", default_values=1)
+    @smproperty.intvector(name="Refinement", default_values=1)
     @smdomain.intrange(min=1, max=20)
-    def SetSteps(self, value):
+    def SetRefinement(self, value):
         """How many steps of the stream are used; the last step is the requested surface."""
         if value != self._steps:
             if value < self._taken:

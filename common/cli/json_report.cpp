@@ -13,7 +13,7 @@ namespace {
 Json text_or_null(std::string_view text) { return text.empty() ? Json(nullptr) : Json(text); }
 
 Json json_of(const BoxShape& box) { return {{"low", box.low}, {"high", box.high}}; }
-Json json_of(const BallShape& ball) { return {{"centre", ball.centre}, {"radius", ball.radius}}; }
+Json json_of(const BallShape& ball) { return {{"center", ball.center}, {"radius", ball.radius}}; }
 Json json_of(const HalfSpaceShape& half_space) {
   return {{"normal", half_space.normal}, {"offset", half_space.offset}};
 }
@@ -95,7 +95,7 @@ Json json_of(const IsosurfaceRequest& request) {
   if (request.max_triangles != 0) json["max_triangles"] = request.max_triangles;
   if (request.max_bytes != 0) json["max_bytes"] = request.max_bytes;
   if (request.simplify) json["simplify"] = true;
-  if (request.embedded) json["embedded"] = true;
+  if (request.intersection_free) json["intersection_free"] = true;
   if (request.normal_bits != 0) json["normals"] = request.normal_bits;
   return json;
 }

@@ -22,7 +22,8 @@ template <typename Value>
 [[nodiscard]] Json value_or_null(const std::optional<Value>& value);
 
 // Keys: isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice; if they differ
-// from their defaults also thresholds, max_triangles, max_bytes, simplify, embedded, normals.
+// from their defaults also thresholds, max_triangles, max_bytes, simplify, intersection_free,
+// normals.
 [[nodiscard]] Json json_of(const IsosurfaceRequest& request);
 
 // Keys: region_unit, combine, at_least; if present regions, threshold_grid (a summary) and view.

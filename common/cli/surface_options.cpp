@@ -192,7 +192,7 @@ std::vector<std::string> printing_notices(const std::string& file, const OutputS
   }
   if (self_intersecting > 0) {
     notices.push_back(file + " has " + human_count_of(self_intersecting, "triangle") +
-                      " that intersect others; --embedded avoids them.");
+                      " that intersect others; --intersection-free avoids them.");
   }
   return notices;
 }

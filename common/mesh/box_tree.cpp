@@ -54,15 +54,15 @@ void BoxTree::build(std::span<const Box3> boxes, std::span<Entry> entries, std::
     leaf.count = static_cast<std::uint32_t>(entries.size());
     return;
   }
-  Box3 centres;
-  for (const Entry& entry : entries) centres.add(entry.centre);
-  const Vec3 size = difference(centres.high, centres.low);
+  Box3 centers;
+  for (const Entry& entry : entries) centers.add(entry.center);
+  const Vec3 size = difference(centers.high, centers.low);
   const auto axis =
       static_cast<std::size_t>(std::max_element(size.begin(), size.end()) - size.begin());
   const std::size_t half = entries.size() / 2;
   std::nth_element(
       entries.begin(), entries.begin() + static_cast<std::ptrdiff_t>(half), entries.end(),
-      [axis](const Entry& a, const Entry& b) { return a.centre[axis] < b.centre[axis]; });
+      [axis](const Entry& a, const Entry& b) { return a.center[axis] < b.center[axis]; });
   build(boxes, entries.first(half), first);
   const std::size_t second = nodes_.size();
   build(boxes, entries.subspan(half), first + static_cast<std::uint32_t>(half));

@@ -104,7 +104,7 @@ class BoxTree {
     std::uint32_t count = 0;
   };
   struct Entry {
-    Vec3 centre;
+    Vec3 center;
     std::uint32_t number;
   };
   // Holds at most one entry per level, of which there are fewer than 33.

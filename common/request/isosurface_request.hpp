@@ -59,7 +59,7 @@ struct IsosurfaceRequest {
   // Removes triangles that the error does not require: see server/core/simplification.
   bool simplify = false;
   // With `simplify`: meshes have no self-intersections; takes two to three times as long.
-  bool embedded = false;
+  bool intersection_free = false;
   // Bits per octahedral coordinate of normals, 8 to 10; 0: no normals.
   int normal_bits = 0;
   // Restricts the surface to this cell, in one step. Absent: the whole surface. Excludes a budget.

@@ -64,7 +64,7 @@ void check(const BoxShape& box, const std::string& region, Faults& faults) {
 }
 
 void check(const BallShape& ball, const std::string& region, Faults& faults) {
-  faults.place(region + ".ball.centre", ball.centre);
+  faults.place(region + ".ball.center", ball.center);
   faults.require(ball.radius >= 0 && ball.radius <= kMaxCoordinate, region + ".ball.radius",
                  ball.radius, "a number from 0 to 1e100");
 }

@@ -48,7 +48,7 @@ struct BoxShape {
   friend bool operator==(const BoxShape&, const BoxShape&) = default;
 };
 struct BallShape {
-  Vec3 centre = {};
+  Vec3 center = {};
   double radius = 0;  // >= 0
 
   friend bool operator==(const BallShape&, const BallShape&) = default;

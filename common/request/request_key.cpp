@@ -30,7 +30,7 @@ class Key {
     add(box.high);
   }
   void add(const BallShape& ball) {
-    add(ball.centre);
+    add(ball.center);
     add(ball.radius);
   }
   void add(const HalfSpaceShape& half_space) {
@@ -102,7 +102,7 @@ std::string key_of(const IsosurfaceRequest& request) {
   key.add(request.max_triangles);
   key.add(request.max_bytes);
   key.add(request.simplify);
-  key.add(request.embedded);
+  key.add(request.intersection_free);
   key.add(request.normal_bits);
   key.add_if(request.cell ? &*request.cell : nullptr);
   key.add(request.thresholds);

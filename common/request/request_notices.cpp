@@ -59,7 +59,7 @@ class IsApart {
     double square = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double nearest =
-          std::clamp(ball.centre[axis], around_.low[axis], around_.high[axis]) - ball.centre[axis];
+          std::clamp(ball.center[axis], around_.low[axis], around_.high[axis]) - ball.center[axis];
       square += nearest * nearest;
     }
     return square > ball.radius * ball.radius;

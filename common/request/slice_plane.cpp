@@ -64,7 +64,7 @@ Vec3 unit(std::size_t axis, double length) {
   return v;
 }
 
-// Returns how far the data extends from the centre along a direction, to either side.
+// Returns how far the data extends from the center along a direction, to either side.
 double reach(const DatasetInfo& info, const ObliquePlane& plane, const Vec3& direction) {
   double farthest = 0;
   for (int corner = 0; corner < 8; ++corner) {
@@ -73,7 +73,7 @@ double reach(const DatasetInfo& info, const ObliquePlane& plane, const Vec3& dir
       place[axis] = (corner >> axis & 1) != 0 ? info.dims[axis] - 1 : 0;
     }
     if (plane.coordinates == CoordinateSystem::kWorld) place = info.index_to_world(place);
-    farthest = std::max(farthest, std::abs(dot(difference(place, plane.centre), direction)));
+    farthest = std::max(farthest, std::abs(dot(difference(place, plane.center), direction)));
   }
   return farthest;
 }
@@ -122,7 +122,7 @@ Result<SliceRequest> oblique_slice(const DatasetInfo& info, const ObliquePlane& 
   const Vec3 down = cross(*right, *normal);
   const double width = plane.width.value_or(2 * reach(info, plane, *right));
   const double height = plane.height.value_or(2 * reach(info, plane, down));
-  const Vec3 left_end = moved(plane.centre, -width / 2, *right);
+  const Vec3 left_end = moved(plane.center, -width / 2, *right);
   const bool is_world = plane.coordinates == CoordinateSystem::kWorld;
   return slice_of({.first = moved(left_end, -height / 2, down),
                    .right = *right,
@@ -138,11 +138,11 @@ namespace {
 
 Result<SliceRequest> plane_for(const NamedSlice& named, const DatasetInfo& info) {
   const bool has_vectors = named.origin || named.right || named.down;
-  const bool is_oblique = named.centre || named.normal || named.up || named.extent;
+  const bool is_oblique = named.center || named.normal || named.up || named.extent;
   const bool is_of_axis = named.axis || named.at;
   if (has_vectors + is_oblique + is_of_axis > 1) {
     return mixed(
-        "Specify a slice by axis and at, by normal, centre, up and extent, or by origin, right and "
+        "Specify a slice by axis and at, by normal, center, up and extent, or by origin, right and "
         "down, not by several of these.");
   }
   if (has_vectors) {
@@ -158,13 +158,13 @@ Result<SliceRequest> plane_for(const NamedSlice& named, const DatasetInfo& info)
                         .height = *named.pixels.height};
   }
   if (is_oblique) {
-    if (!named.normal) return mixed("A slice with centre, up or extent needs a normal.");
+    if (!named.normal) return mixed("A slice with center, up or extent needs a normal.");
     const Vec3 middle = {0.5 * (info.dims[0] - 1), 0.5 * (info.dims[1] - 1),
                          0.5 * (info.dims[2] - 1)};
     const bool is_world = named.coordinates == CoordinateSystem::kWorld;
     ObliquePlane plane{
         .coordinates = named.coordinates,
-        .centre = named.centre.value_or(is_world ? info.index_to_world(middle) : middle),
+        .center = named.center.value_or(is_world ? info.index_to_world(middle) : middle),
         .normal = *named.normal,
         .up = named.up};
     if (named.extent) {

@@ -25,10 +25,10 @@ inline constexpr std::uint32_t kDefaultSlicePixels = 1024;
 [[nodiscard]] SliceRequest axis_slice(const DatasetInfo& info, std::size_t axis, double at,
                                       const SlicePixels& pixels);
 
-// A plane through `centre` whose `normal` points to the viewer, with lengths in `coordinates`.
+// A plane through `center` whose `normal` points to the viewer, with lengths in `coordinates`.
 struct ObliquePlane {
   CoordinateSystem coordinates = CoordinateSystem::kWorld;
-  Vec3 centre = {0, 0, 0};
+  Vec3 center = {0, 0, 0};
   Vec3 normal = {0, 0, 1};      // Not 0; of any length.
   std::optional<Vec3> up = {};  // In the picture; absent: the third axis, or the second.
   // The size of the visible part, > 0; absent: all data.
@@ -46,7 +46,7 @@ struct NamedSlice {
   std::optional<std::size_t> axis = {};
   // The position along the axis, in samples.
   std::optional<double> at = {};
-  std::optional<Vec3> normal = {}, centre = {}, up = {};
+  std::optional<Vec3> normal = {}, center = {}, up = {};
   std::optional<std::vector<double>> extent = {};  // Width, or width and height, > 0.
   std::optional<Vec3> origin = {}, right = {}, down = {};
   CoordinateSystem coordinates = CoordinateSystem::kWorld;  // Of everything but `at`.

@@ -28,7 +28,7 @@ tl::unexpected<Error> refuse(std::string_view what, std::string_view word, std::
 
 // Returns the shape of `kind`. Requires the right number of numbers.
 decltype(ThresholdRegion::shape) shape_of(std::string_view kind, const std::vector<double>& n) {
-  if (kind == "ball") return BallShape{.centre = {n[0], n[1], n[2]}, .radius = n[3]};
+  if (kind == "ball") return BallShape{.center = {n[0], n[1], n[2]}, .radius = n[3]};
   if (kind == "halfspace") return HalfSpaceShape{.normal = {n[0], n[1], n[2]}, .offset = n[3]};
   return BoxShape{.low = {n[0], n[1], n[2]}, .high = {n[3], n[4], n[5]}};
 }

@@ -20,10 +20,10 @@ struct TouchingSurfaces {
 };
 
 // Extracts the full-resolution surfaces and simplifies them as far as the request allows, on all
-// threads; the result is the same for any number of them. With `request.embedded` patches are
-// simplified one after another. Requires datasets of equal dimensions, spacings and margins and a
-// request that is valid for each, without budget. Throws Cancelled soon after `stop` is triggered,
-// and DatasetFileError when a dataset turns out to be damaged.
+// threads; the result is the same for any number of them. With `request.intersection_free` patches
+// are simplified one after another. Requires datasets of equal dimensions, spacings and margins and
+// a request that is valid for each, without budget. Throws Cancelled soon after `stop` is
+// triggered, and DatasetFileError when a dataset turns out to be damaged.
 [[nodiscard]] TouchingSurfaces extract_touching(std::span<const DatasetPtr> datasets,
                                                 const IsosurfaceRequest& request,
                                                 const std::stop_token& stop = {});

@@ -154,16 +154,16 @@ void add_certify_command(Command& program, Run& run) {
       ->one_of({"voxel", "world"})
       ->capture_default_str();
   command
-      ->add_option(
-          "--lattice", a->lattice,
-          "Allow for vertices rounded to 2^-R grid steps; default: the R in the mesh file, if "
-          "`extract` or `fetch` wrote it")
+      ->add_option("--lattice", a->lattice,
+                   "Allow for vertices rounded to 1 / 2^R of the sample spacing; default: the R in "
+                   "the mesh file, if "
+                   "`extract` or `fetch` wrote it")
       ->within(kMinLatticeResolution, kMaxLatticeResolution)
       ->type_name("R");
   command
       ->add_option(
           "--min-component", a->min_component,
-          "The mesh lacks components with a shorter diagonal; default: the value in the mesh file")
+          "Components with a shorter diagonal were removed; default: the value in the mesh file")
       ->within(0.0, 1e6)
       ->type_name("SAMPLES");
   command->add_flag("--any-topology", a->any_topology,

@@ -31,14 +31,14 @@ std::optional<double> outside_from(const std::string& text) {
 
 void add_border_options(Command& command, std::string& outside, std::optional<int>& margin) {
   command
-      .add_option("--outside", outside,
-                  "Value beyond the data, or void; a value closes surfaces, void ends them at the "
-                  "last sample (default: void; 0 for labels)")
+      .add_option(
+          "--outside", outside,
+          "Value of the --margin that pads the data and closes surfaces; void: none, they end "
+          "at the last sample (default: void; 0 for labels)")
       ->type_name("VALUE");
   command
       .add_option("--margin", margin,
-                  "Layers of that value around the data; 1 closes surfaces on all sides (default: "
-                  "0; 1 for labels)")
+                  "Layers of samples of that value around the data (default: 0; 1 for labels)")
       ->within(0, 4096);
 }
 
@@ -112,8 +112,8 @@ void VolumeOptions::add_to(Command& command) {
   Option* const orientation =
       command
           .add_option("--orient", orient,
-                      "Turn the volume upright: the new directions of the axes x, y and z of the "
-                      "coordinates that `info` prints without this option")
+                      "Turn the volume upright: the new directions of its axes x, y and z; x,-y,-z "
+                      "turns one that is upside down")
           ->type_name("AXIS,AXIS,AXIS");
   command
       .add_flag("--mirror", mirror,
@@ -129,8 +129,8 @@ void VolumeOptions::add_to(Command& command) {
 void VolumeOptions::add_space_to(Command& command) {
   command
       .add_option("--space", space,
-                  "Directions of the world axes of the coordinates that `info` prints without this "
-                  "option; replaces those of the file; RAS is converted to LPS")
+                  "Anatomical axes of the file's coordinates, instead of its header's; RAS is "
+                  "converted to LPS")
       ->one_of({"LPS", "RAS", "none"});
 }
 

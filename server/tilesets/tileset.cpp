@@ -31,7 +31,7 @@ Box surface_box(const DatasetInfo& info) {
 
 // The axis-aligned bounds of a tile's surface, in metres.
 struct TileBox {
-  Vec3 centre;
+  Vec3 center;
   Vec3 half;
 };
 
@@ -42,7 +42,7 @@ TileBox tile_box(const OctreeCube& cell, const DatasetInfo& info) {
   const Vec3 step = grid_step_metres(info);
   TileBox tile{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    tile.centre[axis] = step[axis] * (box.low[axis] + box.high[axis]) / 2;
+    tile.center[axis] = step[axis] * (box.low[axis] + box.high[axis]) / 2;
     tile.half[axis] = step[axis] * std::max((box.high[axis] - box.low[axis]) / 2, kMinHalfSide);
   }
   return tile;
@@ -50,7 +50,7 @@ TileBox tile_box(const OctreeCube& cell, const DatasetInfo& info) {
 
 Json box_json(const TileBox& box) {
   Json numbers = Json::array();
-  for (const double number : box.centre) numbers.push_back(number);
+  for (const double number : box.center) numbers.push_back(number);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (std::size_t row = 0; row < 3; ++row) numbers.push_back(row == axis ? box.half[row] : 0);
   }

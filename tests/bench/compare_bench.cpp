@@ -296,7 +296,7 @@ class Comparison {
         const IsosurfaceRequest step = {.isovalue = arguments_.isovalue,
                                         .error = error,
                                         .simplify = simplify,
-                                        .embedded = embedded};
+                                        .intersection_free = embedded};
         methods.push_back({.name = name,
                            .setting = "error " + decimal(error),
                            .certified = error,

@@ -56,7 +56,7 @@ void print_rows(const std::string& file, double isovalue, const Arguments& with)
     std::printf("| %s, %g | %g |", extractor->dataset().info.name.c_str(), isovalue, error);
     for (const bool embedded : {false, true}) {
       const IsosurfaceRequest request = {
-          .isovalue = isovalue, .error = error, .simplify = true, .embedded = embedded};
+          .isovalue = isovalue, .error = error, .simplify = true, .intersection_free = embedded};
       const FinalStep alone = final_step(extractor, request, StepPolicy::kFinalOnly, with);
       const FinalStep after = final_step(extractor, request, StepPolicy::kProgressive, with);
       std::printf(" %.2f s | %.2f s | %zu |", alone.seconds, after.seconds, alone.triangles);

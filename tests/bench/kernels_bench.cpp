@@ -57,12 +57,12 @@ class NoisyDiamonds {
     std::minstd_rand random(1);
     std::normal_distribution<double> value(kIsovalue, 60);
     for (DiamondValues<double>& diamond : diamonds_) {
-      diamond.centre = std::round(value(random));
+      diamond.center = std::round(value(random));
       diamond.corners = 8;
       diamond.vectors = Lanes<double>::kVectors;
       diamond.ring_is_open = false;
       diamond.length = &length_;
-      for (auto& lanes : diamond.value.vectors) lanes = all(diamond.centre);
+      for (auto& lanes : diamond.value.vectors) lanes = all(diamond.center);
       for (std::size_t i = 0; i < diamond.corners; ++i) {
         diamond.value.set(i, std::round(value(random)));
       }
@@ -153,7 +153,7 @@ IsosurfaceRequest mapped_request(std::int64_t regions, bool has_view) {
   std::uniform_real_distribution<double> number(0, 1);
   for (std::int64_t i = 0; i < regions; ++i) {
     request.thresholds.regions.push_back(
-        {.shape = BallShape{.centre = {coordinate(random), coordinate(random), coordinate(random)},
+        {.shape = BallShape{.center = {coordinate(random), coordinate(random), coordinate(random)},
                             .radius = 30 * number(random)},
          .threshold = 4 * number(random)});
   }

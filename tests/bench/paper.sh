@@ -110,7 +110,7 @@ picture() {
 looking_at_head=(--azimuth 30 --elevation 12)
 for error in 0 1.5 2.5 4; do
   counted "box_$error" box "${paper_rule[@]}" --error "$error"
-  picture "box_$error" box 480 "${paper_rule[@]}" --error "$error" --shading flat --azimuth 40 --elevation 25
+  picture "box_$error" box 480 "${paper_rule[@]}" --error "$error" --shading facets --azimuth 40 --elevation 25
 done
 for name in head "$portrait"; do
   for error in 0 4; do counted "${name}_$error" "$name" "${paper_rule[@]}" --error "$error"; done
@@ -123,7 +123,7 @@ for error in 0 4; do
 done
 picture portrait_halves "$portrait" 480 "${paper_rule[@]}" "${halves[@]}" --azimuth 0 --elevation 0
 picture portrait_halves_simplified "$portrait" 480 "${halves[@]}" --azimuth 0 --elevation 0
-picture portrait_border "$portrait" 2880 "${paper_rule[@]}" "${halves[@]}" --azimuth 0 --elevation 0 --shading flat
+picture portrait_border "$portrait" 2880 "${paper_rule[@]}" "${halves[@]}" --azimuth 0 --elevation 0 --shading facets
 
 echo "== Volume rendering"
 for name in head "$portrait"; do

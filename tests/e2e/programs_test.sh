@@ -197,7 +197,7 @@ ends 2 "the file does not exist" "$client" fetch --server "$url" --dataset gyroi
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --threads 3 -o twice.png --json >snapshot.json
 cmp once.png twice.png || fail "the same picture has other bytes the second time"
 [ "$(value snapshot.json width)" = 320 ] && [ "$(value snapshot.json triangles)" -gt 0 ] || fail "the report of snapshot"
-"$client" snapshot --server "$url" --dataset gyroid --size 320x200 --wireframe --shading flat -o wires.png --quiet
+"$client" snapshot --server "$url" --dataset gyroid --size 320x200 --wireframe --shading facets -o wires.png --quiet
 ! cmp -s once.png wires.png || fail "a picture with wires is the same as without"
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --bare -o bare.png --quiet
 ! cmp -s once.png bare.png || fail "--bare leaves the scale bar"
@@ -243,8 +243,8 @@ ends 2 "#dd8265" "$client" snapshot $two --surface-color red -o never.png
 # Files to print have notices of open edges and self-intersections, others have not.
 for command in "$client fetch --server $url --dataset marschner-lobb" "$server extract marschner-lobb.mtd"; do
   ends 0 "is open where the data ends, at" $command --error 1 -o printed.stl
-  ends 0 " that intersect others; --embedded avoids them." $command --error 2 -o printed.stl
-  $command --error 2 -o printed.ply --quiet >out 2>&1 && ! grep "printed\|embedded" out || fail "a notice of a .ply: $(cat out)"
+  ends 0 " that intersect others; --intersection-free avoids them." $command --error 2 -o printed.stl
+  $command --error 2 -o printed.ply --quiet >out 2>&1 && ! grep "printed\|intersection-free" out || fail "a notice of a .ply: $(cat out)"
 done
 ends 0 "The budget raised the error from 0.5 to" "$client" fetch --server "$url" --dataset gyroid --error 0.5 --max-bytes 4KB -o x.ply
 ends 0 "The budget raised the error from 0.5 to" "$server" extract gyroid.mtd --error 0.5 --max-bytes 4KB -o x.ply

@@ -109,9 +109,9 @@ def check(name, server, path, isovalue, affine=None):
     voxel = np.linalg.norm(affine[:3, :3], axis=0).min()
     # Both surfaces cross the edges of the grid, ours also its diagonals: in noise it has more area.
     corner = max(np.abs(theirs[0] - ours[0]).max(), np.abs(theirs[1] - ours[1]).max()) / voxel
-    centre = np.abs(theirs[2] - ours[2]).max() / voxel
-    print(f"{name}: corners of the box {corner:.3f} voxels apart, centroids {centre:.3f} ({info.get('space', 'no space')})")
-    return corner < 0.5 and centre < 0.5
+    center = np.abs(theirs[2] - ours[2]).max() / voxel
+    print(f"{name}: corners of the box {corner:.3f} voxels apart, centroids {center:.3f} ({info.get('space', 'no space')})")
+    return corner < 0.5 and center < 0.5
 
 
 def write_oblique(folder):

@@ -102,7 +102,7 @@ if "$view" view --no-browser --outside nothing volumes/bar.nrrd 2>err.txt; then 
 grep -q 'write void or a finite number' err.txt || fail "--outside nothing: $(cat err.txt)"
 
 # --- the cache is bounded: the least recently used dataset is evicted, displayed ones stay
-starts bounded --no-browser --cache-bytes 1 volumes/bar.nrrd
+starts bounded --no-browser --cache-dir-bytes 1 volumes/bar.nrrd
 for _ in $(seq 200); do [ "$(ls cache/multitetra | wc -l)" = 1 ] && break; sleep 0.05; done
 [ "$(ls cache/multitetra | wc -l)" = 1 ] || fail "the cache keeps $(ls cache/multitetra)"
 lists "bar"

@@ -452,7 +452,7 @@ int main(int argc, char** argv) {
         "region_unit=index&view=eye=1,2,3,fov=40,height=1080,pixels=1&combine=minimum&"
         "max_triangles=10&max_bytes=20&normals=8&coordinates=index&format=glb HTTP/1.1\r\n"
         "Host: a\r\nAccept: model/*;q=0.5, */*\r\nIf-None-Match: W/\"1\", \"2\"\r\n\r\n",
-        "GET /v1/datasets/a/slice?normal=0,1,1&centre=1,2,3&up=1,0,0&extent=4,5&width=6&"
+        "GET /v1/datasets/a/slice?normal=0,1,1&center=1,2,3&up=1,0,0&extent=4,5&width=6&"
         "coordinates=index&detail=full&window=7&level=8&colors=viridis&format=raw HTTP/1.1\r\n"
         "Host: a\r\n\r\n",
         "GET /v1/datasets/a/value?at=1,2,3&at=4,5,6&coordinates=index HTTP/1.1\r\nHost: a\r\n\r\n",

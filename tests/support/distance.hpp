@@ -74,8 +74,8 @@ inline double one_sided_distance(const std::vector<Triangle>& from,
   const DistanceToSurface distance(to);
   double largest = 0;
   for (const Triangle& t : from) {
-    const Vec3 centre = (1.0 / 3) * (t[0] + t[1] + t[2]);
-    for (const Vec3& p : {t[0], t[1], t[2], centre}) largest = std::max(largest, distance(p));
+    const Vec3 center = (1.0 / 3) * (t[0] + t[1] + t[2]);
+    for (const Vec3& p : {t[0], t[1], t[2], center}) largest = std::max(largest, distance(p));
   }
   return largest;
 }

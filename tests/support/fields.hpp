@@ -65,11 +65,11 @@ inline Volume gyroid(int side, double amplitude, std::uint64_t seed, Vec3 spacin
 
 // Positive inside.
 inline Volume ball(std::array<std::int32_t, 3> dims, double radius) {
-  const auto centred = [](int v, int n) { return v - 0.5 * (n - 1); };
+  const auto centered = [](int v, int n) { return v - 0.5 * (n - 1); };
   return sampled<float>(dims, [&](int x, int y, int z) {
-    const double dx = centred(x, dims[0]);
-    const double dy = centred(y, dims[1]);
-    const double dz = centred(z, dims[2]);
+    const double dx = centered(x, dims[0]);
+    const double dy = centered(y, dims[1]);
+    const double dz = centered(z, dims[2]);
     return radius - std::sqrt(dx * dx + dy * dy + dz * dz);
   });
 }

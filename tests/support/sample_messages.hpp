@@ -50,7 +50,7 @@ inline ThresholdRegion threshold_region(Random& random) {
       break;
     }
     case 1:
-      region.shape = BallShape{.centre = place(random), .radius = std::abs(number(random))};
+      region.shape = BallShape{.center = place(random), .radius = std::abs(number(random))};
       break;
     default:
       region.shape =
@@ -119,7 +119,7 @@ inline IsosurfaceRequest request(Random& random) {
       .max_triangles = random() % 2 == 0 ? random() : 0,
       .max_bytes = random() % 2 == 0 ? random() : 0,
       .simplify = random() % 2 == 0,
-      .embedded = random() % 2 == 0,
+      .intersection_free = random() % 2 == 0,
       .normal_bits = random() % 2 == 0 ? int_in(kMinNormalBits, kMaxNormalBits, random) : 0};
   if (request.max_triangles == 0 && request.max_bytes == 0) request.cell = surface_cell(random);
   return request;

@@ -53,7 +53,7 @@ inline ThresholdRegion random_region(const DatasetInfo& info, CoordinateSystem c
       break;
     }
     case 1:
-      region.shape = BallShape{.centre = place, .radius = between(0, length, random)};
+      region.shape = BallShape{.center = place, .radius = between(0, length, random)};
       break;
     default: {
       const Vec3 normal = {between(-1, 1, random), between(-1, 1, random), between(-1, 1, random)};
@@ -129,7 +129,7 @@ inline bool contains_place(const ThresholdRegion& region, const Vec3& x) {
     return true;
   }
   if (const auto* ball = std::get_if<BallShape>(&region.shape)) {
-    const Vec3& c = ball->centre;
+    const Vec3& c = ball->center;
     return std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]) <= ball->radius;
   }
   const auto& half_space = std::get<HalfSpaceShape>(region.shape);

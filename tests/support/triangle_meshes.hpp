@@ -55,21 +55,21 @@ inline TriangleMesh box(const Vec3& low, const Vec3& high) {
 }
 
 // A sphere with poles along z and `rings` rings of 2 * rings vertices.
-inline TriangleMesh sphere(const Vec3& centre, double radius, std::uint32_t rings) {
+inline TriangleMesh sphere(const Vec3& center, double radius, std::uint32_t rings) {
   TriangleMesh mesh;
   const std::uint32_t around = 2 * rings;
-  mesh.vertices.push_back({centre[0], centre[1], centre[2] + radius});
+  mesh.vertices.push_back({center[0], center[1], center[2] + radius});
   for (std::uint32_t ring = 1; ring <= rings; ++ring) {
     const double polar = std::numbers::pi * ring / (rings + 1);
     for (std::uint32_t i = 0; i < around; ++i) {
       const double angle = 2 * std::numbers::pi * i / around;
-      mesh.vertices.push_back({centre[0] + radius * std::sin(polar) * std::cos(angle),
-                               centre[1] + radius * std::sin(polar) * std::sin(angle),
-                               centre[2] + radius * std::cos(polar)});
+      mesh.vertices.push_back({center[0] + radius * std::sin(polar) * std::cos(angle),
+                               center[1] + radius * std::sin(polar) * std::sin(angle),
+                               center[2] + radius * std::cos(polar)});
     }
   }
   const auto last = static_cast<std::uint32_t>(mesh.vertices.size());
-  mesh.vertices.push_back({centre[0], centre[1], centre[2] - radius});
+  mesh.vertices.push_back({center[0], center[1], center[2] - radius});
   const auto at = [&](std::uint32_t ring, std::uint32_t i) {
     return 1 + (ring - 1) * around + i % around;
   };

@@ -34,9 +34,9 @@ for step in server.steps(info.name, isovalue, error=1.0):
     )
 
 # %% Fetch it again, finer in a ball in the middle. Cached tiles are not sent again.
-centre = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
+center = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
 radius = 0.2 * np.linalg.norm(np.ptp(mesh.vertices, axis=0))
-fine = server.isosurface(info.name, isovalue, error=1.0, regions=[multitetra.ball(centre, radius, error=0.25)])
+fine = server.isosurface(info.name, isovalue, error=1.0, regions=[multitetra.ball(center, radius, error=0.25)])
 print(f"with a finer ball: {len(fine.faces)} triangles, Euler characteristic {fine.euler_characteristic}")
 
 # %% Compute with the arrays.

@@ -6,9 +6,9 @@ def box(low, high, error):
     return f"box:{numbers(*low, *high)}={numbers(error)}"
 
 
-def ball(centre, radius, error):
+def ball(center, radius, error):
     """A ball with an error of its own."""
-    return f"ball:{numbers(*centre, radius)}={numbers(error)}"
+    return f"ball:{numbers(*center, radius)}={numbers(error)}"
 
 
 def half_space(normal, offset, error):

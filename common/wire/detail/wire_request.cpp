@@ -17,7 +17,7 @@ void write(const BoxShape& box, v1::ThresholdRegion& wire) {
   write_vec3(box.high, *wire.mutable_box()->mutable_high());
 }
 void write(const BallShape& ball, v1::ThresholdRegion& wire) {
-  write_vec3(ball.centre, *wire.mutable_ball()->mutable_centre());
+  write_vec3(ball.center, *wire.mutable_ball()->mutable_center());
   wire.mutable_ball()->set_radius(ball.radius);
 }
 void write(const HalfSpaceShape& half_space, v1::ThresholdRegion& wire) {
@@ -35,7 +35,7 @@ ThresholdRegion read(const v1::ThresholdRegion& wire, FieldChecks& checks) {
       break;
     case v1::ThresholdRegion::kBall:
       region.shape = BallShape{
-          .centre = read_vec3("ThresholdRegion.ball.centre", wire.ball().centre(), checks),
+          .center = read_vec3("ThresholdRegion.ball.center", wire.ball().center(), checks),
           .radius = wire.ball().radius()};
       break;
     case v1::ThresholdRegion::kHalfSpace:
@@ -191,7 +191,7 @@ void write_request(const IsosurfaceRequest& request, v1::IsosurfaceRequest& wire
   wire.set_max_triangles(request.max_triangles);
   wire.set_max_bytes(request.max_bytes);
   wire.set_simplify(request.simplify);
-  wire.set_embedded(request.embedded);
+  wire.set_intersection_free(request.intersection_free);
   wire.set_normals(static_cast<std::uint32_t>(request.normal_bits));
   if (request.cell) write(*request.cell, *wire.mutable_cell());
 }
@@ -216,7 +216,7 @@ IsosurfaceRequest read_request(const v1::IsosurfaceRequest& wire, FieldChecks& c
   request.max_triangles = wire.max_triangles();
   request.max_bytes = wire.max_bytes();
   request.simplify = !wire.has_simplify() || wire.simplify();
-  request.embedded = wire.embedded();
+  request.intersection_free = wire.intersection_free();
   request.normal_bits = to_int(wire.normals());
   if (wire.has_cell()) request.cell = read(wire.cell());
   checks.valid(validated(request));

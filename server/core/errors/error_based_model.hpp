@@ -21,7 +21,7 @@ namespace multitetra {
 class Model {
  public:
   virtual ~Model() = default;
-  // Returns whether the model keeps the point. The centre of the grid is always kept.
+  // Returns whether the model keeps the point. The center of the grid is always kept.
   [[nodiscard]] virtual bool kept(const DividingPoint& point) const = 0;
 };
 

@@ -13,9 +13,9 @@ namespace multitetra {
 }
 
 // Returns whether the model fills the cube with twelve tetrahedra (or refinements of them), that
-// is, whether it keeps the cube's centre.
+// is, whether it keeps the cube's center.
 [[nodiscard]] inline bool is_refined(const Model& model, const Grid& grid, const OctreeCube& cube) {
-  return cube.exponent >= 1 && (cube == root_cube(grid) || model.kept(centre(cube)));
+  return cube.exponent >= 1 && (cube == root_cube(grid) || model.kept(center(cube)));
 }
 
 // Calls `visit(tetrahedron)` in a fixed order for the tetrahedra of the model that lie in `cube`

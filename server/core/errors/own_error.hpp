@@ -36,14 +36,14 @@ struct OwnError {
 [[nodiscard]] inline double largest_displacement(const DiamondValues<double>& d, double v,
                                                  double c) {
   using Vector = Lanes<double>::Vector;
-  const Vector m_lanes = all(d.centre);
+  const Vector m_lanes = all(d.center);
   const Vector v_lanes = all(v);
   const Vector isovalue = all(c);
   const Vector one = all(1.0);
   Vector largest{};
   for (std::size_t i = 0; i < d.vectors; ++i) {
     const Vector x = d.value.vectors[i];
-    const auto is_crossed = d.centre > c ? x <= isovalue : x > isovalue;
+    const auto is_crossed = d.center > c ? x <= isovalue : x > isovalue;
     const Vector t_m = (isovalue - m_lanes) / (is_crossed ? x - m_lanes : one);
     const Vector t_v = (isovalue - v_lanes) / (is_crossed ? x - v_lanes : one);
     const Vector moved = (t_m < t_v ? t_v - t_m : t_m - t_v) * d.length->vectors[i];
@@ -61,14 +61,14 @@ struct Crossings {
 [[nodiscard]] inline Crossings largest_crossings(const DiamondValues<double>& d, double v,
                                                  double c) {
   using Vector = Lanes<double>::Vector;
-  const Vector m_lanes = all(d.centre);
+  const Vector m_lanes = all(d.center);
   const Vector v_lanes = all(v);
   const Vector isovalue = all(c);
   Vector from_m{};
   Vector from_v{};
   for (std::size_t i = 0; i < d.vectors; ++i) {
     const Vector x = d.value.vectors[i];
-    const auto with_m = d.centre > c ? x <= isovalue : x > isovalue;
+    const auto with_m = d.center > c ? x <= isovalue : x > isovalue;
     const Vector y = with_m ? m_lanes : v_lanes;
     const Vector moved = (isovalue - y) / (x - y) * d.length->vectors[i];
     from_m = larger(from_m, with_m ? moved : Vector{});
@@ -80,13 +80,13 @@ struct Crossings {
 // Returns the error for the isovalue c, exact in double. A diamond with void corners is a critical
 // flip, so that the surface ends at the last samples. Requires values on both sides of c.
 [[nodiscard]] inline OwnError own_error_of_mixed(const DiamondValues<double>& d, double c) {
-  auto sum = all(d.centre);
+  auto sum = all(d.center);
   for (std::size_t i = 0; i < d.vectors; ++i) sum += d.value.vectors[i];
   const bool any_void = sum[0] != sum[0] || sum[1] != sum[1];
   if (any_void) {
     return {.displacement = 0, .certified = 0, .flip = true, .critical = true};
   }
-  const double m = d.centre;
+  const double m = d.center;
   const double v = 0.5 * (d.value[0] + d.value[1]);
   OwnError result;
   if ((m > c) == (v > c)) {
@@ -126,10 +126,10 @@ template <typename Sample>
                                  const StepLengths& lengths, const DividingPoint& point, double c) {
   Lanes<double> length{};
   DiamondValues<double> d;
-  d.centre = static_cast<double>(field.at(point.at()));
+  d.center = static_cast<double>(field.at(point.at()));
   d.corners = 0;
   d.vectors = Lanes<double>::kVectors;
-  for (auto& lanes : d.value.vectors) lanes = all(d.centre);
+  for (auto& lanes : d.value.vectors) lanes = all(d.center);
   const auto add = [&](GridPoint x) {
     length.set(d.corners, lengths(x - point.at(), point.spacing()));
     d.value.set(d.corners++, static_cast<double>(field.at(x)));

@@ -66,11 +66,11 @@ class SaturatedErrors::Pass {
     const bool are_finer = shape.is_edge;
     if (are_finer && finer_ == nullptr) return {};
     const Level& level = are_finer ? *finer_ : level_;
-    const GridPoint centre = are_finer ? 2 * unit_point : unit_point;
+    const GridPoint center = are_finer ? 2 * unit_point : unit_point;
     ErrorBound worst;
     for (const GridPoint offset : shape.children) {
-      if (!level.extent.contains(centre + offset)) continue;
-      const ErrorBound child = level.bound(level.extent.index(centre + offset));
+      if (!level.extent.contains(center + offset)) continue;
+      const ErrorBound child = level.bound(level.extent.index(center + offset));
       worst.error = std::max(worst.error, child.error);
       worst.flip_spacing = std::max(worst.flip_spacing, child.flip_spacing);
     }

@@ -180,7 +180,7 @@ float FineErrors::error(GridPoint p) const {
 std::uint32_t FineErrors::exceeding_neighbours(GridPoint p, std::int32_t step,
                                                const std::array<std::int32_t, 3>& turned) const {
   const GridPoint at = p - origin_;
-  // The cube's lower ends lie in the cell of its centre, the upper ones possibly in the next.
+  // The cube's lower ends lie in the cell of its center, the upper ones possibly in the next.
   const int first = at.x % kCell - step * turned[0];
   const int middle = at.x % kCell;
   const int last = at.x % kCell + step * turned[0];
@@ -288,15 +288,15 @@ void FineErrors::load_diamond(GridPoint p, std::ptrdiff_t at, int exponent,
   const std::int32_t last = 1 << (volume_.info.grid_exponent - exponent);
   const std::size_t index = diamond_index(unit_point);
   const auto& lengths = lengths_[static_cast<std::size_t>(exponent)];
-  const float* const centre = arrays_.values.data() + at;
+  const float* const center = arrays_.values.data() + at;
   const auto value = [&](std::size_t i) {
-    return static_cast<double>(centre[offsets_[index][i] << exponent]);
+    return static_cast<double>(center[offsets_[index][i] << exponent]);
   };
   if (std::min({p.x, p.y, p.z}) == 0 ||
       std::max({unit_point.x, unit_point.y, unit_point.z}) == last) {
-    return load_at_border(unit_point, last, static_cast<double>(*centre), lengths, value, d);
+    return load_at_border(unit_point, last, static_cast<double>(*center), lengths, value, d);
   }
-  d.centre = static_cast<double>(*centre);
+  d.center = static_cast<double>(*center);
   d.corners = kDiamonds[index].corners;
   d.vectors = d.corners / Lanes<double>::kWidth;  // The number of corners is even.
   d.ring_is_open = false;

@@ -72,7 +72,7 @@ class FineErrors {
   // or if a flip that is not tolerated keeps the point or a descendant.
   [[nodiscard]] float error(GridPoint p) const;
   // Returns a mask whose bit i + 3 j + 9 k is set if the point p + step * turned (i - 1, j - 1, k -
-  // 1) exceeds the threshold. Requires p to be the centre of an octree cube in a wanted cell, and a
+  // 1) exceeds the threshold. Requires p to be the center of an octree cube in a wanted cell, and a
   // step of at most half its side.
   [[nodiscard]] std::uint32_t exceeding_neighbours(GridPoint p, std::int32_t step,
                                                    const std::array<std::int32_t, 3>& turned) const;

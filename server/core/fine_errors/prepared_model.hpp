@@ -57,10 +57,10 @@ class PreparedModel {
     return options_.thresholds.least() == options_.thresholds.largest();
   }
 
-  // Returns whether the cell's centre may be kept, that is, whether all its parents are.
+  // Returns whether the cell's center may be kept, that is, whether all its parents are.
   [[nodiscard]] bool is_wanted(const OctreeCube& cell) const {
     if (options_.finest_spacing >= kSpectrumSpacing) return false;
-    const PointList<4> parents = centre(cell).parents(Grid(volume_.info.grid_exponent));
+    const PointList<4> parents = center(cell).parents(Grid(volume_.info.grid_exponent));
     for (const GridPoint parent : parents) {
       if (!kept(DividingPoint(parent))) return false;
     }

@@ -63,9 +63,9 @@ template <typename Real, typename Vector>
 
 template <typename Real>
 struct DiamondValues {
-  Real centre;
+  Real center;
   std::size_t corners;  // At most 10.
-  // The number of vectors in use; lanes after the last corner repeat `centre`.
+  // The number of vectors in use; lanes after the last corner repeat `center`.
   std::size_t vectors;
   bool ring_is_open;  // Set if corners beyond the grid's border were omitted.
   // The corners' values, ends of the split edge first.
@@ -94,8 +94,8 @@ template <typename Real>
     low = x < low ? x : low;
     high = x > high ? x : high;
   };
-  include(all(d.centre));
-  auto sum = all(d.centre);
+  include(all(d.center));
+  auto sum = all(d.center);
   for (std::size_t i = 0; i < d.vectors; ++i) {
     include(d.value.vectors[i]);
     sum += d.value.vectors[i];
@@ -123,15 +123,15 @@ template <typename Real>
 // Fills `d` for a point on the grid's border, omitting corners beyond it. `unit_point` and `last`,
 // the grid's largest coordinate, are in units of the spacing; `value(i)` is that of corner i.
 template <typename Real, typename Value>
-void load_at_border(GridPoint unit_point, std::int32_t last, Real centre,
+void load_at_border(GridPoint unit_point, std::int32_t last, Real center,
                     const DiamondLengths<Real>& lengths, const Value& value,
                     DiamondValues<Real>& d) {
   const std::size_t index = diamond_index(unit_point);
   const Diamond& shape = kDiamonds[index];
-  d.centre = centre;
+  d.center = center;
   d.corners = 0;
   d.vectors = Lanes<Real>::kVectors;
-  for (auto& lanes : d.value.vectors) lanes = all(centre);
+  for (auto& lanes : d.value.vectors) lanes = all(center);
   d.length_at_border = {};
   d.length = &d.length_at_border;
   for (std::size_t i = 0; i < shape.corners; ++i) {

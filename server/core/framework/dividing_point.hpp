@@ -56,7 +56,7 @@ class DividingPoint {
   [[nodiscard]] constexpr PointKind kind() const { return kind_; }
 
   // Returns the depth of the tetrahedra that the point divides: 0 for the twelve of the root cube.
-  // The grid's centre, which creates those, has depth -1.
+  // The grid's center, which creates those, has depth -1.
   [[nodiscard]] constexpr int depth(const Grid& grid) const {
     int level = 0;
     for (std::int32_t s = grid.side() / 2; s > spacing_; s /= 2) ++level;
@@ -70,7 +70,7 @@ class DividingPoint {
   [[nodiscard]] constexpr PointList<8> ring() const;
 
   // Returns the points whose insertion creates the tetrahedra that this point divides; a point may
-  // be kept only if all its parents are. At most 4, inside the grid; its centre has none.
+  // be kept only if all its parents are. At most 4, inside the grid; its center has none.
   [[nodiscard]] constexpr PointList<4> parents(const Grid& grid) const;
 
   // Returns the points inside the grid that have this one as a parent: up to 8 for an edge, 4 for a
@@ -151,13 +151,13 @@ constexpr PointList<4> DividingPoint::parents(const Grid& grid) const {
     if (grid.contains(p)) parents.push_back(p);
   };
   switch (kind_) {
-    case PointKind::kFace: {  // The centres of the two cubes that share the face.
+    case PointKind::kFace: {  // The centers of the two cubes that share the face.
       const GridPoint up = spacing_ * unit(only_axis(false));
       add(at_ + up);
       add(at_ - up);
       break;
     }
-    case PointKind::kEdge:  // The centres of the four faces around the edge.
+    case PointKind::kEdge:  // The centers of the four faces around the edge.
       for (int axis = 0; axis < 3; ++axis) {
         if (is_odd(axis)) continue;
         add(at_ + spacing_ * unit(axis));
@@ -182,7 +182,7 @@ constexpr PointList<8> DividingPoint::children(const Grid& grid) const {
     if (grid.contains(p)) children.push_back(p);
   };
   switch (kind_) {
-    case PointKind::kCube:  // The centres of the cube's six faces.
+    case PointKind::kCube:  // The centers of the cube's six faces.
       for (int axis = 0; axis < 3; ++axis) {
         add(at_ + spacing_ * unit(axis));
         add(at_ - spacing_ * unit(axis));
@@ -195,7 +195,7 @@ constexpr PointList<8> DividingPoint::children(const Grid& grid) const {
         add(at_ - spacing_ * unit(axis));
       }
       break;
-    case PointKind::kEdge: {  // The centres of the eight cubes of half the size around the point.
+    case PointKind::kEdge: {  // The centers of the eight cubes of half the size around the point.
       const std::int32_t half = spacing_ / 2;
       if (half == 0) break;
       for (int octant = 0; octant < 8; ++octant) {

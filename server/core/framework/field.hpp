@@ -50,10 +50,10 @@ class SampledField {
     int positive = 0;
     int negative = 0;
     if (is_inside) {
-      const Sample* centre = samples_ + (i.x + row_ * i.y + slice_ * i.z);
+      const Sample* center = samples_ + (i.x + row_ * i.y + slice_ * i.z);
       for (const GridPoint offset : offsets) {
         const auto value =
-            static_cast<double>(centre[step * (offset.x + row_ * offset.y + slice_ * offset.z)]);
+            static_cast<double>(center[step * (offset.x + row_ * offset.y + slice_ * offset.z)]);
         positive += value > c ? 1 : 0;
         negative += value <= c ? 1 : 0;
       }

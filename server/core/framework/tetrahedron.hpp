@@ -1,7 +1,7 @@
 // Tetrahedra of the framework and their bisection (Zhou, Chen and Kaufman 1997, section 3).
 //
 // A tetrahedron is written kind[a,b | k,d]: the kind of its dividing point, its split edge ab, its
-// other corners. A cube with centre d starts as twelve tetrahedra: for each face, its diagonal ab
+// other corners. A cube with center d starts as twelve tetrahedra: for each face, its diagonal ab
 // with either of the face's other corners k. Then
 //
 //   face[a,b | k,d]   f = mid(a,b):   edge[a,k | f,d]   edge[b,k | f,d]
@@ -54,9 +54,9 @@ struct Tetrahedron {
   }
 };
 
-// Returns the centre of a cube with an even side: the cube point whose insertion fills it with
+// Returns the center of a cube with an even side: the cube point whose insertion fills it with
 // twelve tetrahedra.
-[[nodiscard]] constexpr DividingPoint centre(const OctreeCube& cube) {
+[[nodiscard]] constexpr DividingPoint center(const OctreeCube& cube) {
   const std::int32_t side = cube.side();
   const auto middle = [side](std::int32_t position) { return position * side + side / 2; };
   return DividingPoint({middle(cube.x), middle(cube.y), middle(cube.z)});
@@ -64,7 +64,7 @@ struct Tetrahedron {
 
 // Returns the twelve tetrahedra of a cube. Requires exponent >= 1.
 [[nodiscard]] constexpr std::array<Tetrahedron, 12> tetrahedra_of(const OctreeCube& cube) {
-  const GridPoint d = centre(cube).at();
+  const GridPoint d = center(cube).at();
   const std::int32_t s = cube.side() / 2;
   std::array<Tetrahedron, 12> result{};
   std::size_t count = 0;

@@ -10,7 +10,7 @@ namespace multitetra {
 
 struct VertexScalars {
   std::vector<double> values;  // Trilinear values, one per vertex; NaN where there is no field.
-  // The largest deviation of linear interpolation from the field, at the centres of all triangles
+  // The largest deviation of linear interpolation from the field, at the centers of all triangles
   // and the midpoints of all edges between two; ignores those without a field there or at a corner.
   double largest_deviation = 0;
 };

@@ -110,8 +110,8 @@ class FineLevels {
     std::int32_t next_box = std::max(0, kCell * begin.z - column.kReach);
     for (std::int32_t z = next_box; !column.is_done(); ++z) {
       if (z == next_box) next_box = read_slices(z, begin, end, values);
-      column.add(z, values, [&](std::int32_t k, const CurveLayer& centres) {
-        curves_.put({begin.x, begin.y, k}, centres);
+      column.add(z, values, [&](std::int32_t k, const CurveLayer& centers) {
+        curves_.put({begin.x, begin.y, k}, centers);
       });
     }
     if (work_.progress) work_.progress(samples_in(begin, end));

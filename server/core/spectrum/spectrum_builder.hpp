@@ -6,7 +6,7 @@
 //
 // The volume is divided along all axes into columns. A column computes the curves of spacings 1, 2
 // and 4, slice by slice, including a seam of six steps that its neighbours compute too, and stores
-// those of the cube centres of spacing 4: one per cell of 8 x 8 x 8. From these and every eighth
+// those of the cube centers of spacing 4: one per cell of 8 x 8 x 8. From these and every eighth
 // sample, the coarser levels are computed one after the other, each in blocks of bricks.
 //
 // Memory, not counting the scratch: the number and size of concurrent columns, and then of blocks,

@@ -96,7 +96,7 @@ class PreparedSource {
 
   [[nodiscard]] bool is_refined(const OctreeCube& cube) const {
     if (cube.exponent < 1) return false;
-    const DividingPoint point = centre(cube);
+    const DividingPoint point = center(cube);
     if (cube.exponent > kSpectrumExponent) {
       return cube.exponent == info_.grid_exponent || model_.kept(point);
     }
@@ -108,11 +108,11 @@ class PreparedSource {
     if (cube.exponent > kSpectrumExponent || cube.exponent <= 1 || !model_.has_one_threshold()) {
       return refined_children_of(*this, cube);
     }
-    // The children's centres are the corners of a cube of half the size with the same centre.
+    // The children's centers are the corners of a cube of half the size with the same center.
     const OctreeCubePoints points = points_of(cube);
     const std::int32_t step = points.step / 2;
     if (!model_.may_keep(step)) return 0;
-    const std::uint32_t exceeding = fine_.exceeding_neighbours(points.centre, step, {1, 1, 1});
+    const std::uint32_t exceeding = fine_.exceeding_neighbours(points.center, step, {1, 1, 1});
     unsigned refined = 0;
     for (unsigned i = 0; i < 8; ++i) {
       const unsigned corner = (i & 1) * 2 + (i >> 1 & 1) * 6 + (i >> 2) * 18;
@@ -132,7 +132,7 @@ class PreparedSource {
   }
 
  private:
-  // Bits of the six face centres and twelve edge midpoints.
+  // Bits of the six face centers and twelve edge midpoints.
   static constexpr std::uint32_t kFacesAndEdges = [] {
     std::uint32_t bits = 0;
     for (unsigned i = 0; i < 27; ++i) {
@@ -150,7 +150,7 @@ class PreparedSource {
     }
   }
   void read_fine(OctreeCubePoints& points) const {
-    const std::ptrdiff_t centre = fine_.index(points.centre);
+    const std::ptrdiff_t center = fine_.index(points.center);
     const std::array<std::ptrdiff_t, 3> stride = {points.step * points.turned[0],
                                                   points.step * points.turned[1] * fine_.row(),
                                                   points.step * points.turned[2] * fine_.slice()};
@@ -158,14 +158,14 @@ class PreparedSource {
     for (int z = -1; z <= 1; ++z) {
       for (int y = -1; y <= 1; ++y) {
         for (int x = -1; x <= 1; ++x, ++i) {
-          points.values[i] = fine_.value(centre + x * stride[0] + y * stride[1] + z * stride[2]);
+          points.values[i] = fine_.value(center + x * stride[0] + y * stride[1] + z * stride[2]);
         }
       }
     }
-    // Faces and edges of the cube have the spacing of its centre.
+    // Faces and edges of the cube have the spacing of its center.
     if (!model_.may_keep(points.step)) return;
     points.kept =
-        fine_.exceeding_neighbours(points.centre, points.step, points.turned) & kFacesAndEdges;
+        fine_.exceeding_neighbours(points.center, points.step, points.turned) & kFacesAndEdges;
     if (model_.has_one_threshold()) return;
     for (std::uint32_t left = kFacesAndEdges & ~points.kept; left != 0; left &= left - 1) {
       const auto p = static_cast<std::size_t>(std::countr_zero(left));
@@ -276,7 +276,7 @@ CubeSurface join_children(const PreparedModel& model, const OctreeCube& cube,
 }
 
 bool is_refined(const PreparedModel& model, const OctreeCube& cube) {
-  return cube.exponent == model.volume().info.grid_exponent || model.kept(centre(cube));
+  return cube.exponent == model.volume().info.grid_exponent || model.kept(center(cube));
 }
 
 std::vector<TileMesh> finished_tiles(CubeSurface root, const OctreeCube& root_cube) {

@@ -307,10 +307,10 @@ void add_view_command(Command& program, Run& run) {
   add_threads_option(*command, a->threads);
   command->begin_group("Cache");
   command->add_option(
-      "--cache", a->cache_folder,
+      "--cache-dir", a->cache_folder,
       "Folder of the cached datasets (default: multitetra in $XDG_CACHE_HOME or ~/.cache)");
   command
-      ->add_option("--cache-bytes", a->cache_bytes,
+      ->add_option("--cache-dir-bytes", a->cache_bytes,
                    "Size limit of that folder; the least recently used datasets are evicted first")
       ->as_bytes()
       ->capture_default_str();

@@ -74,7 +74,7 @@ constexpr std::string_view kPixels = "a number of pixels, 2 or more";
 constexpr QueryField<S> kSliceFields[] = {
     {"axis", "x|y|z", set_word<&N::axis, axis_from>},
     {"at", "a number", set_word<&N::at, decimal_from>},
-    {"centre", kThreeNumbers, set_word<&N::centre, vector_from>},
+    {"center", kThreeNumbers, set_word<&N::center, vector_from>},
     {"normal", kThreeNumbers, set_word<&N::normal, vector_from>},
     {"up", kThreeNumbers, set_word<&N::up, vector_from>},
     {"extent", "a width, or a width and a height, WIDTH,HEIGHT, greater than 0",

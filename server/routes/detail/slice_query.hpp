@@ -27,7 +27,7 @@ struct SliceQuery {
   std::optional<Rgb> no_value_color = {};  // None: transparent.
 };
 
-// Parameters: axis, at, centre, normal, up, extent, origin, right, down, coordinates, width,
+// Parameters: axis, at, center, normal, up, extent, origin, right, down, coordinates, width,
 // height, interpolation, detail, format, window, level, colors, color_scale, no_value_color.
 // Returns kInvalidArgument, naming the parameter, if one is unknown, repeated or invalid.
 [[nodiscard]] Result<SliceQuery> parse_slice_query(

@@ -71,9 +71,9 @@ WorkKind work_for(const SurfaceProvider& source, const StreamState& state) {
   if (state.steps != StepPolicy::kFinalOnly && state.delivered.empty()) {
     return {.kind = dataset + " first preview", .is_long = false};
   }
-  const char* form = !request.simplify  ? " step"
-                     : request.embedded ? " embedded step"
-                                        : " simplified step";
+  const char* form = !request.simplify           ? " step"
+                     : request.intersection_free ? " embedded step"
+                                                 : " simplified step";
   return {.kind = dataset + form, .is_long = true};
 }
 

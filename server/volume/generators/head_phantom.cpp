@@ -13,7 +13,7 @@ constexpr double kAir = -1000;
 
 struct Row {
   double value;  // Hounsfield units, added to those of the enclosing ellipsoids.
-  std::array<double, 3> centre;
+  std::array<double, 3> center;
   std::array<double, 3> semi_axes;
   double degrees;  // Rotation about z.
 };
@@ -49,7 +49,7 @@ HeadPhantom::HeadPhantom(std::int32_t size) : size_(size), voxel_(2 / (size_ - 1
     return Ellipsoid{
         .value = row.value,
         .inverse_axes = {1 / a, 1 / b, 1 / height},
-        .centre = row.centre,
+        .center = row.center,
         .cosine = c,
         .sine = s,
         .half_extents = {std::sqrt(a * a * c * c + b * b * s * s) + voxel_,
@@ -65,18 +65,18 @@ void HeadPhantom::fill_row(std::int32_t y, std::int32_t z, std::span<double> row
 }
 
 void HeadPhantom::add(const Ellipsoid& e, double y, double z, std::span<double> row) const {
-  const double dy = y - e.centre[1];
-  const double dz = z - e.centre[2];
+  const double dy = y - e.center[1];
+  const double dz = z - e.center[2];
   if (std::abs(dy) > e.half_extents[1] || std::abs(dz) > e.half_extents[2]) return;
   const auto column = [this](double x) {
     return static_cast<std::size_t>(std::clamp((x + 1) / voxel_, 0.0, size_));
   };
-  const std::size_t begin = column(e.centre[0] - e.half_extents[0]);
-  const std::size_t end = std::min(row.size(), column(e.centre[0] + e.half_extents[0]) + 1);
+  const std::size_t begin = column(e.center[0] - e.half_extents[0]);
+  const std::size_t end = std::min(row.size(), column(e.center[0] + e.half_extents[0]) + 1);
   const auto& [a, b, c] = e.inverse_axes;
   const double w = dz * c;
   for (std::size_t i = begin; i < end; ++i) {
-    const double dx = static_cast<double>(i) * voxel_ - 1 - e.centre[0];
+    const double dx = static_cast<double>(i) * voxel_ - 1 - e.center[0];
     const double u = (dx * e.cosine + dy * e.sine) * a;
     const double v = (dy * e.cosine - dx * e.sine) * b;
     const double f = u * u + v * v + w * w - 1;

@@ -29,7 +29,7 @@ class HeadPhantom {
   struct Ellipsoid {
     double value;
     std::array<double, 3> inverse_axes;  // 1 / semi-axis.
-    std::array<double, 3> centre;
+    std::array<double, 3> center;
     // Cosine and sine of its rotation about z.
     double cosine;
     double sine;

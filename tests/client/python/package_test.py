@@ -360,7 +360,7 @@ class Package(unittest.TestCase):
     def test_signatures_name_every_request_option(self):
         for method in (Connection.isosurface, Connection.steps):
             parameters = inspect.signature(method).parameters
-            for name in ("error", "unit", "quality", "regions", "region_unit", "threshold_grid", "normals", "simplify", "embedded", "color_by"):
+            for name in ("error", "unit", "quality", "regions", "region_unit", "threshold_grid", "normals", "simplify", "intersection_free", "color_by"):
                 self.assertIn(name, parameters)
             self.assertNotIn("request", parameters)
             self.assertIn("such as 500KiB", method.__doc__)

@@ -32,8 +32,8 @@ describe("Address", () => {
     expect(fromAddress(`#${toAddress(settings)}`)).toEqual(settings);
     expect(toAddress({ ...defaults, minComponent: "largest" })).toBe("min_component=largest");
     expect(fromAddress("min_component=largest")).toEqual({ minComponent: "largest" });
-    const ball = { kind: "ball", centre: [1, 2, 3], radius: 4, error: 0.5 } as const;
-    const overrides = toAddress({ ...defaults, region: { ...ball, centre: [1, 2, 3] } });
+    const ball = { kind: "ball", center: [1, 2, 3], radius: 4, error: 0.5 } as const;
+    const overrides = toAddress({ ...defaults, region: { ...ball, center: [1, 2, 3] } });
     expect(overrides).toBe("region=ball:1,2,3,4=0.5");
     expect(fromAddress(overrides).region).toEqual(ball);
     const surfaces = [{ isovalue: 3, error: null, color: "#d9775f", opacity: 0.5, visible: true }];

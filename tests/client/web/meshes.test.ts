@@ -102,11 +102,11 @@ describe("Files", () => {
   });
 
   test("HaveOutwardNormalsInAnyWorld", () => {
-    const centre = [5, 5, 5];
+    const center = [5, 5, 5];
     for (const map of [identity, [2, 0, 0, 0, 3, 0, 0, 0, 0.5, 7, 8, 9], [-1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0],
       [1, 1, 0, -1, 1, 0, 0, 0, 4, 0, 0, 0], [0, 0, 2, 2, 0, 0, 0, 1, 0, 1, 2, 3]]) {
       const { positions: p, normals: n } = weldedInWorld([tile(octahedron)], map);
-      const middle = [0, 1, 2].map((row) => map[9 + row] + [0, 1, 2].reduce((sum, c) => sum + map[3 * c + row] * centre[c], 0));
+      const middle = [0, 1, 2].map((row) => map[9 + row] + [0, 1, 2].reduce((sum, c) => sum + map[3 * c + row] * center[c], 0));
       for (let v = 0; v < p.length; v += 3) {
         expect(Math.hypot(n[v], n[v + 1], n[v + 2])).toBeCloseTo(1, 5);
         // Normals of an octahedron point away from its center, along the axes, which the map scales.

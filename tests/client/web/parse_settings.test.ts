@@ -6,7 +6,7 @@ import { defaults } from "../../../client/web/src/state/settings";
 describe("parseSettings", () => {
   test("MatchesAddresses", () => {
     const overrides = {
-      isovalue: 500.5, error: 0.25, region: { kind: "ball", centre: [1, 2, 3], radius: 4, error: 0.5 }, eye: [1, 2, 3],
+      isovalue: 500.5, error: 0.25, region: { kind: "ball", center: [1, 2, 3], radius: 4, error: 0.5 }, eye: [1, 2, 3],
       surfaces: [{ isovalue: 3, error: null, color: "#d9775f", opacity: 0.5, visible: true }], clip: "x", wireframe: true,
     };
     expect(parseSettings(overrides)).toEqual({ settings: overrides, ignored: [] });

@@ -43,7 +43,7 @@ describe("ScreenSpaceError", () => {
   });
 
   test("KeepsRegions", () => {
-    const region = { kind: "ball" as const, centre: [1, 2, 3] as [number, number, number], radius: 4, error: 0 };
+    const region = { kind: "ball" as const, center: [1, 2, 3] as [number, number, number], radius: 4, error: 0 };
     const { threshold } = asked({ error: 0.5, region }, near);
     expect(threshold!.regions.map(({ threshold: one }) => one)).toEqual([0.5, 0]);
     const coarser = { ...region, error: 4 };

@@ -44,9 +44,9 @@ TEST(SurfaceOptions, DefaultToASimplifiedSurface) {
             (IsosurfaceRequest{.isovalue = 60.5, .error = 0.25, .simplify = true}));
   EXPECT_EQ(request({"--simplify", "off"}).value(),
             (IsosurfaceRequest{.isovalue = 60.5, .error = 0.25}));
-  EXPECT_EQ(
-      request({"--embedded"}).value(),
-      (IsosurfaceRequest{.isovalue = 60.5, .error = 0.25, .simplify = true, .embedded = true}));
+  EXPECT_EQ(request({"--intersection-free"}).value(),
+            (IsosurfaceRequest{
+                .isovalue = 60.5, .error = 0.25, .simplify = true, .intersection_free = true}));
 }
 
 TEST(SurfaceOptions, AcceptSeveralIsovalues) {

@@ -9,10 +9,10 @@ namespace multitetra {
 namespace {
 
 // Adds an octahedron; `radius` is in grid steps.
-void add_octahedron(std::vector<LatticeTriangle>& triangles, std::int32_t centre,
+void add_octahedron(std::vector<LatticeTriangle>& triangles, std::int32_t center,
                     std::int32_t radius) {
   const std::int32_t r = radius * 32;
-  const std::int32_t c = centre * 32;
+  const std::int32_t c = center * 32;
   const auto at = [c](std::int32_t x, std::int32_t y, std::int32_t z) {
     return LatticePoint{c + x, c + y, c + z};
   };
@@ -85,7 +85,7 @@ TEST(MeshComponents, RemovedWallsFillCavities) {
   add_octahedron(triangles, 100, 40);
   add_octahedron(triangles, 200, 4);
   const std::size_t outer = triangles.size();
-  for (const std::int32_t centre : {95, 105, 200}) add_octahedron(triangles, centre, 2);
+  for (const std::int32_t center : {95, 105, 200}) add_octahedron(triangles, center, 2);
   for (std::size_t i = outer; i < triangles.size(); ++i) {
     std::swap(triangles[i][1], triangles[i][2]);
   }

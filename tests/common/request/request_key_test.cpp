@@ -45,7 +45,7 @@ TEST(RequestKey, DiffersForDifferentRequests) {
       [](auto& r) { r.max_triangles = 5; },
       [](auto& r) { r.max_bytes = 5; },
       [](auto& r) { r.simplify = true; },
-      [](auto& r) { r.embedded = true; },
+      [](auto& r) { r.intersection_free = true; },
       [](auto& r) { r.normal_bits = 8; },
       [](auto& r) { r.cell = SurfaceCell{}; },
       [](auto& r) {

@@ -146,7 +146,7 @@ TEST(RequestNames, MatchTheViewersAddress) {
   for (const std::string& name : matches(url_state, "set\\(\"(\\w+)\"")) viewer.insert(snake(name));
   viewer.merge(matches(url_state, "parameters\\.get\\(\"(quality)\"\\)"));
   const Names not_in_viewer = {"color_anyway", "unit",        "lattice",     "region_unit",
-                               "view",         "combine",     "max_bytes",   "embedded",
+                               "view",         "combine",     "max_bytes",   "intersection_free",
                                "normals",      "color_range", "color_scale", "coordinates",
                                "codec"};
   for (const std::string& name : fields([](const RequestField&) { return true; })) {

@@ -34,10 +34,10 @@ std::string notices_of(const IsosurfaceRequest& request, const DatasetInfo& info
 TEST(RequestNotices, AreNoneForASurfaceInsideTheData) {
   EXPECT_EQ(notices_of({.isovalue = 60}), "");
   EXPECT_EQ(notices_of(with(BoxShape{.low = {90, -5, -30}, .high = {101, 1, -19}})), "");
-  EXPECT_EQ(notices_of(with(BallShape{.centre = {99, 0, -20}, .radius = 0.5})), "")
+  EXPECT_EQ(notices_of(with(BallShape{.center = {99, 0, -20}, .radius = 0.5})), "")
       << "one sample away";
   EXPECT_EQ(notices_of(with(HalfSpaceShape{.normal = {1, 0, 0}, .offset = 119})), "");
-  EXPECT_EQ(notices_of(with(BallShape{.centre = {5, 5, 5}}, CoordinateSystem::kIndex)), "");
+  EXPECT_EQ(notices_of(with(BallShape{.center = {5, 5, 5}}, CoordinateSystem::kIndex)), "");
 }
 
 TEST(RequestNotices, WarnAboutRegionsOutsideTheData) {
@@ -45,11 +45,11 @@ TEST(RequestNotices, WarnAboutRegionsOutsideTheData) {
       "Region 1 is outside \"ct\" and without effect: its samples range from (100, 0, -20) to "
       "(120, 20, 0) in world coordinates.\n";
   EXPECT_EQ(notices_of(with(BoxShape{.low = {0, 0, 0}, .high = {10, 10, 10}})), where);
-  EXPECT_EQ(notices_of(with(BallShape{.centre = {126, 24, 4}, .radius = 4})), where)
+  EXPECT_EQ(notices_of(with(BallShape{.center = {126, 24, 4}, .radius = 4})), where)
       << "off a corner";
   EXPECT_EQ(notices_of(with(HalfSpaceShape{.normal = {-1, 0, 0}, .offset = 0})), where);
   EXPECT_EQ(
-      notices_of(with(BallShape{.centre = {110, 10, -10}, .radius = 5}, CoordinateSystem::kIndex)),
+      notices_of(with(BallShape{.center = {110, 10, -10}, .radius = 5}, CoordinateSystem::kIndex)),
       "Region 1 is outside \"ct\" and without effect: its samples range from (0, 0, 0) to (10, 10, "
       "10) in sample indices.\n");
 }
@@ -67,7 +67,7 @@ TEST(RequestNotices, WarnAboutABudgetThatRaisedTheError) {
 }
 
 TEST(RequestNotices, CountManyRegionsInOneSentence) {
-  IsosurfaceRequest request = with(BallShape{.centre = {110, 10, -10}});
+  IsosurfaceRequest request = with(BallShape{.center = {110, 10, -10}});
   for (int i = 0; i < 5; ++i) request.thresholds.regions.push_back({.shape = BallShape{}});
   EXPECT_EQ(notices_of(request).substr(0, 48), "5 regions, the first of them region 2, are outsi");
 }

@@ -50,10 +50,10 @@ TEST(RequestFields, AcceptExactlyTheirDocumentedForms) {
 
 TEST(RequestFields, AcceptSwitchesInBothForms) {
   SurfaceQuery query;
-  EXPECT_FALSE(set(query, "embedded", "true"));
-  EXPECT_TRUE(query.request.embedded);
-  EXPECT_FALSE(set(query, "embedded", "off"));
-  EXPECT_FALSE(query.request.embedded);
+  EXPECT_FALSE(set(query, "intersection_free", "true"));
+  EXPECT_TRUE(query.request.intersection_free);
+  EXPECT_FALSE(set(query, "intersection_free", "off"));
+  EXPECT_FALSE(query.request.intersection_free);
   EXPECT_FALSE(set(query, "simplify", "false"));
   EXPECT_FALSE(query.request.simplify);
   EXPECT_EQ(set(query, "simplify", "1"), "must be on, off, true or false");

@@ -14,7 +14,7 @@ TEST(ParseRegion, ReadsTheCornersOfABox) {
 
 TEST(ParseRegion, ReadsBallsAndHalfSpaces) {
   EXPECT_EQ(parse_region("ball:1,2,3,4=0").value(),
-            (ThresholdRegion{.shape = BallShape{.centre = {1, 2, 3}, .radius = 4}}));
+            (ThresholdRegion{.shape = BallShape{.center = {1, 2, 3}, .radius = 4}}));
   EXPECT_EQ(parse_region("halfspace:0,0,-1,7.5=2").value(),
             (ThresholdRegion{.shape = HalfSpaceShape{.normal = {0, 0, -1}, .offset = 7.5},
                              .threshold = 2}));

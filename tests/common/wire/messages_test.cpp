@@ -305,7 +305,7 @@ IsosurfaceRequest request_with_a_map() {
   IsosurfaceRequest request;
   request.thresholds.regions = {
       {.shape = BoxShape{.low = {0, 0, 0}, .high = {1, 1, 1}}, .threshold = 1},
-      {.shape = BallShape{.centre = {0, 0, 0}, .radius = 1}, .threshold = 1},
+      {.shape = BallShape{.center = {0, 0, 0}, .radius = 1}, .threshold = 1},
       {.shape = HalfSpaceShape{.normal = {0, 0, 1}, .offset = 1}, .threshold = 1}};
   request.thresholds.grid = std::make_shared<const ThresholdGrid>(
       ThresholdGrid{.dims = {2, 1, 1}, .index_to_world = {}, .thresholds = {1, std::nanf("")}});
@@ -348,8 +348,8 @@ TEST(ThresholdMaps, RejectRegionsOutOfRangeByIndexAndField) {
                        "regions[0].box.low");
     expect_map_refused([=](Map& m) { std::get<BoxShape>(m.regions[0].shape).high[0] = wrong; },
                        "regions[0].box.high");
-    expect_map_refused([=](Map& m) { std::get<BallShape>(m.regions[1].shape).centre[1] = wrong; },
-                       "regions[1].ball.centre");
+    expect_map_refused([=](Map& m) { std::get<BallShape>(m.regions[1].shape).center[1] = wrong; },
+                       "regions[1].ball.center");
     expect_map_refused(
         [=](Map& m) { std::get<HalfSpaceShape>(m.regions[2].shape).normal[0] = wrong; },
         "regions[2].half_space.normal");
@@ -440,7 +440,7 @@ TEST(ThresholdMaps, RejectIncompletePieces) {
   EXPECT_NE(refusal(field(4, "")).find("shape"), std::string::npos);
   EXPECT_NE(refusal(field(4, field(9, "cone"))).find("shape"), std::string::npos);
   EXPECT_NE(refusal(field(4, field(2, ""))).find("box.low has 0 numbers"), std::string::npos);
-  EXPECT_NE(refusal(field(4, field(3, field(1, one)))).find("ball.centre has 1 numbers"),
+  EXPECT_NE(refusal(field(4, field(3, field(1, one)))).find("ball.center has 1 numbers"),
             std::string::npos);
   EXPECT_NE(refusal(field(4, field(4, field(1, one + one)))).find("normal has 2 numbers"),
             std::string::npos);

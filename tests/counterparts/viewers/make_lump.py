@@ -4,9 +4,9 @@ import itertools
 import math
 import sys
 
-SIZES, CENTRE, RADII = (72, 80, 60), (30, 45, 33), (20.49, 12.49, 8.49)  # In samples.
+SIZES, CENTER, RADII = (72, 80, 60), (30, 45, 33), (20.49, 12.49, 8.49)  # In samples.
 
-squares = [[((i - c) / r) ** 2 for i in range(n)] for n, c, r in zip(SIZES, CENTRE, RADII)]
+squares = [[((i - c) / r) ** 2 for i in range(n)] for n, c, r in zip(SIZES, CENTER, RADII)]
 values = array.array("f", (100 - 100 * math.sqrt(z + y + x) for z, y, x in itertools.product(*reversed(squares))))
 with open(sys.argv[1], "wb") as file:
     file.write(

@@ -15,7 +15,7 @@ plugin, server, token_file, dataset, isovalue, picture = sys.argv[1:]
 LoadPlugin(plugin, remote=False, ns=globals())
 token = pathlib.Path(token_file).read_text().strip()
 surface = MultiTetraIsosurface(  # noqa: F821  The plugin defines the name.
-    Server=server, Token=token, Dataset=dataset, Isovalue=float(isovalue), Error=1.0, Steps=20
+    Server=server, Token=token, Dataset=dataset, Isovalue=float(isovalue), Error=1.0, Refinement=20
 )
 surface.UpdatePipeline()
 view = GetActiveViewOrCreate("RenderView")

@@ -225,8 +225,8 @@ TEST(SampleStatisticsBuilder, AcceptsNoSamples) {
 
 TEST(SuggestedIsovalues, SeparateTheClassesOfAHistogram) {
   Histogram histogram{-0.5, 99.5, std::vector<std::uint64_t>(100)};
-  for (const std::size_t centre : {10u, 40u, 80u}) {
-    for (std::size_t i = centre - 3; i <= centre + 3; ++i) histogram.counts[i] = 50;
+  for (const std::size_t center : {10u, 40u, 80u}) {
+    for (std::size_t i = center - 3; i <= center + 3; ++i) histogram.counts[i] = 50;
   }
   const std::vector<double> isovalues = suggested_isovalues(histogram);
   ASSERT_GE(isovalues.size(), 2u);

@@ -139,7 +139,7 @@ TEST_P(BudgetedSurfaces, FallBackToTheCoarsest) {
   expect_good(made, request);
 }
 
-// With `embedded`, no surface intersects itself, however many collapses were undone.
+// With `intersection_free`, no surface intersects itself, however many collapses were undone.
 TEST_P(BudgetedSurfaces, RespectThresholdMapsAndStayEmbedded) {
   std::mt19937_64 random(17);
   for (int i = 0; i < 2; ++i) {
@@ -149,12 +149,12 @@ TEST_P(BudgetedSurfaces, RespectThresholdMapsAndStayEmbedded) {
                               .unit = LengthUnit::kWorld,
                               .thresholds = random_thresholds(info_, random),
                               .simplify = true,
-                              .embedded = i % 2 == 1};
+                              .intersection_free = i % 2 == 1};
     const double all = static_cast<double>(whole(request).triangles.size());
     request.max_triangles = static_cast<std::uint64_t>(0.7 * all);
     const BudgetedSurface made = within(request);
     expect_good(made, request);
-    if (request.embedded) {
+    if (request.intersection_free) {
       EXPECT_EQ(lattice_intersections(mesh_of(made.surface)).pairs, 0U);
     }
   }

@@ -82,7 +82,7 @@ TEST_P(LocallySimplified, IsIndependentOfThreadCount) {
   for (int i = 0; i < 3; ++i) {
     SCOPED_TRACE(i);
     if (i == 1) request.thresholds = random_thresholds(dataset->info, random);
-    request.embedded = i == 2;
+    request.intersection_free = i == 2;
     const TiledSurface of_all = extractor.extract({.request = request});
     const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
     const TiledSurface of_one = extractor.extract({.request = request});
@@ -93,7 +93,7 @@ TEST_P(LocallySimplified, IsIndependentOfThreadCount) {
       EXPECT_EQ(of_one.tiles[t].mesh.triangles, of_all.tiles[t].mesh.triangles);
       EXPECT_EQ(of_one.tiles[t].simplification_bound, of_all.tiles[t].simplification_bound);
     }
-    if (request.embedded) {
+    if (request.intersection_free) {
       EXPECT_EQ(lattice_intersections(mesh_of(of_one)).pairs, 0U);
     }
   }

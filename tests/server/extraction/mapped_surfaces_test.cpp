@@ -217,7 +217,7 @@ TEST(MappedSurface, IsFineInARegionAndCoarseElsewhere) {
                 .threshold = 4,
                 .measure = ErrorMeasure::kCertified,
                 .rule = TopologyRule::kExact,
-                .thresholds = {.regions = {{.shape = BallShape{.centre = {32, 32, 32}, .radius = 9},
+                .thresholds = {.regions = {{.shape = BallShape{.center = {32, 32, 32}, .radius = 9},
                                             .threshold = threshold}}}};
   };
   // Compares the numbers of triangles whose first vertex lies in the ball.

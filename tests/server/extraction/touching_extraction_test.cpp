@@ -52,7 +52,8 @@ std::vector<DatasetPtr> datasets_of(const LabelOf& label) {
 }
 
 IsosurfaceRequest request_for(double error, bool embedded = false) {
-  return {.isovalue = kLabelBoundary, .error = error, .simplify = true, .embedded = embedded};
+  return {
+      .isovalue = kLabelBoundary, .error = error, .simplify = true, .intersection_free = embedded};
 }
 
 // Turned over, and with the least corner first.

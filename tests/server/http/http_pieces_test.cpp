@@ -154,7 +154,8 @@ TEST(MeshQuery, HasEveryOptionOfTheCommandLine) {
   const auto [query, format] = query_of(
       "isovalue=-3e%2B2&error=0.25&unit=world&bound=paper&topology_rule=paper&topology_tolerance=2&"
       "lattice=4&region=ball:1,2,3,4=0.5&region=box:0,0,0,1,1,1=0&region_unit=index&"
-      "combine=minimum&max_triangles=1000&max_bytes=2000&simplify=off&embedded=true&normals=8&"
+      "combine=minimum&max_triangles=1000&max_bytes=2000&simplify=off&intersection_free=true&"
+      "normals=8&"
       "coordinates=index&"
       "format=stl&"
       "view=eye=1,2,3,fov=40,height=1080,pixels=1");
@@ -172,7 +173,7 @@ TEST(MeshQuery, HasEveryOptionOfTheCommandLine) {
   EXPECT_EQ(query.request.max_triangles, 1000U);
   EXPECT_EQ(query.request.max_bytes, 2000U);
   EXPECT_FALSE(query.request.simplify);
-  EXPECT_TRUE(query.request.embedded);
+  EXPECT_TRUE(query.request.intersection_free);
   EXPECT_EQ(query.request.normal_bits, 8);
   EXPECT_EQ(query.coordinates, CoordinateSystem::kIndex);
   EXPECT_EQ(format, MeshFormat::kStl);

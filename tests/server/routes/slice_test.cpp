@@ -72,7 +72,7 @@ TEST_F(SliceTest, AcceptsAPlaneByVectorsOrNormal) {
   const std::vector<float> vectors =
       values("origin=2,3,4&right=1,0,0&down=0,0,1&width=3&height=2&coordinates=index");
   EXPECT_EQ(vectors, (std::vector<float>{1662, 1663, 1664, 2062, 2063, 2064}));
-  const std::vector<float> oblique = values("normal=0,0,1&centre=5,4,8&extent=2,2&width=3");
+  const std::vector<float> oblique = values("normal=0,0,1&center=5,4,8&extent=2,2&width=3");
   EXPECT_EQ(oblique, (std::vector<float>{1704, 1705, 1706, 1684, 1685, 1686, 1664, 1665, 1666}));
 }
 
@@ -104,13 +104,13 @@ TEST_F(SliceTest, NamesInvalidParameters) {
   expect_refused("slice?axis=q", "axis=q: must be x, y or z");
   expect_refused("slice?axis=z&at=9", "at=0 to 8");
   expect_refused("slice?axis=z&normal=0,0,1", "not by several of these");
-  expect_refused("slice?centre=1,2,3", "needs a normal");
+  expect_refused("slice?center=1,2,3", "needs a normal");
   expect_refused("slice?normal=0,0,0", "no direction");
   expect_refused("slice?normal=0,0,1&up=0,0,2", "parallel to its normal");
   expect_refused("slice?normal=1,2", "three numbers");
   expect_refused("slice?normal=0,0,1&extent=-3", "greater than 0");
   expect_refused("slice?normal=0,0,1&extent=5,nan", "greater than 0");
-  expect_refused("slice?normal=0,0,1&centre=inf,0,0", "1e100");
+  expect_refused("slice?normal=0,0,1&center=inf,0,0", "1e100");
   expect_refused("slice?origin=0,0,0&right=1,0,0", "needs all three");
   expect_refused("slice?window=0", "window=0");
   expect_refused("slice?width=1", "2 or more");

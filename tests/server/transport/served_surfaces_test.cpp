@@ -138,7 +138,7 @@ TEST(ServedSurfaces, StayWithinLocalThresholdsIfSimplified) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
   const DatasetInfo info = noisy_gyroid()->info;
-  const BallShape ball{.centre = {20, 20, 20}, .radius = 16};
+  const BallShape ball{.center = {20, 20, 20}, .radius = 16};
   IsosurfaceRequest request{.isovalue = 0.1, .error = 2};
   request.thresholds.regions = {{.shape = ball, .threshold = 0.2}};
   const auto full = fetch(client, info, {.isovalue = 0.1, .error = 0});
@@ -157,7 +157,7 @@ TEST(ServedSurfaces, StayWithinLocalThresholdsIfSimplified) {
   const double snapping = 2 * std::sqrt(3) / (2 << request.lattice_resolution);
   const auto limit = [&](const Vec3& p) {
     const bool is_inside =
-        std::hypot(p[0] - ball.centre[0], p[1] - ball.centre[1], p[2] - ball.centre[2]) < inside;
+        std::hypot(p[0] - ball.center[0], p[1] - ball.center[1], p[2] - ball.center[2]) < inside;
     return snapping + (is_inside ? 0.2 : 2.0);
   };
   const std::vector<SurfaceTriangle> exact = in_world(full.back(), info);
@@ -317,7 +317,7 @@ TEST(ServedSurfaces, SendTilesOfTheFinestRegionFirst) {
   IsosurfaceRequest request{.isovalue = 0.1, .error = 4};
   request.thresholds.coordinates = CoordinateSystem::kIndex;
   request.thresholds.regions = {
-      {.shape = BallShape{.centre = {50, 50, 50}, .radius = 12}, .threshold = 0}};
+      {.shape = BallShape{.center = {50, 50, 50}, .radius = 12}, .threshold = 0}};
   const TiledStep step = source.make({.request = request}, {});
   ASSERT_GE(step.tiles.size(), 3U);
   const ThresholdMap thresholds(request, source.info());

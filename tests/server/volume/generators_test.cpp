@@ -100,7 +100,7 @@ TEST(Generators, PlaceTheTissuesOfTheHeadByTheTable) {
 
 TEST(Generators, PlaceTheHeadsSurfaceOnTheEllipsoid) {
   const Volume volume = generate(GeneratorKind::kHead, {.size = 101});
-  // Along x through the centre: air to skull crosses 0, half way, at x = -0.69.
+  // Along x through the center: air to skull crosses 0, half way, at x = -0.69.
   std::int32_t i = 0;
   while (sample(volume, i + 1, 50, 50) <= 0) ++i;
   const double a = sample(volume, i, 50, 50);

@@ -94,7 +94,7 @@ function errorAnywhere(shown: StepFacts): string {
   if (shown.isCertified) {
     const why = isFullResolution(shown) ? " It may be less than allowed: the full resolution arrived sooner than a simplified surface." : "";
     return `No point of this surface is farther than this (${world}) from the full-resolution ` +
-      `surface, nor vice versa; rounding to the lattice is added.${why}`;
+      `surface, nor vice versa, before coordinates are rounded.${why}`;
   }
   if (!shown.preservesTopology) {
     return `The allowed error (${world}); features up to ${inDigits(shown.tolerance, 3)} voxels ` +

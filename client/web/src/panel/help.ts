@@ -29,7 +29,7 @@ const keys = [
   [", .", "previous, next time"],
   ["Ctrl Z, Ctrl Y", "undo, redo"],
   ["Shift ↑ ↓, Space, Ctrl A on a label", "select several labels"],
-  ["Esc", "close the certificate, clear the measurement"],
+  ["Esc", "close the list of checks, clear the measurement"],
   ["← → on the histogram", "move the isovalue"],
   ["?", "this page"],
 ] as const;

@@ -42,10 +42,10 @@ export function regionPart(change: Change): PanelSection {
 
 function regionInTheMiddle(kind: Region["kind"], info: DatasetInfo, error: number): Region {
   const { low, high } = worldBox(info);
-  const centre = low.map((value, axis) => (value + high[axis]) / 2) as Vec3;
+  const center = low.map((value, axis) => (value + high[axis]) / 2) as Vec3;
   const size = low.map((value, axis) => high[axis] - value);
-  if (kind === "ball") return { kind, centre, radius: Math.min(...size) / 5, error };
+  if (kind === "ball") return { kind, center, radius: Math.min(...size) / 5, error };
   const corner = (sign: number) =>
-    centre.map((value, axis) => value + (sign * size[axis]) / 6) as Vec3;
+    center.map((value, axis) => value + (sign * size[axis]) / 6) as Vec3;
   return { kind, low: corner(-1), high: corner(1), error };
 }

@@ -18,8 +18,8 @@ export class TimeBar {
   private readonly play = h("button", { type: "button", class: "play", "data-tip": "Plays the times (space)." });
   private readonly slider = h("input", { type: "range", min: "0", step: "1", "aria-label": "Time" });
   private readonly time = h("output", { class: "time" });
-  private readonly pace = h("span", { class: "pace", "data-tip": "Displayed and requested times per second." });
-  private readonly speed = h("select", { "aria-label": "Times a second" });
+  private readonly pace = h("span", { class: "pace", "data-tip": "Displayed and requested time steps per second." });
+  private readonly speed = h("select", { "aria-label": "Time steps per second" });
   private readonly loop = h("button", { type: "button", class: "loop", "aria-label": "Begin again", "data-tip": "Repeats the series." }, "↻");
   private times: ShownTimes | null = null;
   private settings: Settings | null = null;

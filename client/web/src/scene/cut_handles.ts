@@ -91,9 +91,9 @@ export class CutHandles {
     const normal = plane.normal.toArray();
     const corners = cutCorners(low, high, normal, -plane.constant);
     const [right, down] = perpendicularTo(normal).map((side) => new THREE.Vector3(...side));
-    const centre = corners.reduce((sum, corner) => sum.add(new THREE.Vector3(...corner)), new THREE.Vector3()).divideScalar(Math.max(1, corners.length));
+    const center = corners.reduce((sum, corner) => sum.add(new THREE.Vector3(...corner)), new THREE.Vector3()).divideScalar(Math.max(1, corners.length));
     const around = corners.map((corner) => new THREE.Vector3(...corner)).map((place) => {
-      const from = place.clone().sub(centre);
+      const from = place.clone().sub(center);
       return { place, angle: Math.atan2(from.dot(down), from.dot(right)) };
     }).sort((a, b) => a.angle - b.angle);
     this.outline = around.flatMap(({ place }, i) => [place, around[(i + 1) % around.length].place]);

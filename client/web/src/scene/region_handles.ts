@@ -97,7 +97,7 @@ export class RegionHandles {
         part.position.set(...middle(region.low, region.high));
         part.scale.set(...(region.high.map((v, i) => Math.max(1e-9, v - region.low[i])) as Vec3));
       } else {
-        part.position.set(...region.centre);
+        part.position.set(...region.center);
         part.scale.setScalar(Math.max(1e-9, region.radius));
       }
     }
@@ -200,24 +200,24 @@ function boxHandles(): Handle[] {
 }
 
 function ballHandles(): Handle[] {
-  const centreOf = (region: Region): Vec3 => (region.kind === "ball" ? region.centre : [0, 0, 0]);
+  const centerOf = (region: Region): Vec3 => (region.kind === "ball" ? region.center : [0, 0, 0]);
   return [
     {
       mesh: handleMesh(true),
       axis: null,
-      place: centreOf,
-      dragged: (region, to) => (region.kind === "ball" ? { ...region, centre: to } : region),
+      place: centerOf,
+      dragged: (region, to) => (region.kind === "ball" ? { ...region, center: to } : region),
     },
     {
       mesh: handleMesh(),
       axis: new THREE.Vector3(1, 0, 0),
       place: (region) => {
-        const [x, y, z] = centreOf(region);
+        const [x, y, z] = centerOf(region);
         return [x + (region.kind === "ball" ? region.radius : 0), y, z];
       },
       dragged: (region, to) =>
         region.kind === "ball"
-          ? { ...region, radius: Math.max(0, to[0] - region.centre[0]) }
+          ? { ...region, radius: Math.max(0, to[0] - region.center[0]) }
           : region,
     },
   ];

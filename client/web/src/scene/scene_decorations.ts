@@ -28,7 +28,7 @@ interface Edge {
 
 export class SceneDecorations {
   readonly scaleBar = h("div", { class: "scale-bar", "data-tip":
-    "A length at the depth of the centre of the picture, in the unit of the dataset's spacing." });
+    "A length at the depth of the center of the picture, in the unit of the dataset's spacing." });
   readonly numbers = h("div", { class: "axis-numbers", "aria-hidden": "true" });
   private readonly box = new THREE.Group();
   private readonly labels: HTMLElement[] = [];
@@ -96,17 +96,17 @@ export class SceneDecorations {
     if (this.numbers.hidden) return;
     this.written = [];
     const isFree = this.freePlaces(over);
-    const centre = this.stage.project(this.middle);
-    for (const edges of centre ? this.edges : []) {
+    const center = this.stage.project(this.middle);
+    for (const edges of center ? this.edges : []) {
       const seen = edges.map(({ from, to }) => [this.stage.project(from), this.stage.project(to)] as const);
-      const best = outermost(seen, centre!);
+      const best = outermost(seen, center!);
       if (best < 0) continue;
       const [a, b] = seen[best] as [Place, Place];
       const { low, high } = edges[best];
       const length = Math.hypot(b.x - a.x, b.y - a.y);
       if (length < 2 * apart) continue;
       // Perpendicular to the edge, away from the box's center.
-      const side = Math.sign((b.x - a.x) * (centre!.y - a.y) - (b.y - a.y) * (centre!.x - a.x)) || 1;
+      const side = Math.sign((b.x - a.x) * (center!.y - a.y) - (b.y - a.y) * (center!.x - a.x)) || 1;
       const [nx, ny] = [(side * (b.y - a.y)) / length, (-side * (b.x - a.x)) / length];
       for (const value of ticks(Math.min(low, high), Math.max(low, high), Math.min(6, length / apart))) {
         const share = (value - low) / (high - low);
@@ -153,12 +153,12 @@ interface Place {
 
 // Returns the edge whose center is farthest from the box's center on the screen, preferring lower ones: nothing is
 // behind its numbers. -1: not all are in front of the eye.
-function outermost(seen: (readonly [Place | null, Place | null])[], centre: Place): number {
+function outermost(seen: (readonly [Place | null, Place | null])[], center: Place): number {
   let best = -1;
   let most = -Infinity;
   seen.forEach(([a, b], i) => {
     if (!a || !b) return;
-    const [x, y] = [(a.x + b.x) / 2 - centre.x, (a.y + b.y) / 2 - centre.y];
+    const [x, y] = [(a.x + b.x) / 2 - center.x, (a.y + b.y) / 2 - center.y];
     const far = Math.hypot(x, y) + 0.4 * y - 0.1 * x;
     if (far <= most) return;
     most = far;

@@ -9,7 +9,7 @@ export interface BoxRegion {
 }
 export interface BallRegion {
   kind: "ball";
-  centre: [number, number, number];
+  center: [number, number, number];
   radius: number;
   error: number;
 }

@@ -271,7 +271,7 @@ function colorFrom(text: string | null | undefined): string | undefined {
 // In the form of the --region option.
 function regionText(region: Region): string {
   const numbers =
-    region.kind === "box" ? [...region.low, ...region.high] : [...region.centre, region.radius];
+    region.kind === "box" ? [...region.low, ...region.high] : [...region.center, region.radius];
   return `${region.kind}:${numbers.map(short).join(",")}=${short(region.error)}`;
 }
 
@@ -285,7 +285,7 @@ function regionFrom(text: string | null): Region | undefined {
   }
   const n = numbersFrom(place, 4);
   if (!n || n[3] < 0) return undefined;
-  return { kind: "ball", centre: [n[0], n[1], n[2]], radius: n[3], error };
+  return { kind: "ball", center: [n[0], n[1], n[2]], radius: n[3], error };
 }
 
 // Parses two corners.

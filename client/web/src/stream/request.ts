@@ -106,7 +106,7 @@ function thresholdRegion(region: Region) {
         }
       : {
           case: "ball" as const,
-          value: create(BallShapeSchema, { centre: region.centre, radius: region.radius }),
+          value: create(BallShapeSchema, { center: region.center, radius: region.radius }),
         };
   return create(ThresholdRegionSchema, { threshold: region.error, shape });
 }

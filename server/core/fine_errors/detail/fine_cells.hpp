@@ -1,7 +1,7 @@
 // The cells that FineErrors must evaluate for one octree cube.
 //
 // Only *wanted* cells are computed: those that the model refines beyond the spectrum, because it
-// keeps all three parents of the cell's centre. They depend on the cells around them; of these,
+// keeps all three parents of the cell's center. They depend on the cells around them; of these,
 // cells far from the surface are skipped by their least and largest sample:
 //
 //     . . . . . .      w  wanted cell

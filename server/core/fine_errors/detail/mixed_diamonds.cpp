@@ -88,7 +88,7 @@ BitPlane with_children(const BitGrid& bits, std::size_t cell, std::int32_t z, in
                        PointKind kind) {
   const Parities& odd = kParities[static_cast<std::size_t>(exponent)];
   const int step = 1 << exponent;
-  if (kind == PointKind::kEdge) {  // The centres of the eight adjacent cubes of half the size.
+  if (kind == PointKind::kEdge) {  // The centers of the eight adjacent cubes of half the size.
     if (exponent == 0) return 0;
     const int half = step / 2;
     return (bits.around(cell, z - half, half).diagonal |

@@ -89,12 +89,12 @@ void Embedding::find_disjoint_stars(std::span<const std::uint32_t> ring) {
 // Tests the star after the collapse. Around w_0, the rest of u's ring replaces u; around other
 // vertices w_0 does.
 bool Embedding::is_star_clear(std::span<const std::uint32_t> ring, std::uint32_t place) {
-  const std::uint32_t centre = mesh_.vertex(CollapsingMesh::next(ring[place]));
-  if (mesh_.kind(centre) != CollapsingMesh::VertexKind::kInner) return false;
+  const std::uint32_t center = mesh_.vertex(CollapsingMesh::next(ring[place]));
+  if (mesh_.kind(center) != CollapsingMesh::VertexKind::kInner) return false;
   const std::uint32_t u = mesh_.vertex(ring[0]);
   const std::uint32_t v = mesh_.vertex(CollapsingMesh::next(ring[0]));
   const bool is_beside_goal = place == 1 || place + 1 == ring.size();
-  mesh_.ring(centre, corners_);
+  mesh_.ring(center, corners_);
   const OrientationMask turns = turns_around(place);
   if (!turns.any()) return false;
   around_.clear();
@@ -110,7 +110,7 @@ bool Embedding::is_star_clear(std::span<const std::uint32_t> ring, std::uint32_t
       around_.push_back(vertices_[v]);
     }
   }
-  return winds_once(vertices_[centre], around_, turns);
+  return winds_once(vertices_[center], around_, turns);
 }
 
 // Returns the common turns of the unchanged triangles at `corners_` and the fan's there.

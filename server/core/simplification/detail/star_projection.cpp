@@ -65,12 +65,12 @@ std::size_t OrientationMask::direction() const {
 
 // Each triangle turns by less than 180 degrees, and all in the same sense. So four cannot go around
 // twice, and more go around once if they change between the upper and the lower half twice.
-bool winds_once(const LatticePoint& centre, std::span<const LatticePoint> around,
+bool winds_once(const LatticePoint& center, std::span<const LatticePoint> around,
                 const OrientationMask& turns) {
   if (around.size() <= 4) return true;
   const std::size_t direction = turns.direction();
   const auto is_in_upper_half = [&](const LatticePoint& p) {
-    const Projected at = project(from_to(centre, p), direction);
+    const Projected at = project(from_to(center, p), direction);
     return at.b > 0 || (at.b == 0 && at.a > 0);
   };
   bool was_upper = is_in_upper_half(around.back());
@@ -83,16 +83,16 @@ bool winds_once(const LatticePoint& centre, std::span<const LatticePoint> around
   return changes == 2;
 }
 
-bool is_disjoint_star(const LatticePoint& centre, std::span<const LatticePoint> around) {
+bool is_disjoint_star(const LatticePoint& center, std::span<const LatticePoint> around) {
   OrientationMask turns;
-  LatticePoint before = from_to(centre, around.back());
+  LatticePoint before = from_to(center, around.back());
   for (const LatticePoint& p : around) {
-    const LatticePoint at = from_to(centre, p);
+    const LatticePoint at = from_to(center, p);
     turns.intersect(OrientationMask(normal_of(before, at)));
     if (!turns.any()) return false;
     before = at;
   }
-  return winds_once(centre, around, turns);
+  return winds_once(center, around, turns);
 }
 
 }  // namespace multitetra

@@ -25,16 +25,16 @@ class OrientationMask {
   std::uint16_t bits_ = 0x3FFF;  // All bits.
 };
 
-// Returns whether the triangles (centre, around[i], around[i + 1]), cyclic, go around the centre
+// Returns whether the triangles (center, around[i], around[i + 1]), cyclic, go around the center
 // once. Requires that all turn the same way in each view of `turns`.
-[[nodiscard]] bool winds_once(const LatticePoint& centre, std::span<const LatticePoint> around,
+[[nodiscard]] bool winds_once(const LatticePoint& center, std::span<const LatticePoint> around,
                               const OrientationMask& turns);
 
-// Returns whether the triangles (centre, around[i], around[i + 1]), cyclic, do not overlap when
-// seen from one of a few directions: all turn the same way and go around the centre once. Then they
-// share only the centre and the edges between neighbours. False proves nothing. Requires lattice
+// Returns whether the triangles (center, around[i], around[i + 1]), cyclic, do not overlap when
+// seen from one of a few directions: all turn the same way and go around the center once. Then they
+// share only the center and the edges between neighbours. False proves nothing. Requires lattice
 // coordinates within 0 .. 2^kMaxLatticeBits.
-[[nodiscard]] bool is_disjoint_star(const LatticePoint& centre,
+[[nodiscard]] bool is_disjoint_star(const LatticePoint& center,
                                     std::span<const LatticePoint> around);
 
 }  // namespace multitetra

@@ -1,8 +1,8 @@
 // One level of a spectrum, of spacing 8 or more, divided into independent blocks.
 //
-// A block is a box of the level's bricks. It reads the curves of the finer level's cube centres
-// from the scratch, computes its own points and two more along x and y on each side (a cube centre
-// needs the faces around it, and these need their edges), and stores its own cube centres'.
+// A block is a box of the level's bricks. It reads the curves of the finer level's cube centers
+// from the scratch, computes its own points and two more along x and y on each side (a cube center
+// needs the faces around it, and these need their edges), and stores its own cube centers'.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
-// The error curves of one level's cube centres, stored in tiles until the next level reads them.
+// The error curves of one level's cube centers, stored in tiles until the next level reads them.
 //
-// The cube centre (2i + 1, 2j + 1, 2k + 1), in units of the level's spacing, has the place (i, j)
+// The cube center (2i + 1, 2j + 1, 2k + 1), in units of the level's spacing, has the place (i, j)
 // in layer k. A tile is a rectangle of one layer. Memory: 16 bytes a tile. The curves are in the
 // scratch without loss, 36 bytes for four bins.
 #pragma once

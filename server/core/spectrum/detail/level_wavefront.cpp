@@ -213,13 +213,13 @@ void LevelWavefront<Real>::load(GridPoint p, DiamondValues<Real>& d) const {
   const std::int32_t last = grid_.side() >> window_.exponent;
   const std::ptrdiff_t here =
       (p.x - plane_low_.x) + std::ptrdiff_t{plane_extent_.x} * (p.y - plane_low_.y);
-  const float* const centre = plane(p.z) + here;
+  const float* const center = plane(p.z) + here;
   const auto& offsets = offsets_[index];
-  const auto value = [&](std::size_t i) { return static_cast<Real>(centre[offsets[i]]); };
+  const auto value = [&](std::size_t i) { return static_cast<Real>(center[offsets[i]]); };
   if (std::min({p.x, p.y, p.z}) == 0 || std::max({p.x, p.y, p.z}) == last) {
-    return load_at_border(p, last, static_cast<Real>(*centre), lengths_, value, d);
+    return load_at_border(p, last, static_cast<Real>(*center), lengths_, value, d);
   }
-  d.centre = static_cast<Real>(*centre);
+  d.center = static_cast<Real>(*center);
   d.corners = shape.corners;
   d.ring_is_open = false;
   d.length = &lengths_[index];

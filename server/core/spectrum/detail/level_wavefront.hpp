@@ -1,7 +1,7 @@
 // The error curves of the dividing points of one spacing, computed layer by layer along z.
 //
 // A level of spacing s = 2^e uses units of s. Its points lie in even layers (edge midpoints and
-// face centres) and in odd layers (edge midpoints, face centres, cube centres). Step k computes
+// face centers) and in odd layers (edge midpoints, face centers, cube centers). Step k computes
 //
 //   even layer 2k + 2     edges, then faces          2k + 2   e   f   e   f
 //   odd layer 2k + 1      edges, faces, then cubes   2k + 1   f   c   f   c     from the layers
@@ -34,7 +34,7 @@ class PlaneSource {
   virtual void read(int exponent, GridPoint low, GridPoint extent, float* into) const = 0;
 };
 
-// The finer level's cube centres around one of this level, by their steps 2k - 1 ... 2k + 2.
+// The finer level's cube centers around one of this level, by their steps 2k - 1 ... 2k + 2.
 class FinerCubes {
  public:
   // Adds those of step k, at (x / 2, y / 2) rounded down. The layer must outlive this object.
@@ -85,7 +85,7 @@ class LevelWavefront {
   [[nodiscard]] const CurveLayer& lower() const { return even_[lower_]; }
   [[nodiscard]] const CurveLayer& middle() const { return odd_; }
   [[nodiscard]] const CurveLayer& upper() const { return even_[1 - lower_]; }
-  // Copies the cube centres of the middle layer to (x / 2, y / 2), rounded down.
+  // Copies the cube centers of the middle layer to (x / 2, y / 2), rounded down.
   void copy_cubes(CurveLayer& into) const;
 
  private:

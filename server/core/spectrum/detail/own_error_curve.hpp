@@ -89,7 +89,7 @@ class OwnErrorCurve {
   void add() {
     const Real a = d_.value[0];
     const Real b = d_.value[1];
-    const Real m = d_.centre;
+    const Real m = d_.center;
     const Real v = (a + b) / 2;
     if (v == m) return;  // Fusing moves nothing.
     low_ = std::min(v, m);

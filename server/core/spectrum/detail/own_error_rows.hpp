@@ -42,13 +42,13 @@ struct RowDiamonds {
 };
 
 template <std::size_t kCorners>
-inline void compute_four(const float* centre, const RowDiamonds& row, FourOwnErrors& errors) {
+inline void compute_four(const float* center, const RowDiamonds& row, FourOwnErrors& errors) {
   using Vector = Lanes<float>::Vector;
-  const Vector m = {centre[0], centre[2], centre[4], centre[6]};
+  const Vector m = {center[0], center[2], center[4], center[6]};
   std::array<Vector, kCorners> x;
   for (std::size_t i = 0; i < kCorners; ++i) {
-    const float* const even = centre + row.even[i];
-    const float* const odd = centre + row.odd[i];
+    const float* const even = center + row.even[i];
+    const float* const odd = center + row.odd[i];
     x[i] = Vector{even[0], odd[2], even[4], odd[6]};
   }
   Vector least = m;
@@ -111,20 +111,20 @@ inline void compute_four(const float* centre, const RowDiamonds& row, FourOwnErr
   errors.critical = larger(beyond, descents - (to - from));
 }
 
-// Computes the points centre, centre + 2, ...; reads up to six values after the last diamond.
-inline void compute_row(const float* centre, std::size_t count, const RowDiamonds& row,
+// Computes the points center, center + 2, ...; reads up to six values after the last diamond.
+inline void compute_row(const float* center, std::size_t count, const RowDiamonds& row,
                         std::vector<FourOwnErrors>& errors) {
   errors.resize((count + 3) / 4);
-  for (std::size_t i = 0; i < errors.size(); ++i, centre += 8) {
+  for (std::size_t i = 0; i < errors.size(); ++i, center += 8) {
     switch (row.corners) {
       case 6:
-        compute_four<6>(centre, row, errors[i]);
+        compute_four<6>(center, row, errors[i]);
         break;
       case 8:
-        compute_four<8>(centre, row, errors[i]);
+        compute_four<8>(center, row, errors[i]);
         break;
       default:
-        compute_four<10>(centre, row, errors[i]);
+        compute_four<10>(center, row, errors[i]);
     }
   }
 }

@@ -21,7 +21,7 @@ class SpectrumColumn {
 
   // Returns the maximum memory, in bytes, of a column over cells_x * cells_y cells. Every position
   // along x and y needs at most 3.5 curves of spacing 1 (three quarters of the points of an even
-  // layer, twice; those of an odd layer; and the cube centres of four steps), a quarter of that for
+  // layer, twice; those of an odd layer; and the cube centers of four steps), a quarter of that for
   // spacing 2 and less for spacing 4, or 4.6 in all. The layers have up to 25 % spare capacity.
   [[nodiscard]] static std::size_t max_bytes(std::int32_t cells_x, std::int32_t cells_y, int bins) {
     const auto along = [](std::int32_t cells) {
@@ -39,7 +39,7 @@ class SpectrumColumn {
   }
 
   // Adds the values of grid z and computes what they allow. Calls done(k, layer) for each completed
-  // layer k of cells, in order; the layer contains the cells' centres, in units of spacing 4.
+  // layer k of cells, in order; the layer contains the cells' centers, in units of spacing 4.
   template <typename Done>
   void add(std::int32_t z, const PlaneSource& values, const Done& done) {
     for (int e = 0; e < kFineLevels; ++e) {
@@ -62,7 +62,7 @@ class SpectrumColumn {
   // Grid steps around the cells that each level covers.
   static constexpr std::array<std::int32_t, kFineLevels> kHaloSteps = {6, 4, 0};
 
-  // The cube centres of a level's last four steps, for the next level.
+  // The cube centers of a level's last four steps, for the next level.
   class CubeRing {
    public:
     void take(const LevelWavefront<Real>& level, std::int32_t k) {

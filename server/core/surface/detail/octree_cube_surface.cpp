@@ -8,7 +8,7 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kCentre = 13;
+constexpr std::size_t kCenter = 13;
 
 struct TableTetrahedron {
   std::array<std::uint8_t, 4> corners{};
@@ -21,7 +21,7 @@ struct TableTetrahedron {
 // The ends of an edge of a tetrahedron in the table.
 using TableEdge = std::array<std::uint8_t, 2>;
 
-// The tetrahedra at one edge of a face whose centre is kept.
+// The tetrahedra at one edge of a face whose center is kept.
 struct FaceEdge {
   std::size_t middle = 0;
   TableTetrahedron whole;             // If the edge's midpoint is not kept.
@@ -30,9 +30,9 @@ struct FaceEdge {
 };
 
 struct Face {
-  std::size_t centre = 0;
-  std::uint32_t mask = 0;                 // All its points and the cube's centre.
-  std::array<TableTetrahedron, 2> uncut;  // If the centre is not kept.
+  std::size_t center = 0;
+  std::uint32_t mask = 0;                 // All its points and the cube's center.
+  std::array<TableTetrahedron, 2> uncut;  // If the center is not kept.
   std::array<FaceEdge, 4> edges;
 };
 
@@ -83,24 +83,24 @@ constexpr Table make_table() {
       const std::size_t v = kStride[(axis + 2) % 3];
       const std::size_t origin = side * kStride[axis];
       Face& face = table.faces[2 * axis + side / 2];
-      face.centre = origin + u + v;
+      face.center = origin + u + v;
       for (std::size_t i = 0; i < 9; ++i) face.mask |= 1U << (origin + i % 3 * u + i / 3 * v);
-      face.mask |= 1U << kCentre;
+      face.mask |= 1U << kCenter;
       // The split edge runs from corner a to corner b.
       const std::size_t a = origin;
       const std::size_t b = origin + 2 * u + 2 * v;
       const std::array<std::size_t, 4> ring = {a, origin + 2 * u, b, origin + 2 * v};
-      face.uncut = {tetrahedron(table.edges, a, b, ring[1], kCentre),
-                    tetrahedron(table.edges, a, b, ring[3], kCentre)};
+      face.uncut = {tetrahedron(table.edges, a, b, ring[1], kCenter),
+                    tetrahedron(table.edges, a, b, ring[3], kCenter)};
       for (std::size_t i = 0; i < 4; ++i) {
         const std::size_t p = ring[i];
         const std::size_t q = ring[(i + 1) % 4];
         FaceEdge& edge = face.edges[i];
         edge.middle = (p + q) / 2;
-        edge.whole = tetrahedron(table.edges, p, q, face.centre, kCentre);
+        edge.whole = tetrahedron(table.edges, p, q, face.center, kCenter);
         edge.ends = {p, q};
-        edge.halves = {tetrahedron(table.edges, p, edge.middle, face.centre, kCentre),
-                       tetrahedron(table.edges, q, edge.middle, face.centre, kCentre)};
+        edge.halves = {tetrahedron(table.edges, p, edge.middle, face.center, kCenter),
+                       tetrahedron(table.edges, q, edge.middle, face.center, kCenter)};
       }
     }
   }
@@ -112,7 +112,7 @@ constexpr Table kTable = make_table();
 template <typename Visit>
 void visit_tetrahedra(const Face& face, std::uint32_t kept, const Visit& visit) {
   const auto is_kept = [kept](std::size_t point) { return (kept >> point & 1U) != 0; };
-  if (!is_kept(face.centre)) {
+  if (!is_kept(face.center)) {
     visit(face.uncut[0]);
     visit(face.uncut[1]);
     return;
@@ -142,7 +142,7 @@ constexpr std::size_t kMaxTetrahedra = 48;
 
 // Returns the number of the cube's own tetrahedra: twelve, and two more for every face cut in four
 // and for every edge cut in two (whose faces are then cut). A refined child removes six; the three
-// edges at its corner are cut, as their midpoints are parents of its centre.
+// edges at its corner are cut, as their midpoints are parents of its center.
 std::uint32_t count_tetrahedra(std::uint32_t kept) {
   constexpr std::uint32_t kCorners = bits_of_points_with(0);
   constexpr std::uint32_t kFacesAndEdges = bits_of_points_with(1) | bits_of_points_with(2);
@@ -174,8 +174,8 @@ class CubeVertices {
   [[gnu::noinline]] std::uint32_t find(std::size_t edge) {
     const auto [i, j] = kTable.edges.edges[edge];
     std::uint32_t& number = numbers_[edge];
-    // No other cube has edges to the centre of a smallest cube.
-    const bool is_inside = points_.step == 1 && (i == kCentre || j == kCentre);
+    // No other cube has edges to the center of a smallest cube.
+    const bool is_inside = points_.step == 1 && (i == kCenter || j == kCenter);
     std::uint32_t& slot = is_inside ? number : known_.at(points_.sum_of_ends(i, j));
     if (slot == EdgeVertices::kNone) {
       slot = static_cast<std::uint32_t>(vertices_.size());
@@ -200,7 +200,7 @@ OctreeCubePoints points_of(const OctreeCube& cube) {
   OctreeCubePoints points;
   points.step = cube.side() / 2;
   const auto middle = [&](std::int32_t position) { return position * cube.side() + points.step; };
-  points.centre = {middle(cube.x), middle(cube.y), middle(cube.z)};
+  points.center = {middle(cube.x), middle(cube.y), middle(cube.z)};
   const auto turn = [](std::int32_t position) { return (position & 1) == 0 ? 1 : -1; };
   points.turned = {turn(cube.x), turn(cube.y), turn(cube.z)};
   return points;

@@ -18,19 +18,19 @@
 
 namespace multitetra {
 
-// The 27 points of a cube: index i + 3 j + 9 k is the centre + step * turned (i - 1, j - 1, k - 1).
+// The 27 points of a cube: index i + 3 j + 9 k is the center + step * turned (i - 1, j - 1, k - 1).
 struct OctreeCubePoints {
-  GridPoint centre;
+  GridPoint center;
   std::int32_t step = 1;                           // Half the cube's side.
   std::array<std::int32_t, 3> turned = {1, 1, 1};  // -1 along axes where the even corner is upper.
   std::array<float, 27> values{};                  // NaN is void.
-  // Bits of kept face centres and edge midpoints, and of corners whose child is refined.
+  // Bits of kept face centers and edge midpoints, and of corners whose child is refined.
   std::uint32_t kept = 0;
 
-  [[nodiscard]] GridPoint at(std::size_t index) const { return centre + turn(kOffsets[index]); }
+  [[nodiscard]] GridPoint at(std::size_t index) const { return center + turn(kOffsets[index]); }
   // Returns the sum of the ends of the edge between two points.
   [[nodiscard]] GridPoint sum_of_ends(std::size_t i, std::size_t j) const {
-    return 2 * centre + turn(kOffsets[i] + kOffsets[j]);
+    return 2 * center + turn(kOffsets[i] + kOffsets[j]);
   }
 
  private:
@@ -46,7 +46,7 @@ struct OctreeCubePoints {
   }();
 };
 
-// Sets centre, step and turns. Requires exponent >= 1.
+// Sets center, step and turns. Requires exponent >= 1.
 [[nodiscard]] OctreeCubePoints points_of(const OctreeCube& cube);
 
 // Returns the index of the corner of child `index` (see OctreeCube::child).

@@ -32,7 +32,7 @@ RegionSet::Region RegionSet::prepared(const ThresholdRegion& region, double unit
           result.box = {shape.low, shape.high};
         } else if constexpr (std::is_same_v<Shape, BallShape>) {
           result.kind = Kind::kBall;
-          result.vector = shape.centre;
+          result.vector = shape.center;
           result.number = shape.radius * shape.radius;
         } else {
           // normal . (A x + t) >= offset  <=>  (A^T normal) . x >= offset - normal . t

@@ -52,7 +52,7 @@ class RegionSet {
     Kind kind;
     double threshold;
     Box box;        // kBox, in the regions' coordinates.
-    Vec3 vector;    // kBall: centre in the regions' coordinates; kHalfSpace: normal in the grid's.
+    Vec3 vector;    // kBall: center in the regions' coordinates; kHalfSpace: normal in the grid's.
     double number;  // kBall: squared radius; kHalfSpace: offset in the grid's coordinates.
   };
   [[nodiscard]] Region prepared(const ThresholdRegion& region, double unit) const;

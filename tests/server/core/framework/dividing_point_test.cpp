@@ -27,7 +27,7 @@ void for_every_point(const Grid& grid, const Visit& visit) {
   }
 }
 
-bool is_centre(const DividingPoint& point, const Grid& grid) {
+bool is_center(const DividingPoint& point, const Grid& grid) {
   return point.kind() == PointKind::kCube && 2 * point.spacing() == grid.side();
 }
 
@@ -44,7 +44,7 @@ INSTANTIATE_TEST_SUITE_P(Grids, DividingPoints, ::testing::Values(1, 2, 3));
 TEST_P(DividingPoints, CoverAllGridPointsButCornersAndCenter) {
   std::set<GridPoint> expected;
   for_every_point(grid_, [&](const DividingPoint& p) {
-    if (!is_centre(p, grid_)) expected.insert(p.at());
+    if (!is_center(p, grid_)) expected.insert(p.at());
   });
   std::set<GridPoint> divided;
   for (const auto& [point, count] : framework_.chain_lengths()) divided.insert(point);
@@ -79,7 +79,7 @@ TEST_P(DividingPoints, HaveTheLinkOfTheTetrahedraTheyDivide) {
 
 TEST_P(DividingPoints, LieAtTheMidpointOfTheirSplitEdge) {
   for_every_point(grid_, [&](const DividingPoint& p) {
-    if (is_centre(p, grid_)) return;
+    if (is_center(p, grid_)) return;
     const auto [a, b] = p.split_edge();
     EXPECT_EQ(midpoint(a, b), p.at());
     EXPECT_TRUE(grid_.contains(a) && grid_.contains(b));
@@ -110,7 +110,7 @@ TEST_P(DividingPoints, DivideTetrahedraOfOneDepth) {
       EXPECT_EQ(DividingPoint(child).depth(grid_), p.depth(grid_) + 1);
     }
   });
-  EXPECT_EQ(centre(root_cube(grid_)).depth(grid_), -1);
+  EXPECT_EQ(center(root_cube(grid_)).depth(grid_), -1);
 }
 
 TEST_P(DividingPoints, HaveRegionsThatContainThoseOfTheirChildrenAndTheirDiamond) {

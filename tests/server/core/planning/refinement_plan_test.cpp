@@ -497,7 +497,7 @@ TEST(MeasuredCosts, LearnEmbeddedSurfacesSeparately) {
   MeasuredCosts learned;
   const IsosurfaceRequest plain{.simplify = true};
   IsosurfaceRequest embedded = plain;
-  embedded.embedded = true;
+  embedded.intersection_free = true;
   const StepForm form = form_of(final_step(embedded));
   for (int i = 0; i < 30; ++i) learned.record(form, 1e5, 1);
   const SurfaceSize size{.triangles = 1e4, .bytes = 2e4, .extracted = 1e5};

@@ -12,11 +12,11 @@
 namespace multitetra {
 namespace {
 
-// Returns whether two triangles (centre, around[i], around[i + 1]) of a star intersect.
-bool intersects_itself(const LatticePoint& centre, const std::vector<LatticePoint>& around) {
+// Returns whether two triangles (center, around[i], around[i + 1]) of a star intersect.
+bool intersects_itself(const LatticePoint& center, const std::vector<LatticePoint>& around) {
   std::vector<LatticePlane> planes;
   for (std::size_t i = 0; i < around.size(); ++i) {
-    planes.emplace_back(LatticeTriangle{centre, around[i], around[(i + 1) % around.size()]});
+    planes.emplace_back(LatticeTriangle{center, around[i], around[(i + 1) % around.size()]});
   }
   for (std::size_t i = 0; i < planes.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
@@ -29,17 +29,17 @@ bool intersects_itself(const LatticePoint& centre, const std::vector<LatticePoin
 TEST(StarProjection, NeverClearsStarsThatIntersectThemselves) {
   std::mt19937_64 random(11);
   std::uniform_int_distribution<std::int32_t> off(-6, 6);
-  const LatticePoint centre = {100, 100, 100};
+  const LatticePoint center = {100, 100, 100};
   int clear = 0, crossing = 0;
   for (int i = 0; i < 200'000; ++i) {
     const auto count = 3 + random() % 5;
     std::vector<LatticePoint> around;
     for (std::size_t k = 0; k < count; ++k) {
-      around.push_back({centre.x + off(random), centre.y + off(random), centre.z + off(random)});
+      around.push_back({center.x + off(random), center.y + off(random), center.z + off(random)});
     }
-    if (is_disjoint_star(centre, around)) {
+    if (is_disjoint_star(center, around)) {
       ++clear;
-      ASSERT_FALSE(intersects_itself(centre, around)) << i;
+      ASSERT_FALSE(intersects_itself(center, around)) << i;
     } else {
       ++crossing;
     }
@@ -49,7 +49,7 @@ TEST(StarProjection, NeverClearsStarsThatIntersectThemselves) {
 }
 
 TEST(StarProjection, ClearsFlatStarsInAnyOrientation) {
-  const LatticePoint centre = {5000, 5000, 5000};
+  const LatticePoint center = {5000, 5000, 5000};
   std::mt19937_64 random(12);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 500; ++i) {
@@ -65,22 +65,22 @@ TEST(StarProjection, ClearsFlatStarsInAnyOrientation) {
       const double angle = k * 3.14159265358979 / 3;
       const double s = 1000 * std::cos(angle) / std::sqrt(squared);
       const double t = 1000 * std::sin(angle) / std::sqrt(length);
-      around.push_back({centre.x + static_cast<std::int32_t>(s * a[0] + t * b[0]),
-                        centre.y + static_cast<std::int32_t>(s * a[1] + t * b[1]),
-                        centre.z + static_cast<std::int32_t>(s * a[2] + t * b[2])});
+      around.push_back({center.x + static_cast<std::int32_t>(s * a[0] + t * b[0]),
+                        center.y + static_cast<std::int32_t>(s * a[1] + t * b[1]),
+                        center.z + static_cast<std::int32_t>(s * a[2] + t * b[2])});
     }
-    EXPECT_TRUE(is_disjoint_star(centre, around)) << i;
+    EXPECT_TRUE(is_disjoint_star(center, around)) << i;
   }
 }
 
 TEST(StarProjection, RejectsStarsThatWindTwiceOrReverse) {
-  const LatticePoint centre = {10, 10, 10};
+  const LatticePoint center = {10, 10, 10};
   const auto at = [](std::int32_t x, std::int32_t y) { return LatticePoint{10 + x, 10 + y, 10}; };
-  EXPECT_TRUE(is_disjoint_star(centre, std::vector{at(4, 0), at(0, 4), at(-4, 0), at(0, -4)}));
+  EXPECT_TRUE(is_disjoint_star(center, std::vector{at(4, 0), at(0, 4), at(-4, 0), at(0, -4)}));
   EXPECT_FALSE(is_disjoint_star(
-      centre, std::vector{at(4, 0), at(-3, 3), at(-3, -3), at(4, 1), at(-4, 3), at(-4, -3)}));
-  EXPECT_FALSE(is_disjoint_star(centre, std::vector{at(4, 0), at(0, 4), at(2, 2), at(0, -4)}));
-  EXPECT_FALSE(is_disjoint_star(centre, std::vector{at(4, 0), at(0, 4)}));
+      center, std::vector{at(4, 0), at(-3, 3), at(-3, -3), at(4, 1), at(-4, 3), at(-4, -3)}));
+  EXPECT_FALSE(is_disjoint_star(center, std::vector{at(4, 0), at(0, 4), at(2, 2), at(0, -4)}));
+  EXPECT_FALSE(is_disjoint_star(center, std::vector{at(4, 0), at(0, 4)}));
 }
 
 }  // namespace

@@ -378,7 +378,7 @@ TEST(ThresholdMap, IsMonotoneWithTenThousandRegions) {
       // Borders that cross in the same cubes at every level of the octree.
       if (same_place) {
         request.thresholds.regions.back().shape = BallShape{
-            .centre = {100, 100, 100}, .radius = 40 + 1e-3 * static_cast<double>(i % 100)};
+            .center = {100, 100, 100}, .radius = 40 + 1e-3 * static_cast<double>(i % 100)};
       }
     }
     const ThresholdMap map(request, info);
