@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/base/exit_codes.hpp"
 #include "common/base/nearest_word.hpp"
 #include "common/request/request_notices.hpp"
 
@@ -136,8 +137,14 @@ ConnectedRequests ordered_datasets(const SurfaceOrder& order, const RetryOptions
   return {connected.server, std::move(connected.client), std::move(datasets), is_series};
 }
 
-void share_budget(Client& client, DatasetRequest& surface) {
-  const auto shared = client.share_budget(surface.info.name, surface.requests);
+void share_budget(ConnectedRequests& connected) {
+  DatasetRequest& first = connected.datasets.front();
+  if (connected.is_series) {
+    const IsosurfaceRequest& request = first.requests.front();
+    if (request.max_triangles == 0 && request.max_bytes == 0) return;
+    throw ExitError(kUsage, "--max-triangles and --max-bytes are for one dataset, not a series.");
+  }
+  const auto shared = connected.client.share_budget(first.info.name, first.requests);
   if (!shared) exit_with(shared.error());
 }
 

@@ -64,9 +64,10 @@ struct ConnectedRequests {
 };
 // As ordered(), or with a request for each dataset of a series if the order names a series.
 [[nodiscard]] ConnectedRequests ordered_datasets(const SurfaceOrder& order,
-                                                 const RetryOptions& retries);
+                                                 const RetryOptions& retries = {.most = 0});
 
 // Divides the common budget among the requests, in proportion to sizes estimated by the server.
-void share_budget(Client& client, DatasetRequest& surface);
+// Throws ExitError (kUsage) if a series has a budget.
+void share_budget(ConnectedRequests& connected);
 
 }  // namespace multitetra

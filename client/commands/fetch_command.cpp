@@ -218,17 +218,10 @@ int fetch(const FetchArguments& arguments) {
   std::vector<FetchPart> parts = parts_of(arguments, *format);
   require_outputs_of(arguments, parts);
   ConnectedRequests connected = ordered_datasets(arguments.order, retry_options(arguments));
+  share_budget(connected);
   if (connected.is_series) {
-    for (const DatasetRequest& surface : connected.datasets) {
-      if (surface.requests.front().max_triangles != 0 || surface.requests.front().max_bytes != 0) {
-        throw ExitError(kUsage,
-                        "--max-triangles and --max-bytes are for one dataset, not a series.");
-      }
-    }
     parts = parts_of(arguments, *format, connected.datasets);
     require_outputs_of(arguments, parts);
-  } else {
-    share_budget(connected.client, connected.datasets.front());
   }
   for (const FetchPart& part : parts) {
     if (!part.steps_directory.empty()) std::filesystem::create_directories(part.steps_directory);

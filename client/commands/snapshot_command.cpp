@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <iostream>
+#include <iterator>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -13,6 +15,7 @@
 #include "client/commands/colored_mesh.hpp"
 #include "client/picture/annotations.hpp"
 #include "client/picture/rasterizer.hpp"
+#include "common/base/exit_codes.hpp"
 #include "common/base/number_text.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/cli/human_units.hpp"
@@ -20,6 +23,7 @@
 #include "common/cli/output_files.hpp"
 #include "common/image/png_file.hpp"
 #include "common/request/request_notices.hpp"
+#include "common/request/series_member.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "common/wire/scene_file.hpp"
 
@@ -39,6 +43,7 @@ Background background_from(const std::string& word) {
 
 // A fetched surface.
 struct TakenSurface {
+  const DatasetInfo* info = nullptr;
   IsosurfaceRequest request;
   MeshTopology topology;
   std::uint64_t bytes = 0;
@@ -66,24 +71,27 @@ struct Taken {
 };
 
 Json surface_json(const TakenSurface& surface) {
-  return {{"parameters", json_of(surface.request)},
+  return {{"dataset", surface.info->name},
+          {"parameters", json_of(surface.request)},
           {"error_bound_world", surface.error_bound_world},
           {"is_empty", surface.topology.triangles == 0},
           {"triangles", surface.topology.triangles},
           {"bytes", surface.bytes}};
 }
 
-Json report_of(const SnapshotArguments& arguments, const ConnectedRequest& surface,
+Json report_of(const SnapshotArguments& arguments, const ConnectedRequests& connected,
                const PictureSize& size, const Taken& taken) {
-  Json json = {{"server", to_string(surface.server)}, {"dataset", surface.info.name}};
+  Json json = {{"server", to_string(connected.server)}, {"notices", Json::array()}};
+  for (const DatasetRequest& dataset : connected.datasets) {
+    for (const std::string& text : dataset.notices.texts()) json["notices"].push_back(text);
+  }
   if (taken.surfaces.size() == 1) {
     json.update(surface_json(taken.surfaces.front()));
   } else {
     json["surfaces"] = Json::array();
     for (const TakenSurface& each : taken.surfaces) json["surfaces"].push_back(surface_json(each));
   }
-  json.update({{"notices", surface.notices.texts()},
-               {"picture_file", arguments.picture},
+  json.update({{"picture_file", arguments.picture},
                {"width", size.width},
                {"height", size.height},
                {"azimuth", arguments.azimuth},
@@ -98,24 +106,31 @@ Json report_of(const SnapshotArguments& arguments, const ConnectedRequest& surfa
 }
 
 void print(const SnapshotArguments& arguments, const PictureSize& size, const Taken& taken) {
-  std::string isovalues;
-  for (const TakenSurface& surface : taken.surfaces) {
-    isovalues += (isovalues.empty() ? "" : ",") + shortest_text(surface.request.isovalue);
-  }
-  std::cout << arguments.picture << ": isovalue " << isovalues << ", " << size.width << " x "
-            << size.height << " pixels, " << human_count_of(taken.triangles(), "triangle") << ", "
-            << human_bytes(taken.bytes()) << " fetched in " << human_seconds(taken.fetch_seconds)
-            << ", drawn in " << human_seconds(taken.draw_seconds) << "\n";
+  std::set<double> isovalues;
+  for (const TakenSurface& surface : taken.surfaces) isovalues.insert(surface.request.isovalue);
+  std::string text;
+  for (const double one : isovalues) text += (text.empty() ? "" : ",") + shortest_text(one);
+  std::cout << arguments.picture << ": " << human_count_of(taken.surfaces.size(), "surface")
+            << ", isovalue " << text << ", " << size.width << " x " << size.height << " pixels, "
+            << human_count_of(taken.triangles(), "triangle") << ", " << human_bytes(taken.bytes())
+            << " fetched in " << human_seconds(taken.fetch_seconds) << ", drawn in "
+            << human_seconds(taken.draw_seconds) << "\n";
 }
 
-// Returns opacity and color for each isovalue. A single surface has the default color. Returns
-// kInvalidArgument, naming the option.
-Result<std::vector<DrawnSurface>> appearances_of(const SnapshotArguments& arguments) {
+// Converts "0xrrggbb".
+Light light_of(std::uint32_t color) {
+  const auto part = [&](int shift) { return linear_light(static_cast<int>(color >> shift & 255)); };
+  return {part(16), part(8), part(0)};
+}
+
+// Returns opacity and color for each surface. By default, datasets of a series have their own
+// colors, and a single surface the default color. Returns kInvalidArgument, naming the option.
+Result<std::vector<DrawnSurface>> appearances_of(const SnapshotArguments& arguments,
+                                                 const Taken& taken) {
   const auto wrong = [](const std::string& text) {
     return fail(ErrorCode::kInvalidArgument, text);
   };
-  const std::size_t count =
-      std::max<std::size_t>(1, arguments.order.surface.query.isovalues.size());
+  const std::size_t count = taken.surfaces.size();
   const auto fits = [&](std::size_t named) { return named == 0 || named == 1 || named == count; };
   const std::string surfaces = std::to_string(count) + (count == 1 ? " surface" : " surfaces");
   if (!fits(arguments.opacities.size())) {
@@ -141,10 +156,10 @@ Result<std::vector<DrawnSurface>> appearances_of(const SnapshotArguments& argume
         return wrong("--surface-color: \"" + text +
                      "\" is not a color; write for example #dd8265.");
       }
-      const auto part = [&](int shift) {
-        return linear_light(static_cast<int>(*color >> shift & 255));
-      };
-      appearances[i].color = Light{part(16), part(8), part(0)};
+      appearances[i].color = light_of(*color);
+    } else if (const auto& member = taken.surfaces[i].info->member;
+               member && display_color(*member)) {
+      appearances[i].color = light_of(*display_color(*member));
     } else if (count > 1) {
       const auto color = part_color(i);
       appearances[i].color = Light{static_cast<float>(color[0]), static_cast<float>(color[1]),
@@ -154,44 +169,65 @@ Result<std::vector<DrawnSurface>> appearances_of(const SnapshotArguments& argume
   return appearances;
 }
 
+// Fetches a surface.
+TakenSurface taken_surface(const SnapshotArguments& arguments, Client& client,
+                           DatasetRequest& dataset, const IsosurfaceRequest& request) {
+  const auto fetched = client.fetch(dataset.info,
+                                    {.dataset = dataset.info.name,
+                                     .request = request,
+                                     .steps = StepPolicy::kFinalOnly,
+                                     .cached_tile_digests = {},
+                                     .scalars = dataset.scalars},
+                                    [](const FetchedStep&) {});
+  if (!fetched) exit_with(fetched.error());
+  const CommittedStep& step = *fetched->step;
+  TakenSurface taken{.info = &dataset.info,
+                     .request = request,
+                     .topology = step.topology,
+                     .bytes = step.end.payload_bytes,
+                     .error_bound_world = step.begin.error_bound_world,
+                     .drawn = output_surface(step.mesh, arguments.order.surface, dataset.info)};
+  paint(taken.drawn.mesh, step.begin, arguments.order.surface.query.colors);
+  if (const auto& scalars = step.begin.scalars) {
+    taken.colors = arguments.order.surface.query.colors;
+    taken.colors->low = scalars->low;
+    taken.colors->high = scalars->high;
+  }
+  const std::string accuracy = accuracy_text(step);
+  if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
+  if (taken.topology.triangles == 0) {
+    dataset.notices.add(empty_surface_text(request, dataset.info));
+  }
+  dataset.notices.add(
+      missing_values_notice(step.mesh.scalars, arguments.order.surface.query.color_by));
+  const std::string left_out = removed_text(taken.drawn);
+  if (!left_out.empty()) dataset.notices.add("The picture has " + left_out + ".");
+  return taken;
+}
+
 // Fetches all ordered surfaces.
-Taken taken_surfaces(const SnapshotArguments& arguments, ConnectedRequest& surface) {
+Taken taken_surfaces(const SnapshotArguments& arguments, ConnectedRequests& connected) {
   Taken taken;
   const auto asked = Clock::now();
-  for (const IsosurfaceRequest& request : surface.requests) {
-    const auto fetched = surface.client.fetch(surface.info,
-                                              {.dataset = surface.info.name,
-                                               .request = request,
-                                               .steps = StepPolicy::kFinalOnly,
-                                               .cached_tile_digests = {},
-                                               .scalars = surface.scalars},
-                                              [](const FetchedStep&) {});
-    if (!fetched) exit_with(fetched.error());
-    const CommittedStep& step = *fetched->step;
-    TakenSurface each{.request = request,
-                      .topology = step.topology,
-                      .bytes = step.end.payload_bytes,
-                      .error_bound_world = step.begin.error_bound_world,
-                      .drawn = output_surface(step.mesh, arguments.order.surface, surface.info)};
-    paint(each.drawn.mesh, step.begin, arguments.order.surface.query.colors);
-    if (const auto& scalars = step.begin.scalars) {
-      each.colors = arguments.order.surface.query.colors;
-      each.colors->low = scalars->low;
-      each.colors->high = scalars->high;
+  for (DatasetRequest& dataset : connected.datasets) {
+    for (const IsosurfaceRequest& request : dataset.requests) {
+      taken.surfaces.push_back(taken_surface(arguments, connected.client, dataset, request));
     }
-    const std::string accuracy = accuracy_text(step);
-    if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
-    if (each.topology.triangles == 0) {
-      surface.notices.add(empty_surface_text(request, surface.info));
-    }
-    surface.notices.add(
-        missing_values_notice(step.mesh.scalars, arguments.order.surface.query.color_by));
-    const std::string left_out = removed_text(each.drawn);
-    if (!left_out.empty()) surface.notices.add("The picture has " + left_out + ".");
-    taken.surfaces.push_back(std::move(each));
   }
   taken.fetch_seconds = seconds_since(asked);
   return taken;
+}
+
+void require_one_time(const SnapshotArguments& arguments, const ConnectedRequests& connected) {
+  const DatasetInfo& first = connected.datasets.front().info;
+  const bool has_times = std::any_of(
+      connected.datasets.begin(), connected.datasets.end(), [&](const DatasetRequest& one) {
+        return connected.is_series && one.info.member->time != first.member->time;
+      });
+  if (!has_times) return;
+  throw ExitError(kUsage, "\"" + arguments.order.dataset +
+                              "\" has several times. Choose one, such as --dataset " + first.name +
+                              ".");
 }
 
 // Returns the vertices of large components, for framing: dust would shift the center.
@@ -206,7 +242,7 @@ std::vector<std::array<float, 3>> middle_of(const Taken& taken) {
 }
 
 // Draws the scale bar and the color legend.
-void annotate(Picture& picture, const Camera& camera, const ConnectedRequest& surface,
+void annotate(Picture& picture, const Camera& camera, const DatasetRequest& surface,
               const Taken& taken, const SnapshotArguments& arguments) {
   const Background background = background_from(arguments.background);
   const bool is_world = arguments.order.surface.query.coordinates == CoordinateSystem::kWorld;
@@ -244,17 +280,20 @@ int snapshot(const SnapshotArguments& arguments) {
                     "\"" + arguments.picture + "\" is not a PNG file name; pictures are *.png.");
   }
   const PictureSize size = value_or_usage_error(parse_picture_size(arguments.size));
-  std::vector<DrawnSurface> appearances = value_or_usage_error(appearances_of(arguments));
   require_outputs({{"--output", arguments.picture}},
                   {{"--threshold-grid", arguments.order.surface.threshold_grid}});
-  ConnectedRequest surface = ordered(arguments.order);
-  share_budget(surface.client, surface);
-  Taken taken = taken_surfaces(arguments, surface);
-  const bool is_any_empty =
-      std::any_of(taken.surfaces.begin(), taken.surfaces.end(),
-                  [](const TakenSurface& each) { return each.topology.triangles == 0; });
-  if (is_any_empty && !arguments.order.surface.allow_empty) {
-    if (arguments.json) std::cout << text_of(report_of(arguments, surface, size, taken));
+  ConnectedRequests connected = ordered_datasets(arguments.order);
+  require_one_time(arguments, connected);
+  share_budget(connected);
+  Taken taken = taken_surfaces(arguments, connected);
+  std::vector<DrawnSurface> appearances = value_or_usage_error(appearances_of(arguments, taken));
+  const auto empty =
+      std::count_if(taken.surfaces.begin(), taken.surfaces.end(),
+                    [](const TakenSurface& each) { return each.topology.triangles == 0; });
+  // Some labels of a series may be empty.
+  const auto allowed = connected.is_series ? std::ssize(taken.surfaces) - 1 : 0;
+  if (empty > allowed && !arguments.order.surface.allow_empty) {
+    if (arguments.json) std::cout << text_of(report_of(arguments, connected, size, taken));
     throw ExitError(kEmptySurface, not_written_text(arguments.picture));
   }
   const auto came = Clock::now();
@@ -265,14 +304,14 @@ int snapshot(const SnapshotArguments& arguments) {
   Picture picture =
       drawn(appearances, camera,
             {.background = background_from(arguments.background),
-             .shading = arguments.shading == "flat" ? Shading::kFlat : Shading::kSmooth,
+             .shading = arguments.shading == "facets" ? Shading::kFlat : Shading::kSmooth,
              .wireframe = arguments.wireframe,
              .threads = arguments.threads});
-  if (!arguments.is_bare) annotate(picture, camera, surface, taken, arguments);
+  if (!arguments.is_bare) annotate(picture, camera, connected.datasets.front(), taken, arguments);
   taken.draw_seconds = seconds_since(came);
   write_file(arguments.picture, png_file(picture));
   if (arguments.json) {
-    std::cout << text_of(report_of(arguments, surface, size, taken));
+    std::cout << text_of(report_of(arguments, connected, size, taken));
   } else if (!arguments.quiet) {
     print(arguments, size, taken);
   }
@@ -348,6 +387,7 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
           "--size 3840x2160 --azimuth 90 --elevation 0 -o bone.png\n"
           "  multitetra-client snapshot --dataset head --isovalue 500.5,1200.5 --opacity 0.4,1 "
           "-o skin_and_bone.png\n"
+          "  multitetra-client snapshot --dataset organs -o organs.png    (a series: all labels)\n"
           "  multitetra-client snapshot --dataset head --error 2 --wireframe --shading facets "
           "-o triangles.png\n"
           "  multitetra-client snapshot --server wss://example.org --token-file token "

@@ -18,7 +18,7 @@ struct SnapshotArguments {
   double elevation = kDefaultElevation;
   std::string up = "z";  // See up_axis_from().
   std::string background = "dark";
-  std::string shading = "smooth";
+  std::string shading = "field";
   bool wireframe = false;
   bool is_bare = false;  // Omits scale bar and legend.
   // Opacities in the order of the isovalues.

@@ -125,7 +125,7 @@ constexpr std::array kFields = {
     F{"quality", "draft|normal|fine|exact", "", kSurface, kEveryday, kOnce,
       "Instead of an error: 2, 0.5, 0.25 or 0 voxels", set_quality},
     F{"unit", "voxel|world", "voxel", kSurface, kEveryday, kOnce,
-      "Unit of errors: the smallest sample spacing, or the file's length unit",
+      "Errors in smallest spacings, or the file's unit",
       set_word<&R::unit, length_unit_from>},
     F{"bound", "certified|paper", "certified", kSurface, kRare, kOnce,
       "certified bounds the two-sided Hausdorff distance; paper is the estimate of 1997, which the "
@@ -178,7 +178,7 @@ constexpr std::array kFields = {
       set_number<&R::normal_bits>},
 
     F{"color_by", "DATASET", "", kColors, kEveryday, kOnce,
-      "Color by the values of this dataset in the same coordinate system and unit", set_color_by},
+      "Color by this dataset's values (same coordinates and unit)", set_color_by},
     F{"color_range", "LOW,HIGH", "", kColors, kRare, kOnce,
       "Values that the colors span (default: those of the dataset); values beyond get the end "
       "colors",

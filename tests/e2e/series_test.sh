@@ -191,6 +191,12 @@ assert {d["member"]["series"] for d in datasets} == {"organs"}
 EOPY
 "$client" list --server "$url" | grep -F "\"organs\", label 3 (hepar, #010203)" >/dev/null || fail "list does not print members: $("$client" list --server "$url")"
 ends 1 '"organs" is a series of datasets; choose one of them' "$client" estimate --server "$url" --dataset organs
+ends 0 "organs.png: 2 surfaces, isovalue 0.5" "$client" snapshot --server "$url" --dataset organs --error 0.5 --size 160x120 --background light -o organs.png
+for color in "" "--surface-color #010203"; do
+  "$client" snapshot --server "$url" --dataset organs.label3 --error 0.5 --size 160x120 $color -o "liver$color.png" --quiet
+done
+cmp liver.png "liver--surface-color #010203.png" || fail "a label is not drawn in its color"
+ends 2 "are for one dataset, not a series" "$client" snapshot --server "$url" --dataset organs --max-triangles 100 -o x.png
 # All labels of a series: parts of one GLB, or a file each, as `extract` names them; also over HTTP.
 "$client" fetch --server "$url" --dataset organs --error 0.5 -o fetched.glb --json --quiet >fetched.json
 [ "$(parts_of fetched.glb)" = "hepar 3, rest of it 7" ] || fail "other parts: $(parts_of fetched.glb)"
@@ -281,6 +287,7 @@ for isovalue in 0.4 0.5; do
   grep -aq "\"beat.t0002, isovalue $isovalue\"" beats_t0002.glb || fail "isovalue $isovalue is not in the file of its time"
 done
 [ "$(echo beats_*.glb | wc -w)" = 3 ] && [ ! -e beats.glb ] || fail "not one file for each time: $(ls)"
+ends 2 '"beat" has several times. Choose one, such as --dataset beat.t0000' "$client" snapshot --server "$(url_of beats tcp)" --dataset beat -o beat.png
 ends_well beats "$pid"
 ends 0 "pulse_t0002.glb" "$server" extract beat --isovalue 0.5 -o pulse.glb
 [ "$(echo pulse*.glb)" = "pulse_t0000.glb pulse_t0001.glb pulse_t0002.glb" ] || fail "not one file for each time: $(ls)"

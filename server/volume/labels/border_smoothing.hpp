@@ -5,8 +5,8 @@
 // the border, the curvature of a smooth surface varies little; so each pass reduces the second
 // differences of the second differences of the field (as thin-plate smoothing does), along the
 // directions in which both neighbors are border samples. Signs stay, so that every sample keeps its
-// label; those of Lempitsky, "Surface extraction from binary volumes with higher-order smoothness"
-// (CVPR 2010), are kept likewise.
+// label, as in Lempitsky, "Surface extraction from binary volumes with higher-order smoothness"
+// (CVPR 2010).
 #pragma once
 
 #include <array>
@@ -35,7 +35,6 @@ class BorderSmoothing {
 
  private:
   struct Slice {
-    std::int32_t z = -1;
     std::vector<std::int32_t> labels;
     std::vector<BorderSample> samples;
     std::vector<float> magnitudes;  // 0: no border sample.
