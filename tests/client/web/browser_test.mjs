@@ -203,8 +203,8 @@ async function clips(page) {
   await open(page, `#dataset=gyroid&${view}`);
   await complete(page);
   const whole = await surfacePixels(page);
-  await page.click('summary:has-text("Cut and crop")');
-  await page.locator('[aria-label="Cut"] button', { hasText: "x" }).click();
+  await page.click('summary:has-text("Clip and crop")');
+  await page.locator('[aria-label="Clip"] button', { hasText: "x" }).click();
   await page.waitForFunction(() => /clip=x/.test(location.hash));
   const half = await surfacePixels(page);
   assert(half.share < 0.7 * whole.share && half.share > 0.2 * whole.share, `${half.share} of ${whole.share}`);
@@ -226,7 +226,7 @@ async function crops(page) {
   await open(page, "#dataset=head&error=2&axes=false&occlusion=false&eye=-60,-110,80&target=32,32,32");
   await complete(page);
   const whole = await surfacePixels(page);
-  await page.click('summary:has-text("Cut and crop")');
+  await page.click('summary:has-text("Clip and crop")');
   await page.locator('[aria-label="Crop"] button', { hasText: "Box" }).click();
   const setting = async () => new URLSearchParams((await page.evaluate(() => location.hash)).slice(1)).get("crop")?.split(",").map(Number);
   await page.waitForFunction(() => /crop=/.test(location.hash));
@@ -260,8 +260,8 @@ async function dragsTheCut(page) {
   await open(page, "#dataset=head&error=2&axes=false&eye=32,-120,32&target=32,32,32");
   await complete(page);
   const whole = await surfacePixels(page);
-  await page.click('summary:has-text("Cut and crop")');
-  await page.locator('[aria-label="Cut"] button', { hasText: "Oblique" }).click();
+  await page.click('summary:has-text("Clip and crop")');
+  await page.locator('[aria-label="Clip"] button', { hasText: "Oblique" }).click();
   await page.waitForFunction(() => /clip=oblique.*clip_normal=0,1,0(&|$)/.test(location.hash));
   const canvas = await page.locator(".stage canvas").boundingBox();
   const [x, y] = [canvas.x + canvas.width / 2, canvas.y + canvas.height / 2];

@@ -16,11 +16,11 @@ export function cutPart(change: Change, shown: () => Crop): CutPart {
   const controls = new SettingControls((changes) => change(changes));
   let permitsSamples = true;
   const clip = controls.choice("clip", {
-    label: "Cut", tip: "A plane that cuts the surface open. Drag its handles in the picture to move and turn it.",
+    label: "Clip", tip: "A plane that cuts the surface open. Drag its handles in the picture to move and turn it.",
     choices: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"], ["oblique", "Oblique", "Faces the camera initially."]],
   });
   const clipAt = controls.slider("clipAt", {
-    label: "Cut at", tip: "Position of the plane along its normal.",
+    label: "Clip at", tip: "Position of the plane along its normal.",
     min: 0, max: 1, step: 0.002,
     text: (value) => `${Math.round(100 * value)} %`,
   });
@@ -36,7 +36,7 @@ export function cutPart(change: Change, shown: () => Crop): CutPart {
     onChange: (kind) => change({ crop: kind === "box" ? initialCrop(shown()) : null }),
   });
   const filled = controls.toggle("filled", {
-    label: "Fill", tip: "Shows the samples inside the surfaces where they are cut or cropped, including hidden components.",
+    label: "Fill", tip: "Shows samples where surfaces are clipped or cropped: inside them, or the image of labels.",
   });
   return {
     elements: [clip, clipAt, facing, flip, crop.element, filled],

@@ -22,7 +22,7 @@ const keys = [
   ["A", "axes, box and scale"],
   ["P", "perspective or parallel projection"],
   ["O", "ambient occlusion"],
-  ["X", "cut along x, y, z, obliquely, off"],
+  ["X", "clip along x, y, z, obliquely, off"],
   ["V", "three linked slices beside the surface"],
   ["Z", "fullscreen"],
   ["Space", "play or stop the times of a series"],
