@@ -188,6 +188,8 @@ async function showsImage(page) {
   await page.selectOption('[aria-label="Samples of"]', "hundreds");
   await page.waitForFunction(() => /samples_of=hundreds/.test(location.hash));
   await values(": [01]\\.?\\d*\\. Click");
+  const [list, row] = await Promise.all([".labels", '.label-name:text-is("label 8")'].map((one) => page.locator(one).boundingBox()));
+  assert(Math.abs(row.y - list.y) < 20, "the list begins at the shown label");
   // Clicks on a slice tell the image's value.
   await open(page, "#dataset=hundreds&labels=300&slice=z&eye=20.5,20.5,120&target=20.5,20.5,20.5&up=y&axes=false", series);
   await settled(page);

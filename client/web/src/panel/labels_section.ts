@@ -118,6 +118,9 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
   });
   // Space would click the name.
   list.addEventListener("keyup", (event) => event.key === " " && (event.target as Element).matches(".label-name") && event.preventDefault());
+  const scrollTo = ({ at }: FoundLabel) => {
+    list.scrollTop = rows.get(at)!.element.offsetTop - list.offsetTop;
+  };
   const showAll = () => {
     if (!settings) return;
     const infos = new Map(datasets.map((info) => [info.name, info]));
@@ -126,6 +129,7 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
       const label = (infos.get(name) ?? findByName(datasets, name))?.member?.label;
       return label ? [{ at, key: name, one, label: renamedLabel(label, settings!.labelNames) }] : [];
     });
+    const isNew = rows.size === 0;
     const places = new Set(labels.map(({ at }) => at));
     for (const [at, row] of rows) {
       if (places.has(at)) continue;
@@ -145,6 +149,7 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
     });
     const shown = found.filter(({ one }) => one.visible);
     count.textContent = `${shown.length} of ${found.length} shown`;
+    if (isNew && shown.length > 0 && shown[0] !== found[0]) scrollTo(shown[0]);
     search.hidden = found.length < fewLabels;
     limit.hidden = found.length <= maxInitialLabels;
     limit.textContent = `The first ${maxInitialLabels} labels are shown initially, each as a separate surface. "All" shows the rest.`;
