@@ -172,6 +172,7 @@ starts labels --no-browser scan/ct.nrrd
 [ "$shown" = ct ] || fail "the labels are shown instead of the volume: $shown"
 lists "ct ct_seg.label1 ct_seg.label2"
 ends_by_interrupt
+ends 2 "--labels needs the volume that they belong to" "$server" view --no-browser --labels scan/ct_seg.nrrd
 starts unlabelled --no-browser --no-labels scan/ct.nrrd
 lists "ct"
 ends_by_interrupt

@@ -19,9 +19,9 @@ struct GoldenShell {
 
 // Returns a pseudorandom number below `limit` for three coordinates.
 inline std::int32_t scattered(int x, int y, int z, std::int32_t limit) {
-  const auto mixed = static_cast<std::uint32_t>(x * 73856093) ^
-                     static_cast<std::uint32_t>(y * 19349663) ^
-                     static_cast<std::uint32_t>(z * 83492791);
+  const auto mixed = static_cast<std::uint32_t>(x) * 73856093U ^
+                     static_cast<std::uint32_t>(y) * 19349663U ^
+                     static_cast<std::uint32_t>(z) * 83492791U;
   return static_cast<std::int32_t>((mixed * 2654435761U >> 8) % static_cast<std::uint32_t>(limit));
 }
 

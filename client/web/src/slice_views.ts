@@ -4,6 +4,9 @@ import { Vector3 } from "three";
 
 import { h } from "./shared/elements";
 import { LatestSlice, type SliceSources } from "./latest_slice";
+import type { DatasetInfo } from "./protocol/messages";
+import { inDigits } from "./shared/quantities";
+import { isSameData } from "./state/series";
 import { planeGrid } from "./scene/slice_grid";
 import { planeAxes, SliceView } from "./scene/slice_view";
 import type { Stage } from "./scene/stage";
@@ -15,10 +18,12 @@ export class SliceViews {
   readonly mark = h("div", { class: "cross-mark", "aria-hidden": "true", hidden: true });
   private readonly planes: { view: SliceView; latest: LatestSlice }[];
   private cross: Vec3 | null = null; // Null: no slices are shown.
+  private wanted: { sampled: DatasetInfo; cross: Vec3 } | null = null; // The place whose value is shown.
+  private isProbing = false;
 
   constructor(
     private readonly stage: Stage,
-    sources: SliceSources,
+    private readonly sources: SliceSources,
     private readonly current: () => ShownSamples,
     moved: (cross: Vec3, isDragging: boolean) => void,
   ) {
@@ -38,6 +43,7 @@ export class SliceViews {
     this.cross = isShown && info ? crossOf(settings.cross, info) : null;
     if (!info || !sampled || !this.cross) {
       for (const { latest } of this.planes) latest.request(null);
+      this.wanted = null;
       return this.follow();
     }
     const { cross } = this;
@@ -52,7 +58,29 @@ export class SliceViews {
         grid: () => planeGrid(low, high, planeAxes(info, view.axis), cross[view.axis], voxelLength(sampled)),
       });
     }
+    void this.probe(sampled, cross);
     this.stage.invalidate();
+  }
+
+  // Shows the value at the crosshair in all views. Only one query runs at a time; of those made meanwhile only the last
+  // is sent.
+  private async probe(sampled: DatasetInfo, cross: Vec3): Promise<void> {
+    const { wanted } = this;
+    if (isSameData(wanted?.sampled, sampled) && cross.every((at, axis) => at === wanted?.cross[axis])) return;
+    this.wanted = { sampled, cross };
+    this.showValue("");
+    if (this.isProbing) return;
+    this.isProbing = true;
+    for (let asked: SliceViews["wanted"] = null; this.wanted && this.wanted !== asked;) {
+      asked = this.wanted;
+      const found = await this.sources.queries.probe(asked.sampled.name, asked.cross).catch(() => null);
+      if (this.wanted === asked && found?.value !== undefined) this.showValue(valueWithUnit(found.value, asked.sampled));
+    }
+    this.isProbing = false;
+  }
+
+  private showValue(text: string): void {
+    for (const { view } of this.planes) view.showValue(text);
   }
 
   close(): void {
@@ -64,4 +92,8 @@ export class SliceViews {
     this.mark.hidden = !at;
     if (at) this.mark.style.transform = `translate(${at.x}px, ${at.y}px)`;
   }
+}
+
+function valueWithUnit(value: number, { valueUnit }: DatasetInfo): string {
+  return `${inDigits(value, 4)}${valueUnit ? ` ${valueUnit}` : ""}`;
 }

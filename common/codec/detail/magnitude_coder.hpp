@@ -153,7 +153,11 @@ struct SignsAround {
   Inputs inputs;
   inputs.g = recent.w;
   inputs.missed = recent.missed;
-  for (unsigned i = 0; i < 7; ++i) inputs.mask |= (known[i].w != 0 ? 1U : 0U) << i;
+  for (unsigned i = 0; i < 7; ++i) {
+    // In one expression, GCC 12 with its sanitizer reads another element.
+    const bool is_active = known[i].w != 0;
+    inputs.mask |= (is_active ? 1U : 0U) << i;
+  }
   if (inputs.mask != 0) {
     const PredictionContext& support = kContexts.of[inputs.mask];
     const auto mean = [&support](int32_t sum) {

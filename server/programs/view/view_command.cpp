@@ -244,6 +244,13 @@ void show(const std::string& address, const ViewArguments& arguments) {
 int view(const ViewArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   std::vector<std::string> inputs = arguments.inputs;
+  if (inputs.empty() && !arguments.labels.empty()) {
+    throw ExitError(kUsage,
+                    "--labels needs the volume that they belong to. For labels alone: "
+                    "multitetra-server prepare " +
+                        arguments.labels +
+                        " --label all -o labels/, then multitetra view labels/.");
+  }
   if (inputs.empty()) inputs.push_back(demo_volume().string());
   std::optional<ViewedVolumes> made;
   try {

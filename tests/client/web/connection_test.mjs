@@ -159,7 +159,7 @@ async function offersNoSlices(page) {
   assert.match(await slices.getAttribute("data-tip"), /surfaces only/);
   assert(await page.isHidden(".slice-views"));
   assert(await page.isHidden(".notice"));
-  await page.click('summary:has-text("Slice of the samples")');
+  await page.click('summary:has-text("Slices")');
   assert(await page.isHidden('[aria-label="Plane"]'));
   assert((await surfacePixels(page)).share > 0.03, "the cut surface is shown");
   await slices.click({ force: true }); // Playwright waits for enabled elements.

@@ -92,7 +92,7 @@ export class Panel {
       foldedSection("Finer in one place", false, ...region.elements),
       foldedSection("Color by a field", settings.get().colorBy !== "", ...field.elements),
       foldedSection("Clip and crop", settings.get().clip !== "off" || settings.get().crop !== null, ...cut.elements),
-      foldedSection("Slice of the samples", settings.get().slice !== "off", ...slice.elements),
+      foldedSection("Slices", settings.get().slice !== "off", ...slice.elements),
       foldedSection("Appearance", false, ...look.elements),
       foldedSection("Bookmarks", false, ...bookmarksPart(events)),
       foldedSection("Export", false, ...this.downloads.elements),

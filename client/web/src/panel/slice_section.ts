@@ -22,7 +22,7 @@ export function slicePart(change: Change): SlicePart {
     label: "Plane", tip: "The samples on a plane through the data, with the contours of the surfaces.",
     choices: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"]],
   });
-  const samples = datasetSelect("Samples of", "Automatic", (samplesOf) => change({ samplesOf, level: null, windowWidth: null }));
+  const samples = datasetSelect("Samples of", "Automatic", (samplesOf) => change({ samplesOf, level: null, windowWidth: null }), ({ member }) => !member?.label);
   const samplesRow = h("label", { class: "control", "data-tip":
     "Whose samples planes show: by default the image of labels, otherwise the data of the first surface." }, h("span", {}, "Samples of"), samples.element);
   const at = controls.slider("sliceAt", {

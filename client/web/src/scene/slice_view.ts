@@ -3,11 +3,10 @@
 import { type DatasetInfo, WorldSpace } from "../protocol/messages";
 import { colorRow, type ColorScale, fractionOf } from "../shared/color_maps";
 import { h } from "../shared/elements";
-import { inDigits } from "../shared/quantities";
 import { applied, lengthText, type Vec3, voxelLength, worldBox } from "../stream/dataset";
 import type { SliceValues } from "../stream/dataset_queries";
 import { axisNames } from "./axis_names";
-import { type Direction, type PlaneAxes, valueAt } from "./slice_grid";
+import type { Direction, PlaneAxes } from "./slice_grid";
 import type { CutLines } from "./slice_plane";
 import { roundLength } from "./ticks";
 
@@ -45,6 +44,7 @@ export class SliceView {
   private cross: Vec3 = [0, 0, 0];
   private scale: ColorScale = { map: "gray", low: 0, high: 1, isLog: false };
   private slice: SliceValues | null = null;
+  private value = "";
   private lines: readonly CutLines[] = [];
   private readonly picture = h("canvas"); // The colors of the slice, one pixel each.
   private isPainted = false;
@@ -76,7 +76,13 @@ export class SliceView {
     this.slice = slice;
     this.isPainted = false;
     if (!slice) this.lines = [];
-    if (this.info) this.describe(this.info); // The value at the crosshair is now known.
+    this.invalidate();
+  }
+
+  // The value at the crosshair; empty: unknown.
+  showValue(value: string): void {
+    this.value = value;
+    if (this.info) this.describe(this.info);
     this.invalidate();
   }
 
@@ -276,11 +282,8 @@ export class SliceView {
 
   // "z 12.5 mm: 345 HU"
   private placeText(): string {
-    const info = this.info!;
-    const value = this.slice ? valueAt(this.slice, this.cross) : NaN;
-    const unit = info.valueUnit ? ` ${info.valueUnit}` : "";
-    const valueText = Number.isNaN(value) ? "" : `: ${inDigits(value, 4)}${unit}`;
-    return `${"xyz"[this.axis]} ${lengthText(this.cross[this.axis], info, 5)}${valueText}`;
+    const place = `${"xyz"[this.axis]} ${lengthText(this.cross[this.axis], this.info!, 5)}`;
+    return this.value ? `${place}: ${this.value}` : place;
   }
 }
 
