@@ -186,9 +186,14 @@ void place_nrrd(const fs::path& file, const NrrdHeader& header, const NrrdAxes& 
   } else {
     set_axes(file, image, steps, origin_by_mins(header, axes, sizes, steps));
   }
-  if (!signs || only_spacings) return;
-  image.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}};
-  const std::string units = header.field("space units");
+  if (signs && !only_spacings) {
+    image.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}};
+  }
+  // All axes have the unit of the first.
+  const std::vector<std::string> own_units = words("units");
+  const std::string units = !only_spacings      ? header.field("space units")
+                            : own_units.empty() ? std::string()
+                                                : own_units[axes.space[0]];
   const std::string unit = unit_from(unquoted(units.substr(0, units.find('"', 1))));
   if (!unit.empty()) image.meaning.length_unit = unit;
 }

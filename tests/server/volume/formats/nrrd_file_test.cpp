@@ -95,6 +95,13 @@ TEST_F(NrrdFile, AppliesSpaceUnitsAndAxisMinimums) {
       "space: LPS\nspace units: \"um\" \"um\" \"um\"\nspace directions: (1,0,0) (0,2,0) "
       "(0,0,3)\n");
   EXPECT_EQ(micrometres.meaning.length_unit, "µm");
+  // Also where the axes are not a patient's.
+  for (const std::string lines : {"space dimension: 3\nspace units: \"um\" \"um\" \"um\"\nspace "
+                                  "directions: (1,0,0) (0,2,0) (0,0,3)\n",
+                                  "spacings: 1 2 3\nunits: \"um\" \"um\" \"um\"\n"}) {
+    EXPECT_EQ(header(lines).meaning, (PhysicalMeaning{.length_unit = "µm", .value_unit = {}}))
+        << lines;
+  }
   const std::string mins = "spacings: 1 2 3\naxis mins: 10 20 30\n";
   EXPECT_EQ(header(mins).index_to_world.translation, (Vec3{10.5, 21, 31.5}));
   EXPECT_EQ(header(mins + "centers: node node node\n").index_to_world.translation,
