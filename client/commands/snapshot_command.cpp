@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/commands/colored_mesh.hpp"
+#include "client/commands/surface_appearances.hpp"
 #include "client/picture/annotations.hpp"
 #include "client/picture/rasterizer.hpp"
 #include "common/base/exit_codes.hpp"
@@ -23,9 +24,7 @@
 #include "common/cli/output_files.hpp"
 #include "common/image/png_file.hpp"
 #include "common/request/request_notices.hpp"
-#include "common/request/series_member.hpp"
 #include "common/wire/mesh_files.hpp"
-#include "common/wire/scene_file.hpp"
 
 namespace multitetra {
 namespace {
@@ -115,58 +114,6 @@ void print(const SnapshotArguments& arguments, const PictureSize& size, const Ta
             << human_count_of(taken.triangles(), "triangle") << ", " << human_bytes(taken.bytes())
             << " fetched in " << human_seconds(taken.fetch_seconds) << ", drawn in "
             << human_seconds(taken.draw_seconds) << "\n";
-}
-
-// Converts "0xrrggbb".
-Light light_of(std::uint32_t color) {
-  const auto part = [&](int shift) { return linear_light(static_cast<int>(color >> shift & 255)); };
-  return {part(16), part(8), part(0)};
-}
-
-// Returns opacity and color for each surface. By default, datasets of a series have their own
-// colors, and a single surface the default color. Returns kInvalidArgument, naming the option.
-Result<std::vector<DrawnSurface>> appearances_of(const SnapshotArguments& arguments,
-                                                 const Taken& taken) {
-  const auto wrong = [](const std::string& text) {
-    return fail(ErrorCode::kInvalidArgument, text);
-  };
-  const std::size_t count = taken.surfaces.size();
-  const auto fits = [&](std::size_t named) { return named == 0 || named == 1 || named == count; };
-  const std::string surfaces = std::to_string(count) + (count == 1 ? " surface" : " surfaces");
-  if (!fits(arguments.opacities.size())) {
-    return wrong("--opacity: give one value for all surfaces or one for each; there are " +
-                 surfaces + ".");
-  }
-  if (!fits(arguments.surface_colors.size())) {
-    return wrong("--surface-color: give one color for all surfaces or one for each; there are " +
-                 surfaces + ".");
-  }
-  std::vector<DrawnSurface> appearances(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!arguments.opacities.empty()) {
-      appearances[i].opacity = arguments.opacities[i % arguments.opacities.size()];
-      if (!(appearances[i].opacity > 0 && appearances[i].opacity <= 1)) {
-        return wrong("--opacity must be more than 0 and at most 1.");
-      }
-    }
-    if (!arguments.surface_colors.empty()) {
-      const std::string& text = arguments.surface_colors[i % arguments.surface_colors.size()];
-      const auto color = color_from(text);
-      if (!color) {
-        return wrong("--surface-color: \"" + text +
-                     "\" is not a color; write for example #dd8265.");
-      }
-      appearances[i].color = light_of(*color);
-    } else if (const auto& member = taken.surfaces[i].info->member;
-               member && display_color(*member)) {
-      appearances[i].color = light_of(*display_color(*member));
-    } else if (count > 1) {
-      const auto color = part_color(i);
-      appearances[i].color = Light{static_cast<float>(color[0]), static_cast<float>(color[1]),
-                                   static_cast<float>(color[2])};
-    }
-  }
-  return appearances;
 }
 
 // Fetches a surface.
@@ -285,8 +232,9 @@ int snapshot(const SnapshotArguments& arguments) {
   ConnectedRequests connected = ordered_datasets(arguments.order);
   require_one_time(arguments, connected);
   share_budget(connected);
+  std::vector<DrawnSurface> appearances =
+      value_or_usage_error(appearances_of(arguments, connected));
   Taken taken = taken_surfaces(arguments, connected);
-  std::vector<DrawnSurface> appearances = value_or_usage_error(appearances_of(arguments, taken));
   const auto empty =
       std::count_if(taken.surfaces.begin(), taken.surfaces.end(),
                     [](const TakenSurface& each) { return each.topology.triangles == 0; });

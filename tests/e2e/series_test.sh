@@ -196,6 +196,10 @@ for color in "" "--surface-color #010203"; do
   "$client" snapshot --server "$url" --dataset organs.label3 --error 0.5 --size 160x120 $color -o "liver$color.png" --quiet
 done
 cmp liver.png "liver--surface-color #010203.png" || fail "a label is not drawn in its color"
+ends 2 "there are 2 surfaces" "$client" snapshot --server "$url" --dataset organs --opacity 1,1,1 -o x.png
+"$client" snapshot --server "$url" --dataset organs.label3 --isovalue 0.4,0.6 --opacity 0.5 --size 160x120 -o two.png --quiet
+"$client" snapshot --server "$url" --dataset organs.label3 --isovalue 0.4,0.6 --opacity 0.5 --surface-color '#010203' --size 160x120 -o alike.png --quiet
+! cmp -s two.png alike.png || fail "two isovalues of a label have one color"
 ends 2 "are for one dataset, not a series" "$client" snapshot --server "$url" --dataset organs --max-triangles 100 -o x.png
 # All labels of a series: parts of one GLB, or a file each, as `extract` names them; also over HTTP.
 "$client" fetch --server "$url" --dataset organs --error 0.5 -o fetched.glb --json --quiet >fetched.json

@@ -1,0 +1,17 @@
+// The opacities and colors of the surfaces in a picture.
+#pragma once
+
+#include <vector>
+
+#include "client/commands/connected_request.hpp"
+#include "client/commands/snapshot_command.hpp"
+#include "client/picture/rasterizer.hpp"
+
+namespace multitetra {
+
+// Returns opacity and color for each ordered surface. By default, a dataset's only surface has the
+// dataset's color. Returns kInvalidArgument, naming the option.
+[[nodiscard]] Result<std::vector<DrawnSurface>> appearances_of(const SnapshotArguments& arguments,
+                                                               const ConnectedRequests& connected);
+
+}  // namespace multitetra
