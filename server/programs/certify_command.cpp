@@ -156,8 +156,7 @@ void add_certify_command(Command& program, Run& run) {
   command
       ->add_option("--lattice", a->lattice,
                    "Allow for vertices rounded to 1 / 2^R of the sample spacing; default: the R in "
-                   "the mesh file, if "
-                   "`extract` or `fetch` wrote it")
+                   "the mesh file, if `extract` or `fetch` wrote it")
       ->within(kMinLatticeResolution, kMaxLatticeResolution)
       ->type_name("R");
   command
