@@ -11,6 +11,8 @@
 #include "common/base/utf8.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
+#include "server/dataset/label_detection.hpp"
+#include "server/dataset/prepared_file.hpp"
 #include "server/programs/label_volume_text.hpp"
 #include "server/programs/prepare/stale_members.hpp"
 
@@ -43,10 +45,10 @@ std::string facts_of(const PrepareResult& prepared) {
 
 void hint_at_labels(const PrepareArguments& arguments, const PrepareJob& job,
                     const PrepareResult& prepared) {
-  if (arguments.quiet || arguments.json || !looks_like_labels(prepared.info)) return;
+  if (arguments.quiet || arguments.json || is_address(job.output.string())) return;
+  if (!looks_like_labels(prepared.info, *PreparedFile(job.output.string()).samples())) return;
   std::cerr << "prepare: '" << shown_name(job)
-            << "' has few different values and may be a label map: --label all prepares each label "
-               "as a smooth surface."
+            << "' looks like a label map: --label all prepares each label as a smooth surface."
             << std::endl;
 }
 

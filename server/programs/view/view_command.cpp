@@ -19,6 +19,7 @@
 #include "common/base/percent_encoded.hpp"
 #include "common/cli/program.hpp"
 #include "common/cli/terminal.hpp"
+#include "server/dataset/label_detection.hpp"
 #include "server/dataset/prepared_file.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/prepare/detail/preparation.hpp"
@@ -206,7 +207,8 @@ class ViewedVolumes {
   bool prepare(const PrepareJob& job) {
     try {
       (void)work_->preparation.prepare_unless_up_to_date(job);
-      const bool has_labels = looks_like_labels(PreparedFile(job.output.string()).info());
+      const PreparedFile prepared(job.output.string());
+      const bool has_labels = looks_like_labels(prepared.info(), *prepared.samples());
       if (has_labels && !arguments_.no_labels) add_labels_of(job.input);
       return true;
     } catch (const PreparationStopped&) {

@@ -93,15 +93,6 @@ LabelMap LatestLabelMap::of(const std::string& input, const VolumeFileOptions& o
   return *map_;
 }
 
-bool looks_like_labels(const DatasetInfo& info) {
-  constexpr std::ptrdiff_t kFewValues = 32;
-  if (info.type == SampleType::kF32 || info.member) return false;
-  const auto& counts = info.histogram.counts;
-  const auto values =
-      std::count_if(counts.begin(), counts.end(), [](std::uint64_t count) { return count > 0; });
-  return values >= 2 && values <= kFewValues;
-}
-
 void require_free_output(const PrepareJob& job) {
   if (is_address(job.output.string())) return;
   require_outputs({{"--output", job.output}}, {{"input", job.input}});

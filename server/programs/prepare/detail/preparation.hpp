@@ -50,9 +50,6 @@ class PreparationStopped : public std::runtime_error {
   PreparationStopped() : std::runtime_error("The preparation was stopped.") {}
 };
 
-// Returns whether the data has integers with few distinct values, as most label maps do.
-[[nodiscard]] bool looks_like_labels(const DatasetInfo& info);
-
 // Throws ExitError (kUsage) if the job's output is its input or cannot be written.
 void require_free_output(const PrepareJob& job);
 
