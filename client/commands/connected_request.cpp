@@ -20,9 +20,13 @@ ClientResult<Connected> connected_once(const ServerAccess& access) {
   return Connected(*std::move(client), *std::move(datasets));
 }
 
+// Returns the names that a user sees in lists: of series, and of datasets that are in none.
 std::vector<std::string> names(const std::vector<DatasetInfo>& datasets) {
   std::vector<std::string> names;
-  for (const DatasetInfo& info : datasets) names.push_back(info.name);
+  for (const DatasetInfo& info : datasets) {
+    const std::string& name = info.member ? info.member->series : info.name;
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
   return names;
 }
 
@@ -53,10 +57,11 @@ Result<DatasetInfo> chosen(const std::string& name, const std::vector<DatasetInf
                                                 "as --dataset " +
                                                 info.name + ".");
   }
-  const std::vector<std::string> known = names(datasets);
+  std::vector<std::string> known = names(datasets);
+  const std::string some = few_of(name, known);
+  for (const DatasetInfo& info : datasets) known.push_back(info.name);
   return fail(ErrorCode::kUnknownDataset, "The server has no dataset \"" + name + "\"; it has " +
-                                              few_of(name, known) + "." +
-                                              did_you_mean(name, known));
+                                              some + "." + did_you_mean(name, known));
 }
 
 DatasetInfo usable_dataset(const SurfaceOrder& order, const ConnectedServer& connected) {
@@ -77,7 +82,7 @@ DatasetRequest request_for(DatasetInfo info, const SurfaceOrder& order,
     if (!fits) throw ExitError(kUsage, fits.error().text);
     color_unit = values.meaning.value_unit;
   }
-  Notices notices;
+  Notices notices(order.quiet);
   for (const IsosurfaceRequest& request : requests) notices.add(request_notices(request, info));
   return {std::move(info), std::move(requests), std::move(scalars), std::move(notices),
           std::move(color_unit)};

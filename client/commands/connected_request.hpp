@@ -33,6 +33,7 @@ struct SurfaceOrder {
   std::string dataset = {};
   SurfaceArguments surface = {
       .threshold_files = {.formats = "An NRRD file", .read = read_nrrd_thresholds}};
+  bool quiet = false;  // Prints no notices.
 };
 
 // Adds all options of an order with the request fields of these groups.

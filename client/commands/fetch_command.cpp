@@ -44,7 +44,7 @@ class Output {
       : arguments_(arguments), format_(format) {}
 
   void step(const FetchedStep& fetched, const FetchPart& part, const DatasetInfo& info) const {
-    if (!arguments_.quiet) std::cerr << step_line(fetched, info) << std::endl;
+    if (!arguments_.order.quiet) std::cerr << step_line(fetched, info) << std::endl;
     if (part.steps_directory.empty()) return;
     const std::string suffix = std::filesystem::path(part.mesh_file).extension().string();
     const std::string name = "step_" + std::to_string(fetched.step->begin.step) + suffix;
@@ -74,7 +74,7 @@ class Output {
     if (!arguments_.report.empty()) write_file(arguments_.report, text);
     if (arguments_.json) {
       std::cout << text;
-    } else if (!arguments_.quiet) {
+    } else if (!arguments_.order.quiet) {
       std::string names;
       std::string written;  // A GLB of several surfaces is named once.
       for (const FetchReport& report : reports) {
@@ -99,7 +99,7 @@ class Output {
 RetryOptions retry_options(const FetchArguments& arguments) {
   return {.most = arguments.retries,
           .deadline = deadline_of(arguments.order.server),
-          .on_retry = [quiet = arguments.quiet](const Retry& retry) {
+          .on_retry = [quiet = arguments.order.quiet](const Retry& retry) {
             if (quiet) return;
             std::cerr << printable(retry.reason.text) << " Retrying in "
                       << human_seconds(std::chrono::duration<double>(retry.wait).count()) << " ("
@@ -115,7 +115,7 @@ class KeptTiles {
     if (arguments.resume_directory.empty()) return;
     folder_.emplace(arguments.resume_directory);
     const auto loaded = folder_->load(memory_, limits_.triangles);
-    if (arguments.quiet) return;
+    if (arguments.order.quiet) return;
     std::cerr << human_count(loaded.tiles) << " tiles are in " << arguments.resume_directory;
     if (loaded.damaged > 0) {
       std::cerr << ", " << human_count(loaded.damaged) << " damaged files are ignored";
@@ -201,7 +201,7 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Fe
         printing_notices(part.mesh_file, written, report.self_intersecting_triangles.value_or(0)));
   }
   const std::string accuracy = accuracy_text(*final_step->step);
-  if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
+  if (!accuracy.empty() && !arguments.order.quiet) std::cerr << accuracy << std::endl;
   return written;
 }
 
@@ -303,7 +303,7 @@ void add_fetch(Command& app, FetchArguments& a) {
                    "Keep tiles in this folder and fetch only missing ones; an interrupted run "
                    "continues where it stopped")
       ->type_name("DIR");
-  command->add_flag("--quiet", a.quiet, "Print errors only");
+  command->add_flag("--quiet", a.order.quiet, "Print errors only");
   command->begin_group("Transfer and reports");
   command->add_flag(
       "--previews", a.previews,

@@ -17,7 +17,6 @@ struct FetchArguments {
   std::string report;
   std::string steps_directory;
   bool json = false;
-  bool quiet = false;
 };
 
 void add_fetch(Command& app, FetchArguments& arguments);

@@ -42,6 +42,7 @@ std::vector<FetchPart> parts_of(const FetchArguments& arguments, MeshFormat form
 SurfaceName name_of(const FetchPart& part, const DatasetInfo& info, bool is_series) {
   SurfaceName name = surface_name(info);
   if (part.isovalue.empty()) return name;
+  name.color.reset();  // Isovalues have different ones.
   name.text = is_series ? name.text + ", " + part.isovalue : part.isovalue;
   return name;
 }

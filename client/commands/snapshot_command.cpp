@@ -141,7 +141,7 @@ TakenSurface taken_surface(const SnapshotArguments& arguments, Client& client,
     taken.colors->high = scalars->high;
   }
   const std::string accuracy = accuracy_text(step);
-  if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
+  if (!accuracy.empty() && !arguments.order.quiet) std::cerr << accuracy << std::endl;
   if (taken.topology.triangles == 0) {
     dataset.notices.add(empty_surface_text(request, dataset.info));
   }
@@ -260,7 +260,7 @@ int snapshot(const SnapshotArguments& arguments) {
   write_file(arguments.picture, png_file(picture));
   if (arguments.json) {
     std::cout << text_of(report_of(arguments, connected, size, taken));
-  } else if (!arguments.quiet) {
+  } else if (!arguments.order.quiet) {
     print(arguments, size, taken);
   }
   return kOk;
@@ -325,7 +325,7 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
   add_output_options(*command, a.order.surface);
   command->begin_group("Reports");
   command->add_flag("--json", a.json, "Print a JSON report");
-  command->add_flag("--quiet", a.quiet, "Print errors only");
+  command->add_flag("--quiet", a.order.quiet, "Print errors only");
   command->footer(
       std::string(
           "The same surface, size and direction give the same picture, byte for byte.\n"

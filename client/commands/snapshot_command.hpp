@@ -26,7 +26,6 @@ struct SnapshotArguments {
   std::vector<std::string> surface_colors = {};  // "#rrggbb", in the same order.
   int threads = 0;
   bool json = false;
-  bool quiet = false;
 };
 
 void add_snapshot(Command& app, SnapshotArguments& arguments);

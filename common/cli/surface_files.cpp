@@ -54,7 +54,7 @@ void write_surfaces(std::span<const SurfaceFile> surfaces, MeshFormat format, Me
   for (const auto& [file, of_file] : files) {
     std::vector<ScenePart> parts;
     for (const SurfaceFile* const one : of_file) {
-      parts.push_back({.name = one->name, .mesh = &one->surface->mesh, .color = one->color});
+      parts.push_back({.name = one->name, .mesh = &one->surface->mesh});
     }
     write_file(file, scene_glb(parts, of_file.front()->surface->world, codec));
   }

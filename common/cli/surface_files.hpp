@@ -18,8 +18,7 @@ namespace multitetra {
 struct SurfaceFile {
   std::string file;
   SurfaceName name = {};
-  const OutputSurface* surface = nullptr;             // Not null.
-  std::optional<std::uint32_t> color = std::nullopt;  // As in ScenePart.
+  const OutputSurface* surface = nullptr;  // Not null.
 };
 
 // Returns the file of each dataset's surface: one GLB for all of one time. Otherwise the names of

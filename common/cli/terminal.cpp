@@ -58,6 +58,7 @@ std::string text_table(const std::vector<std::vector<std::string>>& rows) {
 void Notices::add(const std::string& text) {
   if (std::find(texts_.begin(), texts_.end(), text) != texts_.end()) return;
   texts_.push_back(text);
+  if (is_quiet_) return;
   std::cerr << styled(Style::kYellow, "Notice:", STDERR_FILENO) << " " << printable(text)
             << std::endl;
 }

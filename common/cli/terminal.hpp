@@ -22,14 +22,17 @@ enum class Style { kBold, kRed, kYellow };
 // ends with spaces.
 [[nodiscard]] std::string text_table(const std::vector<std::vector<std::string>>& rows);
 
-// Prints warnings to standard error, each sentence once.
+// Collects warnings, each sentence once, and prints them to standard error.
 class Notices {
  public:
+  explicit Notices(bool is_quiet = false) : is_quiet_(is_quiet) {}  // If quiet, prints nothing.
+
   void add(const std::string& text);
   void add(const std::vector<std::string>& texts);
   [[nodiscard]] const std::vector<std::string>& texts() const { return texts_; }
 
  private:
+  bool is_quiet_;
   std::vector<std::string> texts_;
 };
 

@@ -122,6 +122,8 @@ std::string key_of(const DatasetInfo& info) {
   const SurfaceName name = surface_name(info);  // Mesh files contain it.
   key.add(name.label.has_value());
   key.add(name.label.value_or(0));
+  key.add(name.color.value_or(0));
+  key.add(name.color.has_value());
   key.add(name.text.size());
   return key.take() + name.text + info.name;
 }

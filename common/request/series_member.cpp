@@ -5,6 +5,7 @@
 
 #include "common/base/parse_number.hpp"
 #include "common/base/utf8.hpp"
+#include "common/image/label_color.hpp"
 #include "common/request/physical_meaning.hpp"
 
 namespace multitetra {
@@ -48,7 +49,10 @@ Result<void> check_member(const SeriesMember& member) {
 }
 
 std::optional<std::uint32_t> display_color(const SeriesMember& member) {
-  return member.label && member.label->color ? member.label->color : member.color;
+  if (!member.label) return member.color;
+  if (member.label->color) return member.label->color;
+  const Rgb color = label_color(member.label->value);
+  return color[0] << 16U | color[1] << 8U | color[2];
 }
 
 std::string color_text(std::uint32_t color) {

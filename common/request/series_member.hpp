@@ -45,7 +45,8 @@ inline constexpr double kMaxLabelValue = 9007199254740992.0;  // 2^53, for eithe
 // Fails with kInvalidArgument, naming the field and the valid range, if a field is out of range.
 [[nodiscard]] Result<void> check_member(const SeriesMember& member);
 
-// Returns the color of the label, else of the field; nullopt if neither has one.
+// Returns the color of the label, which is generated if its file has none, or of the field; nullopt
+// if it has none.
 [[nodiscard]] std::optional<std::uint32_t> display_color(const SeriesMember& member);
 
 // Converts 0xdd8265 to "#dd8265" and back; nullopt for other texts.

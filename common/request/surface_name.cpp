@@ -3,9 +3,14 @@
 namespace multitetra {
 
 SurfaceName surface_name(const DatasetInfo& info) {
-  if (!info.member || !info.member->label) return {.text = info.name};
-  const Label& label = *info.member->label;
-  return {.text = label.name.empty() ? info.name : label.name, .label = label.value};
+  SurfaceName name{.text = info.name};
+  if (!info.member) return name;
+  name.color = display_color(*info.member);
+  const auto& label = info.member->label;
+  if (!label) return name;
+  name.label = label->value;
+  if (!label->name.empty()) name.text = label->name;
+  return name;
 }
 
 }  // namespace multitetra

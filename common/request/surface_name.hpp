@@ -1,6 +1,7 @@
-// What a surface is called in files.
+// What a surface is called in files, and its color.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -9,11 +10,12 @@
 namespace multitetra {
 
 struct SurfaceName {
-  std::string text = {};                       // Empty: none.
-  std::optional<double> label = std::nullopt;  // The number of its label in the label map.
+  std::string text = {};                              // Empty: none.
+  std::optional<double> label = std::nullopt;         // The number of its label in the label map.
+  std::optional<std::uint32_t> color = std::nullopt;  // 0xRRGGBB in sRGB; absent: any.
 };
 
-// Returns the label's name for a label that has one, else the dataset's.
+// Returns the label's name for a label that has one, else the dataset's, with its display_color().
 [[nodiscard]] SurfaceName surface_name(const DatasetInfo& info);
 
 }  // namespace multitetra

@@ -69,7 +69,7 @@ std::string lattice_glb(const LatticeMesh& mesh, const OctreeCube& cube, const V
     attributes["NORMAL"] = 2;
     ids["NORMAL"] = draco.normal_id;
   }
-  json["materials"] = {surface_material()};
+  json["materials"] = {surface_material(color_of(name, 0))};
   json["meshes"] = {{{"primitives",
                       {{{"attributes", attributes},
                         {"indices", 0},

@@ -20,10 +20,9 @@ namespace multitetra {
 
 struct ScenePart {
   // The name of its node, mesh and material; the node's extras have the label's number ("label").
+  // Without a color it has the part_color() of its place among the parts.
   SurfaceName name = {};
   const PositionedMesh* mesh = nullptr;  // Not null. A mesh without triangles gets no node.
-  // 0xRRGGBB in sRGB, as Label::color; absent: part_color() of its place among the parts.
-  std::optional<std::uint32_t> color = std::nullopt;
 };
 
 // Returns the bytes of the file. Each node has a matrix that converts z-up to glTF's y-up and

@@ -251,6 +251,7 @@ void write_meshes(const std::vector<Extraction>& surfaces, const DatasetInfo& in
     SurfaceName name = surface_name(info);
     if (surfaces.size() > 1) {
       name.text = "isovalue " + shortest_text(surface.result.request.isovalue);
+      name.color.reset();
     }
     return name;
   };
@@ -277,7 +278,7 @@ int extract(const ExtractArguments& arguments) {
   const DatasetInfo& info = dataset->info;
   const Result<std::vector<IsosurfaceRequest>> asked = requests_from(arguments.surface, info);
   if (!asked) throw std::invalid_argument(asked.error().text);
-  Notices notices;
+  Notices notices(arguments.quiet);
   const auto extractor = std::make_shared<const SurfaceExtractor>(dataset);
   std::vector<Extraction> surfaces;
   for (std::size_t i = 0; i < files.size(); ++i) {

@@ -66,11 +66,8 @@ void write_meshes(const ExtractSeriesArguments& arguments,
                   const std::vector<ExtractedSurface>& surfaces, MeshCodec codec) {
   std::vector<SurfaceFile> files;
   for (const ExtractedSurface& surface : surfaces) {
-    const auto& member = surface.info->member;
-    files.push_back({.file = surface.file,
-                     .name = surface_name(*surface.info),
-                     .surface = &surface.output,
-                     .color = member ? display_color(*member) : std::nullopt});
+    files.push_back(
+        {.file = surface.file, .name = surface_name(*surface.info), .surface = &surface.output});
   }
   write_surfaces(files, arguments.format, codec);
 }
@@ -142,7 +139,7 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
     outputs.push_back({"--output", file});
   }
   require_outputs(outputs, {{"--threshold-grid", surface.threshold_grid}});
-  Notices notices;
+  Notices notices(arguments.quiet);
   notices.add(request_notices(*request, first));
 
   progress.begin("surfaces");

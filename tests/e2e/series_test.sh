@@ -51,19 +51,19 @@ grep -q '"surface_samples"' facts.json || fail "no volume: $(cat facts.json)"
 says organs/organs.label7.mtd 'suggested isovalues 0.5'
 # Meshes of all labels: in one file with their names, or one each. Those that touch share triangles.
 ends 0 '"rest of it"' "$server" extract organs --error 0.5 -o organs.glb
-parts_of() {  # parts_of FILE.glb: prints the name of each node and the number of its label.
+parts_of() {  # parts_of FILE.glb: prints the name of each node, the number of its label and its color.
   python3 - "$1" <<'EOPY'
 import json, struct, sys
 data = open(sys.argv[1], "rb").read()
 scene = json.loads(data[20:20 + struct.unpack("<I", data[12:16])[0]])
-print(", ".join(f"{node.get('name')} {node.get('extras', {}).get('label')}" for node in scene["nodes"]))
-linear = lambda srgb: ((srgb / 255 + 0.055) / 1.055) ** 2.4
-liver, rest = (material["pbrMetallicRoughness"]["baseColorFactor"] for material in scene["materials"])
-assert all(abs(is_ - linear(srgb)) < 1e-6 for is_, srgb in zip(liver, (0xdd, 0x82, 0x65))), liver  # The label's own.
-assert rest == [0.85, 0.45, 0.35, 1], rest
+srgb = lambda light: round(255 * (12.92 * light if light <= 0.0031308 else 1.055 * light ** (1 / 2.4) - 0.055))
+def color(node):
+    material = scene["materials"][scene["meshes"][node["mesh"]]["primitives"][0]["material"]]
+    return "".join(f"{srgb(light):02x}" for light in material["pbrMetallicRoughness"]["baseColorFactor"][:3])
+print(", ".join(f"{node.get('name')} {node.get('extras', {}).get('label')} {color(node)}" for node in scene["nodes"]))
 EOPY
 }
-[ "$(parts_of organs.glb)" = "liver 3, rest of it 7" ] || fail "other parts: $(parts_of organs.glb)"
+[ "$(parts_of organs.glb)" = "liver 3 dd8265, rest of it 7 adaefc" ] || fail "other parts: $(parts_of organs.glb)"
 ends 0 "common_triangles" "$server" extract organs --error 0.5 -o organs.stl --json
 "$server" extract organs/organs.label3.mtd --error 0.5 -o alone.stl --report alone.json --quiet
 python3 - out alone.json <<'EOPY' || fail "the report of a folder lacks what that of one surface has: $(cat out)"
@@ -196,6 +196,10 @@ for color in "" "--surface-color #010203"; do
   "$client" snapshot --server "$url" --dataset organs.label3 --error 0.5 --size 160x120 $color -o "liver$color.png" --quiet
 done
 cmp liver.png "liver--surface-color #010203.png" || fail "a label is not drawn in its color"
+for color in "" "--surface-color #adaefc"; do # Label 7 has no color in its file.
+  "$client" snapshot --server "$url" --dataset organs.label7 --error 0.5 --size 160x120 $color -o "rest$color.png" --quiet
+done
+cmp rest.png "rest--surface-color #adaefc.png" || fail "a label without a color is not drawn in the viewer's"
 ends 2 "there are 2 surfaces" "$client" snapshot --server "$url" --dataset organs --opacity 1,1,1 -o x.png
 "$client" snapshot --server "$url" --dataset organs.label3 --isovalue 0.4,0.6 --opacity 0.5 --size 160x120 -o two.png --quiet
 "$client" snapshot --server "$url" --dataset organs.label3 --isovalue 0.4,0.6 --opacity 0.5 --surface-color '#010203' --size 160x120 -o alike.png --quiet
@@ -203,7 +207,7 @@ ends 2 "there are 2 surfaces" "$client" snapshot --server "$url" --dataset organ
 ends 2 "are for one dataset, not a series" "$client" snapshot --server "$url" --dataset organs --max-triangles 100 -o x.png
 # All labels of a series: parts of one GLB, or a file each, as `extract` names them; also over HTTP.
 "$client" fetch --server "$url" --dataset organs --error 0.5 -o fetched.glb --json --quiet >fetched.json
-[ "$(parts_of fetched.glb)" = "hepar 3, rest of it 7" ] || fail "other parts: $(parts_of fetched.glb)"
+[ "$(parts_of fetched.glb)" = "hepar 3 010203, rest of it 7 adaefc" ] || fail "other parts: $(parts_of fetched.glb)"
 [ "$(grep -c '"mesh_file": "fetched.glb"' fetched.json)" = 2 ] || fail "the report of a series: $(cat fetched.json)"
 "$client" fetch --server "$url" --dataset organs --error 0.5 -o fetched.ply --save-steps fetched_steps --quiet
 for label in 3 7; do
@@ -214,10 +218,10 @@ grep -aq '^comment name hepar$' fetched_label3.ply || fail "no name in $(head -4
 ends 2 "are for one dataset, not a series" "$client" fetch --server "$url" --dataset organs --max-triangles 100 -o x.ply
 ends 6 "is not written" "$client" fetch --server "$url" --dataset organs --isovalue 7 -o x.ply
 curl -sf "$http/v1/datasets/organs.label3/isosurface?format=glb" >label.glb
-[ "$(parts_of label.glb)" = "hepar 3" ] || fail "over HTTP: $(parts_of label.glb)"
+[ "$(parts_of label.glb)" = "hepar 3 010203" ] || fail "over HTTP: $(parts_of label.glb)"
 tile=$(curl -sf "$http/v1/3dtiles/organs.label3/iso/0.5/tileset.json" | python3 -c 'import json, sys; print(json.load(sys.stdin)["root"]["content"]["uri"])')
 curl -sf "$http/v1/3dtiles/organs.label3/iso/0.5/$tile" >tile.glb
-[ "$(parts_of tile.glb)" = "hepar 3" ] || fail "a tile over HTTP: $(parts_of tile.glb)"
+[ "$(parts_of tile.glb)" = "hepar 3 010203" ] || fail "a tile over HTTP: $(parts_of tile.glb)"
 "$client" fetch --server "$url" --dataset organs.label3 --isovalue 0.5 --error 0 --color-by organs.label7 -o colored.ply --report report.json --quiet
 [ "$(digest report.json)" = "$(digest inner.json)" ] || fail "a fetched label is not the extracted one"
 grep -aq "property float" colored.ply || fail "no values of the other label at the vertices"

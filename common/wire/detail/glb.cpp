@@ -5,6 +5,9 @@
 #include <limits>
 #include <system_error>
 
+#include "common/image/color_map.hpp"
+#include "common/wire/scene_file.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -22,10 +25,18 @@ nlohmann::json empty_gltf() {
           {"scenes", nlohmann::json::array({nlohmann::json::object()})}};
 }
 
-nlohmann::json surface_material() {
+std::array<double, 3> color_of(const SurfaceName& name, std::size_t number) {
+  if (!name.color) return part_color(number);
+  const auto light = [&](int shift) {
+    return double{linear_light(static_cast<int>(*name.color >> shift & 0xFF))};
+  };
+  return {light(16), light(8), light(0)};
+}
+
+nlohmann::json surface_material(const std::array<double, 3>& color) {
   return {{"doubleSided", true},
           {"pbrMetallicRoughness",
-           {{"baseColorFactor", {0.8, 0.76, 0.7, 1.0}},
+           {{"baseColorFactor", {color[0], color[1], color[2], 1.0}},
             {"metallicFactor", 0.0},
             {"roughnessFactor", 0.6}}}};
 }

@@ -1,6 +1,7 @@
 // The container format of binary glTF 2.0, and the contents all our GLB files share.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <string>
 
@@ -12,8 +13,10 @@ namespace multitetra {
 
 // Returns the asset information and an empty scene.
 [[nodiscard]] nlohmann::json empty_gltf();
+// Returns the color of a surface in linear light: its own, or the part_color() of its number.
+[[nodiscard]] std::array<double, 3> color_of(const SurfaceName& name, std::size_t number);
 // Returns a double-sided, matte material.
-[[nodiscard]] nlohmann::json surface_material();
+[[nodiscard]] nlohmann::json surface_material(const std::array<double, 3>& color);
 // Gives a node its name, and its extras the number of its label ("label"), as far as there are any.
 void name_node(nlohmann::json& node, const SurfaceName& name);
 // Returns the file up to its binary chunk, whose `binary` bytes (a multiple of 4) the caller

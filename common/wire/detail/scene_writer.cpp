@@ -52,16 +52,8 @@ Json named(const ScenePart& part, Json what) {
 
 // Vertex colors are multiplied with the base color, which is then white.
 Json material_of(const ScenePart& part, std::size_t color) {
-  Json material = surface_material();
-  auto base = part_color(color);
-  if (const auto& own = part.color) {
-    base = {linear_light(static_cast<int>(*own >> 16 & 0xFF)),
-            linear_light(static_cast<int>(*own >> 8 & 0xFF)),
-            linear_light(static_cast<int>(*own & 0xFF))};
-  }
-  if (!part.mesh->colors.empty()) base = {1, 1, 1};
-  material["pbrMetallicRoughness"]["baseColorFactor"] = {base[0], base[1], base[2], 1.0};
-  return material;
+  if (!part.mesh->colors.empty()) return surface_material({1, 1, 1});
+  return surface_material(color_of(part.name, color));
 }
 
 bool has_scalars(const PositionedMesh& mesh) {

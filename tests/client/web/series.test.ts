@@ -1,7 +1,7 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { sampledOf, sceneOf, sceneRefusal } from "../../../client/web/src/scene_at";
 import {
-  atTime, channelColor, entriesOf, initialSelection, seriesOf, labelIsovalue, findByName, memberOfField, rangeOf, settingsOfEntry, timesOf, timeText, withLabelChanges,
+  atTime, channelColor, entriesOf, initialSelection, seriesOf, labelIsovalue, findByName, memberOfField, rangeOf, settingsOfEntry, timesOf, timeText, withLabelChanges, withLabelsBeside,
 } from "../../../client/web/src/state/series";
 import { labelColor } from "../../../client/web/src/state/label_colors";
 import { defaults } from "../../../client/web/src/state/settings";
@@ -20,6 +20,14 @@ describe("Series", () => {
     ]);
     expect(seriesOf(list, flow[0])).toMatchObject({ times: [0, 0.25, 0.5], timeUnit: "s", fields: ["speed", "heat"], labels: [] });
     expect(names(seriesOf(list, labels[0])!.labels)).toEqual(["seg.label1", "seg.label4", "seg.label9"]);
+  });
+
+  test("HaveAllLabelsInATable", () => {
+    expect(names(withLabelsBeside(list, [labels[2]]))).toEqual(["seg.label1", "seg.label4", "seg.label9"]);
+    const moving = [0, 1].flatMap((time) => [1, 2].map((value) => member(`m.label${value}.t${time}`, "m", { label: { value, name: "" }, time })));
+    expect(names(withLabelsBeside(moving, [moving[3]]))).toEqual(["m.label1.t1", "m.label2.t1"]);
+    const alone = member("a.label1", "a", { label: { value: 1, name: "" } });
+    expect(withLabelsBeside([alone], [alone])).toEqual([alone]);
   });
 
   test("ChannelsHaveTheColorsOfTheirSource", () => {
@@ -111,7 +119,7 @@ describe("Labels", () => {
 
   test("HaveTheColorOfTheFileOrAConstantOne", () => {
     expect(labelColor(3, 0x0a8265)).toBe("#0a8265");
-    expect(labelColor(3)).toBe(labelColor(3));
+    expect([1, 2, 3, 64, 1000].map((value) => labelColor(value))).toEqual(["#5cceb7", "#ac7dc0", "#d0b660", "#10a6ad", "#cd776c"]); // As files.
     expect(labelColor(3, 0x1000000)).toBe(labelColor(3));
     const colors = Array.from({ length: 64 }, (_, i) => labelColor(i + 1));
     expect(new Set(colors).size).toBe(64);

@@ -1,5 +1,7 @@
 #include "common/image/color_map.hpp"
 
+#include "common/image/label_color.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -48,6 +50,15 @@ TEST_F(ColorMapTest, MatchesTheGoldenColors) {
   }
   EXPECT_GT(count, 400U);
   EXPECT_EQ(maps.size(), 4U);
+}
+
+// The viewer's test has the same.
+TEST_F(ColorMapTest, ColorsLabelsAsTheViewer) {
+  EXPECT_EQ(hex(label_color(1)), "5cceb7");
+  EXPECT_EQ(hex(label_color(2)), "ac7dc0");
+  EXPECT_EQ(hex(label_color(3)), "d0b660");
+  EXPECT_EQ(hex(label_color(64)), "10a6ad");
+  EXPECT_EQ(hex(label_color(1000)), "cd776c");
 }
 
 TEST_F(ColorMapTest, ColorsNanSeparately) {

@@ -93,6 +93,12 @@ export function memberOfField(series: Series, info: DatasetInfo, field: string):
   return found.find((one) => timeOf(one) === timeOf(info)) ?? found[0] ?? null;
 }
 
+// Returns all labels of the series of some, at the same times.
+export function withLabelsBeside(list: readonly DatasetInfo[], shown: readonly DatasetInfo[]): DatasetInfo[] {
+  const beside = shown.flatMap((info) => seriesOf(list, info)?.labels.map((one) => atTime(list, one, timeOf(info))) ?? [info]);
+  return [...new Map(beside.map((info) => [info.name, info])).values()];
+}
+
 // Returns the image of a segmentation: values on the same grid, of the same series, or else the only ones.
 export function imageOf(list: readonly DatasetInfo[], info: DatasetInfo): DatasetInfo | null {
   const images = list.filter((one) => !one.member?.label && hasSameGrid(one, info));
