@@ -7,9 +7,9 @@ import type { DatasetInfo } from "./protocol/messages";
 import { boundOf } from "./shown_surface";
 import type { Settings } from "./state/settings";
 import { fileName, type NamedSurface, seriesName } from "./state/file_names";
-import { renamedLabel, timeOf, timeText } from "./state/series";
+import { renamedLabel, timeOf, timeText, withLabelsBeside } from "./state/series";
 import { toAddress } from "./state/url_state";
-import { applied, latticeToWorld, type Vec3 } from "./stream/dataset";
+import { applied, latticeToWorld, type Vec3, voxelVolume } from "./stream/dataset";
 import type { PictureOptions, Viewer } from "./viewer";
 import type { ShownTiles } from "./surface_set";
 import type { MeshFormat } from "./workers/worker_messages";
@@ -127,19 +127,27 @@ export class Downloads {
     }
   }
 
-  // Saves volumes and areas of the visible labels; `only`: the indices of surfaces; null: all.
+  // Saves a table of all labels, with volumes and areas of visible ones; `only`: the indices of surfaces; null: all.
   async labels(only: readonly number[] | null): Promise<void> {
     const { viewer } = this;
     const tiles = viewer.surfaces.shownTiles(viewer.get()).filter(({ at, shown }) => shown.info.member?.label && (!only || only.includes(at)));
-    const measured = await Promise.all(tiles.map(async ({ shown, drawn }): Promise<MeasuredLabel> => {
-      const { centroid } = shown.info.member!.label!;
+    if (tiles.length === 0) return viewer.notices.announce("No labels are shown.", true);
+    const measures = new Map(await Promise.all(tiles.map(async ({ shown, drawn }) => {
       const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
       const found = await viewer.pool.measure(drawn, toWorld, null).catch(() => null);
-      return { label: renamedLabel(shown.info.member!.label!, viewer.get().labelNames), found, bound: boundOf(shown),
-        centroid: centroid.length === 3 ? applied(shown.info.indexToWorld, centroid) : null };
-    }));
-    if (measured.length === 0) return viewer.notices.announce("No labels are shown.", true);
-    this.save(new Blob([labelTable(measured, tiles[0].shown.info.lengthUnit)], { type: "text/csv" }), "csv");
+      return [shown.info.name, { found, bound: boundOf(shown) }] as const;
+    })));
+    const shown = tiles.map((one) => one.shown.info);
+    const labels = only ? shown : withLabelsBeside(viewer.surfaces.datasets.get().list ?? [], shown);
+    const rows = labels.map((info): MeasuredLabel => {
+      const label = info.member!.label!;
+      return {
+        label: renamedLabel(label, viewer.get().labelNames), samplesVolume: Number(label.samples) * voxelVolume(info),
+        ...(measures.get(info.name) ?? { found: null, bound: null }),
+        centroid: label.centroid.length === 3 ? applied(info.indexToWorld, label.centroid) : null,
+      };
+    });
+    this.save(new Blob([labelTable(rows, shown[0].lengthUnit)], { type: "text/csv" }), "csv");
   }
 
   private async copy(text: string, what: string): Promise<void> {

@@ -7,17 +7,19 @@ import { LatestSlice, type SliceSources } from "./latest_slice";
 import type { DatasetInfo } from "./protocol/messages";
 import { inDigits } from "./shared/quantities";
 import { isSameData } from "./state/series";
-import { planeGrid } from "./scene/slice_grid";
-import { planeAxes, SliceView } from "./scene/slice_view";
+import { maxPixels, planeGrid } from "./scene/slice_grid";
+import { planeAxes, SliceView, type Zoom } from "./scene/slice_view";
 import type { Stage } from "./scene/stage";
 import { crossOf, scaleOf, type ShownSamples } from "./slices";
-import { type Vec3, voxelLength, worldBox } from "./stream/dataset";
+import { hasSameGrid, type Vec3, worldSpacing } from "./stream/dataset";
 
 export class SliceViews {
   readonly element = h("div", { class: "slice-views", role: "group", "aria-label": "Slices", hidden: true });
   readonly mark = h("div", { class: "cross-mark", "aria-hidden": "true", hidden: true });
   private readonly planes: { view: SliceView; latest: LatestSlice }[];
   private cross: Vec3 | null = null; // Null: no slices are shown.
+  private zoom: Zoom | null = null; // Null: each view shows its whole plane.
+  private zoomed: DatasetInfo | null = null; // The dataset whose part is shown.
   private wanted: { sampled: DatasetInfo; cross: Vec3 } | null = null; // The place whose value is shown.
   private isProbing = false;
 
@@ -28,7 +30,7 @@ export class SliceViews {
     moved: (cross: Vec3, isDragging: boolean) => void,
   ) {
     this.planes = [2, 1, 0].map((axis) => {
-      const view = new SliceView(axis, moved);
+      const view = new SliceView(axis, moved, (zoom) => this.setZoom(zoom));
       return { view, latest: new LatestSlice(sources, { slice: (slice) => view.showSlice(slice), lines: (lines) => view.showLines(lines) }) };
     });
     this.element.append(...this.planes.map(({ view }) => view.canvas));
@@ -47,15 +49,18 @@ export class SliceViews {
       return this.follow();
     }
     const { cross } = this;
+    if (!this.zoomed || !hasSameGrid(this.zoomed, info)) this.zoom = null;
+    this.zoomed = info;
     const range = rangeOfSamples();
     const scale = { map: settings.sliceColors, ...scaleOf(settings.level, settings.windowWidth, settings.samplesLog, range ?? sampled) };
-    const { low, high } = worldBox(info);
+    if (this.planes.some(({ view }) => view.hides(cross))) this.zoom = this.zoom && { ...this.zoom, center: cross };
     for (const { view, latest } of this.planes) {
-      view.show(info, cross, scale);
+      view.show(info, cross, scale, this.zoom);
+      const { low, high } = view.needed(maxPixels, worldSpacing(sampled));
       latest.request({
-        key: `${sampled.name} ${sampled.contentId} ${cross[view.axis]}`,
+        key: `${sampled.name} ${sampled.contentId} ${cross[view.axis]} ${low} ${high}`,
         dataset: sampled.name,
-        grid: () => planeGrid(low, high, planeAxes(info, view.axis), cross[view.axis], voxelLength(sampled)),
+        grid: () => planeGrid(low, high, planeAxes(info, view.axis), cross[view.axis], worldSpacing(sampled)),
       });
     }
     void this.probe(sampled, cross);
@@ -77,6 +82,11 @@ export class SliceViews {
       if (this.wanted === asked && found?.value !== undefined) this.showValue(valueWithUnit(found.value, asked.sampled));
     }
     this.isProbing = false;
+  }
+
+  private setZoom(zoom: Zoom | null): void {
+    this.zoom = zoom;
+    this.update();
   }
 
   private showValue(text: string): void {

@@ -14,7 +14,7 @@ import type { Stage } from "./scene/stage";
 import type { ServedDatasets } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
-import { type Vec3, voxelLength, worldBox } from "./stream/dataset";
+import { nearestSample, type Vec3, worldBox, worldSpacing } from "./stream/dataset";
 import { suggestedIsovalue } from "./stream/request";
 
 export class Slices {
@@ -42,7 +42,8 @@ export class Slices {
     // Other data do not tell what is inside the surfaces.
     const filling = { ...scale, above: sampled.name === info.name ? leastIsovalue(settings, info) : air };
     const crop = cropPlanes(settings.crop);
-    if (place) this.slice.show(info, sampled, place, place.isFilling ? filling : { ...scale, above: air }, crop);
+    if (place?.isFilling) this.slice.show(info, sampled, place, filling, crop);
+    else if (place) this.slice.show(info, sampled, throughSamples(place, info, sampled), { ...scale, above: air }, crop);
     const all = clipPlanes(settings, info);
     for (const face of faces) {
       const own = all.length - crop.length + face.number;
@@ -84,7 +85,7 @@ class ShownSlice {
     this.latest.request({
       key: `${sampled.name} ${sampled.contentId} ${normal} ${at}`,
       dataset: sampled.name,
-      grid: () => sliceGrid(low, high, normal, at, voxelLength(sampled)),
+      grid: () => sliceGrid(low, high, normal, at, worldSpacing(sampled)),
     });
   }
 }
@@ -116,6 +117,14 @@ export function slicePosition(settings: Settings): Place | null {
   if (slice !== "off") return { normal: axisNormal(slice), at: sliceAt, isFilling: false };
   const normal = cutNormal(settings);
   return normal && filled ? { normal, at: clipAt, isFilling: true } : null;
+}
+
+// Returns the plane moved to the nearest samples of a dataset, where it needs no interpolation.
+function throughSamples({ normal, at }: Place, info: DatasetInfo, sampled: DatasetInfo): { normal: Vec3; at: number } {
+  const { low, high } = worldBox(info);
+  const axis = normal.indexOf(1);
+  const extent = high[axis] - low[axis];
+  return { normal, at: extent > 0 ? (nearestSample(sampled, axis, low[axis] + at * extent) - low[axis]) / extent : at };
 }
 
 // Returns the values of the first and last color: as set, else the default window, else the data's range.
@@ -151,11 +160,11 @@ export function planesThrough(box: Box3, { slice, sliceAt, layout, cross }: Sett
   return box.isEmpty() ? {} : changes;
 }
 
-// Returns the place clamped to the data; their center by default.
+// Returns the place clamped to the data; the sample at their center by default.
 export function crossOf(cross: Settings["cross"], info: DatasetInfo): Vec3 {
   const { low, high } = worldBox(info);
   return low.map((from, axis) => {
-    const at = cross?.[axis] ?? (from + high[axis]) / 2;
+    const at = cross?.[axis] ?? nearestSample(info, axis, (from + high[axis]) / 2);
     return Math.min(high[axis], Math.max(from, at));
   }) as Vec3;
 }

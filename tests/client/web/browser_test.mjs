@@ -674,12 +674,47 @@ async function linksSlices(page) {
   });
   assert(picture > 20, `${picture} shades`);
   assert(await page.isVisible(".cross-mark"), "the place is marked in the picture of the surface");
+  await zoomsSlices(page, views.first());
   await page.focus(".slice-view");
   await page.keyboard.press("PageDown");
   await page.waitForFunction(() => /,42(&|$)/.test(location.hash));
   await page.click('[aria-label="Slices beside the surface"]');
   await page.waitForFunction(() => !/layout/.test(location.hash));
   assert(await page.isHidden(".slice-view"));
+}
+
+// A zoomed view shows a part of its plane: equal steps of the mouse move the crosshair less far.
+async function zoomsSlices(page, view) {
+  const cross = () => page.evaluate(() => location.hash.match(/cross=([^&]*)/)[1].split(",").map(Number));
+  const { x, y, width, height } = await view.boundingBox();
+  const clickAt = async (acrossShare) => {
+    const before = await cross();
+    await page.mouse.click(x + acrossShare * width, y + height / 2);
+    await page.waitForFunction((old) => !location.hash.includes(`cross=${old}`), before.join(","), { timeout: patience });
+    return (await cross())[0];
+  };
+  const whole = Math.abs(await clickAt(0.6) - await clickAt(0.5));
+  await page.mouse.move(x + width / 2, y + height / 2);
+  await page.keyboard.down("Control");
+  await page.mouse.wheel(0, -420); // 4 times.
+  await page.keyboard.up("Control");
+  const zoomed = Math.abs(await clickAt(0.6) - await clickAt(0.5));
+  assert(zoomed > 0 && zoomed < 0.5 * whole, `${zoomed} of ${whole} samples`);
+  const shades = () => view.evaluate((canvas) => {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    let hash = 0;
+    for (let i = 0; i < data.length; i += 4) hash = (31 * hash + data[i]) | 0;
+    return hash;
+  });
+  const before = await shades();
+  await page.mouse.move(x + width / 2, y + height / 2);
+  await page.mouse.down({ button: "right" });
+  await page.mouse.move(x + 0.7 * width, y + height / 2);
+  await page.mouse.up({ button: "right" });
+  await page.waitForTimeout(300);
+  assert.notEqual(await shades(), before, "the right button drags the picture");
+  await page.keyboard.press("f"); // The view has the focus since the click.
+  assert.equal(Math.abs(await clickAt(0.6) - await clickAt(0.5)), whole, "F shows the whole plane");
 }
 
 async function refinesWhatIsNear(page) {

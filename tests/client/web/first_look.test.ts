@@ -60,13 +60,13 @@ describe("LabelTable", () => {
     const label = (value: number, name: string, samples = 0n) => create(LabelSchema, { value, name, samples });
     const found = { triangles: 12, area: 600.123, volume: 1000.4, isCapped: false };
     const rows = labelTable([
-      { label: label(1, "liver", 1024n), found, bound: 0.01, centroid: [1, -2.5, 3] },
-      { label: label(2, 'a "b", c'), found: { ...found, volume: null }, bound: 0.01, centroid: null },
-      { label: label(3, ""), found: null, bound: null, centroid: null },
+      { label: label(1, "liver", 1024n), samplesVolume: 1024.5, found, bound: 0.01, centroid: [1, -2.5, 3] },
+      { label: label(2, 'a "b", c'), samplesVolume: 0, found: { ...found, volume: null }, bound: 0.01, centroid: null },
+      { label: label(3, ""), samplesVolume: 0, found: null, bound: null, centroid: null },
     ], "\u00b5m").split("\r\n");
     expect(rows).toEqual([
-      "label,name,samples,volume_um3,volume_bound_um3,area_about_um2,centroid_x_um,centroid_y_um,centroid_z_um,triangles",
-      "1,liver,1024,1000.4,6,600.123,1,-2.5,3,12", '2,"a ""b"", c",,,,600.123,,,,12', "3,,,,,,,,,", "",
+      "label,name,samples,samples_volume_um3,volume_um3,volume_bound_um3,area_about_um2,centroid_x_um,centroid_y_um,centroid_z_um,triangles",
+      "1,liver,1024,1024.5,1000.4,6,600.123,1,-2.5,3,12", '2,"a ""b"", c",,,,,600.123,,,,12', "3,,,,,,,,,,", "",
     ]);
   });
 });

@@ -236,10 +236,17 @@ async function savesTable(page) {
   await settled(page);
   const rows = await tableOf(page);
   assert.deepEqual(rows.map(([label]) => label), ["2", "5", "9"]);
-  for (const [, , , volume, bound] of rows) {
+  for (const [, , samples, samplesVolume, volume, bound] of rows) {
     const ball = (4 / 3) * Math.PI * 5.2 ** 3;
     assert(Math.abs(Number(volume) - ball) < Number(bound) + 0.1 * ball, `${volume} ± ${bound} of ${ball}`);
+    assert.equal(samples, samplesVolume, "a sample has volume 1");
   }
+  await page.evaluate(() => (location.hash = "#dataset=seg&labels=2,9"));
+  await complete(page);
+  await settled(page);
+  const [first, hidden, last] = await tableOf(page);
+  assert.deepEqual([first, last], [rows[0], rows[2]]);
+  assert.deepEqual(hidden.slice(0, 5), [...rows[1].slice(0, 4), ""], "samples of a label that is not displayed, but no surface");
 }
 
 // Sets labels by messages; `shown` events have the visible ones, at their places.

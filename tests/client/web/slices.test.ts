@@ -5,7 +5,7 @@ import { planeAxes } from "../../../client/web/src/scene/slice_view";
 import { crossOf, planesThrough, scaleOf, slicePosition, windowOf } from "../../../client/web/src/slices";
 import { WorldSpace } from "../../../client/web/src/protocol/messages";
 import { defaults } from "../../../client/web/src/state/settings";
-import type { Vec3 } from "../../../client/web/src/stream/dataset";
+import { nearestSample, type Vec3, worldSpacing } from "../../../client/web/src/stream/dataset";
 import { plain } from "./made_datasets";
 
 const low: Vec3 = [0, 10, -4];
@@ -14,22 +14,22 @@ const high: Vec3 = [100, 60, 4];
 describe("SliceGrid", () => {
   test("CoversTheBoxOnAnyAxis", () => {
     for (const axis of [0, 1, 2]) {
-      const { origin, right, down, width, height } = sliceGrid(low, high, axisNormal("xyz"[axis] as "x"), 0.25, 2);
-      const corner = (x: number, y: number) => origin.map((part, i) => part + (x - 0.5) * right[i] + (y - 0.5) * down[i]);
-      const [from, to] = [corner(0, 0), corner(width, height)];
+      const { origin, right, down, width, height } = sliceGrid(low, high, axisNormal("xyz"[axis] as "x"), 0.25, [2, 1, 4]);
+      const center = (x: number, y: number) => origin.map((part, i) => part + x * right[i] + y * down[i]);
+      const [from, to] = [center(0, 0), center(width - 1, height - 1)];
       for (let i = 0; i < 3; ++i) {
         const expected = i === axis ? [0.75 * low[i] + 0.25 * high[i]] : [low[i], high[i]];
         expect(from[i]).toBeCloseTo(expected[0], 9);
         expect(to[i]).toBeCloseTo(expected.at(-1)!, 9);
       }
-      expect(Math.hypot(...right)).toBeGreaterThan(1.9);
+      expect([...right, ...down].map(Math.abs).filter((part) => part > 0)).toEqual([[1, 4], [4, 2], [2, 1]][axis]); // Each pixel is a sample.
     }
   });
 
   test("CoversObliqueSections", () => {
     for (const normal of [[0.6, 0.8, 0], [1 / Math.sqrt(3), -1 / Math.sqrt(3), 1 / Math.sqrt(3)], [-1, 0, 0]] as Vec3[]) {
       for (const at of [0, 0.1, 0.5, 1]) {
-        const { origin, right, down, width, height } = sliceGrid(low, high, normal, at, 2);
+        const { origin, right, down, width, height } = sliceGrid(low, high, normal, at, [2, 2, 2]);
         const { from, to } = extentAlong(low, high, normal);
         const dot = (a: Vec3, b: Vec3) => a.reduce((sum, part, i) => sum + part * b[i], 0);
         expect(dot(origin, normal)).toBeCloseTo(from + at * (to - from), 6);
@@ -38,7 +38,7 @@ describe("SliceGrid", () => {
         const corners = cutCorners(low, high, normal, from + at * (to - from)); // All lie in the slice, at its border.
         const shares = corners.map((corner) => [[right, width], [down, height]].map(([side, pixels]) => {
           const step = side as Vec3;
-          return (dot(corner.map((part, i) => part - origin[i]) as Vec3, step) / dot(step, step) + 0.5) / (pixels as number);
+          return dot(corner.map((part, i) => part - origin[i]) as Vec3, step) / dot(step, step) / ((pixels as number) - 1);
         }));
         for (const along of [0, 1]) {
           const all = shares.map((share) => share[along]);
@@ -56,18 +56,18 @@ describe("SliceGrid", () => {
   });
 
   test("LimitsThePixelsOfAnyVolume", () => {
-    const { width, height } = sliceGrid([0, 0, 0], [16384, 16384, 9000], [0, 0, 1], 0.5, 1);
+    const { width, height } = sliceGrid([0, 0, 0], [16384, 16384, 9000], [0, 0, 1], 0.5, [1, 1, 1]);
     expect([width, height]).toEqual([maxPixels, maxPixels]);
-    expect(sliceGrid([0, 0, 0], [1, 0, 5], [0, 0, 1], 0.5, 1)).toMatchObject({ width: 1, height: 1 });
+    expect(sliceGrid([0, 0, 0], [1, 0, 5], [0, 0, 1], 0.5, [1, 1, 1])).toMatchObject({ width: 2, height: 1 });
   });
 
   test("ReturnsTheValueAtAPlace", () => {
-    const grid = sliceGrid([0, 0, 0], [4, 2, 9], [0, 0, 1], 0, 1);
+    const grid = sliceGrid([0, 0, 0], [3, 1, 9], [0, 0, 1], 0, [1, 1, 1]);
     const slice = { grid, values: Float32Array.from([0, 1, 2, 3, 4, 5, 6, 7]), sampleSpacing: 1 };
     expect(valueAt(slice, [0.2, 0.3, 0])).toBe(0);
-    expect(valueAt(slice, [3.9, 1.9, 0])).toBe(7);
-    expect(valueAt(slice, [2.2, 0.9, 0])).toBe(2);
-    expect(valueAt(slice, [4.2, 0.9, 0])).toBeNaN();
+    expect(valueAt(slice, [2.9, 0.9, 0])).toBe(7);
+    expect(valueAt(slice, [2.2, 0.4, 0])).toBe(2);
+    expect(valueAt(slice, [3.1, 0.9, 0])).toBeNaN();
     expect(valueAt(slice, [0.2, -0.1, 0])).toBeNaN();
   });
 });
@@ -95,19 +95,31 @@ describe("LinkedSlices", () => {
     for (const space of [WorldSpace.LPS, WorldSpace.RAS]) {
       for (const axis of [0, 1, 2]) {
         const sides = planeAxes({ space, lengthUnit: "" }, axis);
-        const { origin, right, down, width, height } = planeGrid(low, high, sides, low[axis] + 1, 2);
+        const { origin, right, down, width, height } = planeGrid(low, high, sides, low[axis] + 1, [2, 2, 2]);
         expect(origin[axis]).toBe(low[axis] + 1);
         for (const [along, step, count] of [[sides.right, right, width], [sides.down, down, height]] as const) {
           const [from, to] = along.sign > 0 ? [low, high] : [high, low];
-          expect(origin[along.axis] - step[along.axis] / 2).toBeCloseTo(from[along.axis], 9);
-          expect(origin[along.axis] + (count - 0.5) * step[along.axis]).toBeCloseTo(to[along.axis], 9);
+          expect(origin[along.axis]).toBe(from[along.axis]);
+          expect(origin[along.axis] + (count - 1) * step[along.axis]).toBeCloseTo(to[along.axis], 9);
         }
       }
     }
   });
 
+  test("KnowTheSamplesOfTheAxes", () => {
+    // Of 9 x 9 x 9 samples; index z is world x.
+    const thick = { ...plain("a"), indexToWorld: [0, -0.5, 0, 0, 0, 0.5, 3, 0, 0, 10, 0, 0], spacing: [0.5, 0.5, 3] };
+    expect(worldSpacing(thick)).toEqual([3, 0.5, 0.5]);
+    expect(nearestSample(thick, 0, 14.2)).toBe(13);
+    expect(nearestSample(thick, 1, -99)).toBe(-4);
+    expect(nearestSample(thick, 2, 99)).toBe(4);
+    const oblique = { ...thick, indexToWorld: [0.4, 0.3, 0, -0.3, 0.4, 0, 0, 0, 3, 0, 0, 0] };
+    expect(worldSpacing(oblique)).toEqual([0.5, 0.5, 3]);
+  });
+
   test("MeetInTheCenterByDefault", () => {
     expect(crossOf(null, info)).toEqual([14, 4, 4]);
+    expect(crossOf(null, { ...info, dims: [8, 9, 9] })[0]).toBe(14); // A sample, not between two.
     expect(crossOf([12, -3, 99], info)).toEqual([12, 0, 8]);
   });
 

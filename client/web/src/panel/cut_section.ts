@@ -1,6 +1,7 @@
 // Cutting the surfaces open with a plane, and cropping them to a box. Display only: exports contain whole surfaces.
+import type { DatasetInfo } from "../protocol/messages";
 import type { Crop } from "../state/settings";
-import type { Vec3 } from "../stream/dataset";
+import { lengthText, type Vec3, worldBox } from "../stream/dataset";
 import { h } from "../shared/elements";
 import { choice } from "./inputs";
 import type { Change, PanelSection } from "./panel_section";
@@ -15,6 +16,8 @@ export function cutPart(change: Change, shown: () => Crop): CutPart {
   // These need no new surface, so dragging them costs the server nothing.
   const controls = new SettingControls((changes) => change(changes));
   let permitsSamples = true;
+  let world: DatasetInfo | null = null;
+  let plane = "off";
   const clip = controls.choice("clip", {
     label: "Clip", tip: "A plane that cuts the surface open. Drag its handles in the picture to move and turn it.",
     choices: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"], ["oblique", "Oblique", "Faces the camera initially."]],
@@ -22,7 +25,7 @@ export function cutPart(change: Change, shown: () => Crop): CutPart {
   const clipAt = controls.slider("clipAt", {
     label: "Clip at", tip: "Position of the plane along its normal.",
     min: 0, max: 1, step: 0.002,
-    text: (value) => `${Math.round(100 * value)} %`,
+    text: (value) => positionText(world, plane, value),
   });
   const face = h("button", { type: "button", "data-tip": "Turns the plane towards the camera." }, "Face the camera");
   face.addEventListener("click", () => change({ clip: "oblique", clipNormal: null }));
@@ -40,7 +43,8 @@ export function cutPart(change: Change, shown: () => Crop): CutPart {
   });
   return {
     elements: [clip, clipAt, facing, flip, crop.element, filled],
-    show: (settings) => {
+    show: (settings, info) => {
+      [world, plane] = [info, settings.clip];
       controls.show(settings);
       crop.show(settings.crop ? "box" : "off");
       clipAt.hidden = facing.hidden = flip.hidden = settings.clip === "off";
@@ -48,6 +52,15 @@ export function cutPart(change: Change, shown: () => Crop): CutPart {
     },
     showPermission: (permits) => { permitsSamples = permits; },
   };
+}
+
+// Returns the coordinate of a plane perpendicular to a world axis, for example "12.5 mm"; of other planes their share of
+// the way through the data, for example "40 %".
+export function positionText(info: DatasetInfo | null, axis: string, share: number): string {
+  const at = "xyz".indexOf(axis);
+  if (!info || at < 0) return `${Math.round(100 * share)} %`;
+  const { low, high } = worldBox(info);
+  return lengthText(low[at] + share * (high[at] - low[at]), info, 4);
 }
 
 // Returns a slightly smaller box, whose effect is seen.

@@ -8,6 +8,7 @@ const hands = [
   ["Coordinates of a point", "click on the surface", "tap"],
   ["Add a note, hide a part", "in the box that a click opens", "tap"],
   ["Measure a length, an angle", "click a second and a third point", "tap"],
+  ["Slices: move, next, zoom", "click, scroll, Ctrl and scroll", "drag, pinch"],
 ] as const;
 
 const keys = [

@@ -1,4 +1,4 @@
-// Writes the visible labels as a table for spreadsheets, with the measures of their shown surfaces.
+// Writes labels as a table for spreadsheets, with the measures of their shown surfaces.
 import type { MassProperties } from "../mesh/mass_properties";
 import type { Label } from "../protocol/messages";
 import type { Vec3 } from "../stream/dataset";
@@ -6,21 +6,22 @@ import { inDigits } from "../shared/quantities";
 
 export interface MeasuredLabel {
   label: Label;
-  found: MassProperties | null; // Null: not measured.
+  samplesVolume: number; // In cubed world units; 0: unknown.
+  found: MassProperties | null; // Null: not shown, and thus not measured.
   bound: number | null; // The surface's error in world units; null: unknown.
   centroid: Vec3 | null; // Of the label's samples, in world coordinates; null: unknown.
 }
 
-// Returns CSV with a header of ASCII letters, which all programs read. Unknown numbers are empty. Volumes have more digits than their bounds allow, for
-// sums and differences.
+// Returns CSV with a header of ASCII letters, which all programs read. Unknown numbers are empty. Volumes have more
+// digits than their bounds allow, for sums and differences.
 export function labelTable(labels: readonly MeasuredLabel[], lengthUnit: string): string {
   const unit = (lengthUnit || "unit").replace(/[\u00b5\u03bc]/g, "u");
-  const header = ["label", "name", "samples", `volume_${unit}3`, `volume_bound_${unit}3`, `area_about_${unit}2`,
+  const header = ["label", "name", "samples", `samples_volume_${unit}3`, `volume_${unit}3`, `volume_bound_${unit}3`, `area_about_${unit}2`,
     ...[..."xyz"].map((axis) => `centroid_${axis}_${unit}`), "triangles"];
-  const rows = labels.map(({ label, found, bound, centroid }) => {
+  const rows = labels.map(({ label, samplesVolume, found, bound, centroid }) => {
     const volumeBound = found && found.volume !== null && bound !== null ? bound * found.area : null;
-    const numbers = [found?.volume, volumeBound, found?.area, ...(centroid ?? [null, null, null])];
-    const texts = numbers.map((number, at) => (number == null ? "" : inDigits(number, at === 1 ? 3 : 7)));
+    const numbers = [samplesVolume || null, found?.volume, volumeBound, found?.area, ...(centroid ?? [null, null, null])];
+    const texts = numbers.map((number, at) => (number == null ? "" : inDigits(number, at === 2 ? 3 : 7)));
     return [String(label.value), quoted(label.name), label.samples ? String(label.samples) : "", ...texts, String(found?.triangles ?? "")];
   });
   return [header, ...rows].map((row) => `${row.join(",")}\r\n`).join("");

@@ -41,7 +41,7 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
     return button;
   };
   const search = h("input", { type: "search", class: "label-search", placeholder: "Search labels", "aria-label": "Search labels" });
-  const table = h("button", { type: "button", "data-tip": "Volume and area of every displayed label, or of several selected ones, as CSV." }, "Table (CSV)");
+  const table = h("button", { type: "button", "data-tip": "Samples of all labels, volume and area of those displayed, or of several selected ones, as CSV." }, "Table (CSV)");
   // A single selected label is one that was looked at: the table then still has all.
   table.addEventListener("click", () => saveLabels(selected().length > 1 ? selected() : null));
   const order = h("select", { class: "label-order", "aria-label": "Order of the labels" },

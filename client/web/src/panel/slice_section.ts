@@ -4,6 +4,7 @@ import { colorMaps } from "../shared/color_maps";
 import { h } from "../shared/elements";
 import { sampleWindows } from "../shared/sample_window";
 import { sampledOf } from "../scene_at";
+import { positionText } from "./cut_section";
 import { datasetSelect } from "./dataset_select";
 import type { Change, PanelSection } from "./panel_section";
 import { SettingControls } from "./setting_controls";
@@ -16,6 +17,8 @@ export interface SlicePart extends PanelSection {
 }
 
 export function slicePart(change: Change): SlicePart {
+  let world: DatasetInfo | null = null;
+  let plane = "off";
   const refusal = h("p", { class: "hint", hidden: true }, noSamples);
   const controls = new SettingControls(change);
   const slice = controls.choice("slice", {
@@ -28,7 +31,7 @@ export function slicePart(change: Change): SlicePart {
   const at = controls.slider("sliceAt", {
     label: "Position", tip: "Position of the plane along its axis.",
     min: 0, max: 1, step: 0.002,
-    text: (value) => `${(100 * value).toFixed(1)} %`,
+    text: (value) => positionText(world, plane, value),
   });
   const colors = controls.choice("sliceColors", {
     label: "Colors of samples", tip: "From small to large values; drag the legend in the picture to change level and window.",
@@ -55,6 +58,7 @@ export function slicePart(change: Change): SlicePart {
   return {
     elements: [refusal, slice, at, samplesRow, colors, windows, air, log],
     show: (settings, info) => {
+      [world, plane] = [info, settings.slice];
       controls.show(settings);
       showWindows(info && sampledOf(list, settings, info));
       samplesRow.hidden = samples.show(list, info, settings.samplesOf) === 0 || slice.hidden;

@@ -8,9 +8,9 @@ import { h } from "../shared/elements";
 import { inDigits } from "../shared/quantities";
 import type { AxisNumber } from "./annotations";
 import { disposeTree } from "./dispose_tree";
-import { layers } from "./layers";
 import type { Stage } from "./stage";
 import { roundLength, ticks } from "./ticks";
+import { wideLines } from "./wide_lines";
 
 const axisColors = [0xd9534f, 0x5cb85c, 0x4f8fd9];
 const apart = 46; // The least distance between two numbers, in CSS pixels.
@@ -175,11 +175,8 @@ function edgeOf(from: THREE.Vector3, to: THREE.Vector3): Edge {
   return { from, to, low: from.getComponent(axis), high: to.getComponent(axis) };
 }
 
-function lineOf(from: THREE.Vector3, to: THREE.Vector3, color: number | null): THREE.LineSegments {
-  const material = new THREE.LineBasicMaterial({
-    color: color ?? 0x808a96, transparent: true, opacity: color === null ? 0.32 : 1, depthWrite: false,
-  });
-  const line = new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints([from, to]), material);
-  line.layers.set(layers.marks);
+function lineOf(from: THREE.Vector3, to: THREE.Vector3, color: number | null): THREE.Object3D {
+  const line = wideLines([...from.toArray(), ...to.toArray()], { color: color ?? 0x808a96, width: 1, opacity: color === null ? 0.32 : 1 });
+  line.material.depthWrite = false;
   return line;
 }

@@ -21,30 +21,40 @@ export function axisNormal(axis: "x" | "y" | "z"): Vec3 {
   return [..."xyz"].map((one) => (one === axis ? 1 : 0)) as Vec3;
 }
 
-// `at`: 0 to 1 along the unit vector `normal`, over the box. Pixels are square and no finer than `spacing`.
-export function sliceGrid(low: Vec3, high: Vec3, normal: Vec3, at: number, spacing: number): SliceGrid {
+// `at`: 0 to 1 along the unit vector `normal`, over the box. `spacing`: the least distance of pixels, along world axes.
+// The centers of the first and last pixels are on the border of the box, as samples are.
+export function sliceGrid(low: Vec3, high: Vec3, normal: Vec3, at: number, spacing: Vec3): SliceGrid {
   const axis = normal.indexOf(1);
-  if (axis < 0) return obliqueGrid(low, high, normal, at, spacing);
+  if (axis < 0) return obliqueGrid(low, high, normal, at, Math.min(...spacing));
   const [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
   return planeGrid(low, high, { axis, right: { axis: u, sign: 1 }, down: { axis: v, sign: 1 } }, low[axis] + at * (high[axis] - low[axis]), spacing);
 }
 
 // Returns the grid in screen orientation. `at`: the world coordinate along its axis.
-export function planeGrid(low: Vec3, high: Vec3, plane: PlaneAxes, at: number, spacing: number): SliceGrid {
-  const extent = ({ axis }: Direction) => high[axis] - low[axis];
-  const step = Math.max(spacing, extent(plane.right) / maxPixels, extent(plane.down) / maxPixels);
-  const pixels = (along: Direction) => Math.max(1, Math.round(extent(along) / step));
-  const [width, height] = [pixels(plane.right), pixels(plane.down)];
+export function planeGrid(low: Vec3, high: Vec3, plane: PlaneAxes, at: number, spacing: Vec3): SliceGrid {
   const origin = [...low] as Vec3;
   origin[plane.axis] = at;
-  const side = (along: Direction, count: number): Vec3 => {
-    const one: Vec3 = [0, 0, 0];
-    one[along.axis] = (along.sign * extent(along)) / count;
-    origin[along.axis] = (along.sign > 0 ? low : high)[along.axis] + one[along.axis] / 2;
-    return one;
+  const side = ({ axis, sign }: Direction): [Vec3, number] => {
+    const [count, one] = pixelsOf(high[axis] - low[axis], spacing[axis]);
+    const step: Vec3 = [0, 0, 0];
+    step[axis] = sign * one;
+    origin[axis] = (sign > 0 ? low : high)[axis];
+    return [step, count];
   };
-  const [right, down] = [side(plane.right, width), side(plane.down, height)];
+  const [[right, width], [down, height]] = [side(plane.right), side(plane.down)];
   return { origin, right, down, width, height };
+}
+
+// Returns how many pixels span a length from the center of the first to that of the last, and their distance.
+function pixelsOf(extent: number, spacing: number): [number, number] {
+  const count = Math.min(maxPixels, Math.round(extent / spacing) + 1);
+  return [count, count > 1 ? extent / (count - 1) : spacing];
+}
+
+// Returns the corners of a grid's pixel centers: of the first and last pixel of the first row, then of the last row.
+export function gridCorners({ origin, right, down, width, height }: SliceGrid): Vec3[] {
+  const center = (x: number, y: number) => origin.map((part, i) => part + x * right[i] + y * down[i]) as Vec3;
+  return [center(0, 0), center(width - 1, 0), center(0, height - 1), center(width - 1, height - 1)];
 }
 
 // Returns the least and greatest distance of the box along a unit vector.
@@ -85,14 +95,11 @@ function obliqueGrid(low: Vec3, high: Vec3, normal: Vec3, at: number, spacing: n
     const places = corners.length > 0 ? corners.map((corner) => dot(side, corner)) : [0];
     return { side, first: Math.min(...places), extent: Math.max(...places) - Math.min(...places) };
   });
-  const step = Math.max(spacing, ...ranges.map(({ extent }) => extent / maxPixels));
   const [across, below] = ranges.map((range) => {
-    const pixels = Math.max(1, Math.round(range.extent / step));
-    const one = Math.max(range.extent, 1e-9 * step) / pixels;
-    return { ...range, pixels, one, step: range.side.map((part) => part * one) as Vec3 };
+    const [pixels, one] = pixelsOf(range.extent, spacing);
+    return { ...range, pixels, step: range.side.map((part) => part * one) as Vec3 };
   });
-  const origin = normal.map((part, i) =>
-    distance * part + (across.first + across.one / 2) * across.side[i] + (below.first + below.one / 2) * below.side[i]) as Vec3;
+  const origin = normal.map((part, i) => distance * part + across.first * across.side[i] + below.first * below.side[i]) as Vec3;
   return { origin, right: across.step, down: below.step, width: across.pixels, height: below.pixels };
 }
 
@@ -104,13 +111,14 @@ function cross(a: Vec3, b: Vec3): Vec3 {
   return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 }
 
-// Returns the value of the pixel that contains a place of the plane; NaN outside the slice.
+// Returns the value of the pixel nearest to a place of the plane; NaN outside the pixels' centers.
 export function valueAt({ grid, values }: SliceValues, place: Vec3): number {
   const { origin, right, down, width, height } = grid;
   const along = (step: Vec3) => {
     const square = step.reduce((sum, part) => sum + part * part, 0);
-    return Math.round(step.reduce((sum, part, i) => sum + part * (place[i] - origin[i]), 0) / square);
+    return step.reduce((sum, part, i) => sum + part * (place[i] - origin[i]), 0) / square;
   };
   const [x, y] = [along(right), along(down)];
-  return x >= 0 && x < width && y >= 0 && y < height ? values[y * width + x] : NaN;
+  const isInside = (at: number, count: number) => at > -1e-6 && at < count - 1 + 1e-6;
+  return isInside(x, width) && isInside(y, height) ? values[Math.round(y) * width + Math.round(x)] : NaN;
 }

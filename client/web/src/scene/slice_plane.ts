@@ -1,12 +1,14 @@
 // A slice of the samples in the scene: a rectangle with the field's colors and the lines where it cuts the surfaces. A
 // filled cut shows it only where the field is above an isovalue.
 import * as THREE from "three";
+import type { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
 
 import type { Affine, Vec3 } from "../stream/dataset";
 import type { SliceValues } from "../stream/dataset_queries";
 import { type ColorMap, colorRow, type ColorScale, endsOf, fractionInShader } from "../shared/color_maps";
 import { layers } from "./layers";
-import { valueAt } from "./slice_grid";
+import { gridCorners, valueAt } from "./slice_grid";
+import { wideLines } from "./wide_lines";
 
 export interface SliceLook extends ColorScale {
   above: number; // Nothing is drawn below this value; -Infinity: everything is drawn.
@@ -41,7 +43,7 @@ const fragment = /* glsl */ `
   // Returns the value, interpolated linearly between pixel centers, and that of the nearest pixel where one has no value.
   float valueHere() {
     ivec2 size = textureSize(values, 0);
-    vec2 at = place * vec2(size) - 0.5;
+    vec2 at = place * vec2(size - 1);
     ivec2 first = clamp(ivec2(floor(at)), ivec2(0), size - 1);
     ivec2 last = min(first + 1, size - 1);
     vec2 part = clamp(at - vec2(first), 0.0, 1.0);
@@ -108,7 +110,7 @@ export class SlicePlane {
   setLook(look: SliceLook, clip: readonly THREE.Plane[]): void {
     this.look = look;
     this.clip = this.material.clippingPlanes = [...clip];
-    for (const line of this.lines.children as THREE.LineSegments[]) (line.material as THREE.Material).clippingPlanes = this.clip;
+    for (const line of this.lines.children as LineSegments2[]) line.material.clippingPlanes = this.clip;
     const { uniforms } = this.material;
     uniforms.ends.value.set(...endsOf(look));
     uniforms.isLog.value = look.isLog;
@@ -125,18 +127,16 @@ export class SlicePlane {
   }
 
   showLines(all: readonly CutLines[]): void {
-    for (const one of this.lines.children as THREE.LineSegments[]) {
+    for (const one of this.lines.children as LineSegments2[]) {
       one.geometry.dispose();
-      (one.material as THREE.Material).dispose();
+      one.material.dispose();
     }
     this.lines.clear();
     for (const { segments, toWorld: m, color } of all) {
-      const geometry = new THREE.BufferGeometry();
-      geometry.setAttribute("position", new THREE.BufferAttribute(segments, 3));
-      const line = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: color, clippingPlanes: this.clip }));
+      const line = wideLines(segments, { color, width: 1.5 });
+      line.material.clippingPlanes = this.clip;
       line.matrixAutoUpdate = false;
       line.matrix.set(m[0], m[3], m[6], m[9], m[1], m[4], m[7], m[10], m[2], m[5], m[8], m[11], 0, 0, 0, 1);
-      line.layers.set(layers.marks);
       this.lines.add(line);
     }
     this.invalidate();
@@ -155,12 +155,10 @@ export class SlicePlane {
   }
 
   private place({ grid, values }: SliceValues): void {
-    const { origin, right, down, width, height } = grid;
-    const corner = (x: number, y: number) => origin.map((part, i) => part + (x - 0.5) * right[i] + (y - 0.5) * down[i]);
     const position = this.quad.geometry.getAttribute("position") as THREE.BufferAttribute;
-    position.array.set([corner(0, 0), corner(width, 0), corner(0, height), corner(width, height)].flat());
+    position.array.set(gridCorners(grid).flat());
     position.needsUpdate = true;
-    const texture = new THREE.DataTexture(values as Float32Array<ArrayBuffer>, width, height, THREE.RedFormat, THREE.FloatType);
+    const texture = new THREE.DataTexture(values as Float32Array<ArrayBuffer>, grid.width, grid.height, THREE.RedFormat, THREE.FloatType);
     texture.needsUpdate = true;
     this.material.uniforms.values.value?.dispose();
     this.material.uniforms.values.value = texture;

@@ -1,18 +1,19 @@
 // One of three linked slices: the samples on a plane perpendicular to a world axis, the lines where it cuts the
-// surfaces, and a crosshair where the other planes meet it. A click or drag moves the crosshair, the wheel the plane.
+// surfaces, and a crosshair where the other planes meet it.
 import { type DatasetInfo, WorldSpace } from "../protocol/messages";
 import { colorRow, type ColorScale, fractionOf } from "../shared/color_maps";
 import { h } from "../shared/elements";
-import { applied, lengthText, type Vec3, voxelLength, worldBox } from "../stream/dataset";
+import { applied, lengthText, nearestSample, type Vec3, worldBox, worldSpacing } from "../stream/dataset";
 import type { SliceValues } from "../stream/dataset_queries";
 import { axisNames } from "./axis_names";
-import type { Direction, PlaneAxes } from "./slice_grid";
+import { listenToSlice } from "./slice_gestures";
+import { type Direction, gridCorners, type PlaneAxes } from "./slice_grid";
 import type { CutLines } from "./slice_plane";
 import { roundLength } from "./ticks";
 
 const axisColors = ["#ff7a75", "#7fd67f", "#7fb4ff"]; // On gray.
 const gap = 9; // CSS pixels around the crosshair's center.
-const wheelStep = 60; // Wheel pixels per sample.
+const maxZoom = 64;
 
 // Medical convention: the patient's left on the right, the front on the left or at the top, the head at the top.
 // Microscopes: as images, y and z downwards. Otherwise x grows to the right, and y or z upwards.
@@ -30,6 +31,12 @@ export function planeName({ space }: Pick<DatasetInfo, "space">, axis: number): 
   return space === WorldSpace.UNSPECIFIED ? `Across ${"xyz"[axis]}` : ["Sagittal", "Coronal", "Axial"][axis];
 }
 
+// A part of the planes that all views show.
+export interface Zoom {
+  factor: number; // 1 to 64; 1: each plane as large as fits.
+  center: Vec3; // World coordinates.
+}
+
 interface Rectangle {
   x: number;
   y: number;
@@ -42,6 +49,7 @@ export class SliceView {
   private info: DatasetInfo | null = null;
   private sides: PlaneAxes;
   private cross: Vec3 = [0, 0, 0];
+  private zoom: Zoom | null = null;
   private scale: ColorScale = { map: "gray", low: 0, high: 1, isLog: false };
   private slice: SliceValues | null = null;
   private value = "";
@@ -49,19 +57,23 @@ export class SliceView {
   private readonly picture = h("canvas"); // The colors of the slice, one pixel each.
   private isPainted = false;
   private isDue = false;
-  private scrolled = 0;
   private readonly resizing = new ResizeObserver(() => this.invalidate());
 
-  constructor(readonly axis: number, private readonly moved: (cross: Vec3, isDragging: boolean) => void) {
+  constructor(
+    readonly axis: number,
+    private readonly moved: (cross: Vec3, isDragging: boolean) => void,
+    private readonly zoomed: (zoom: Zoom | null) => void,
+  ) {
     this.sides = planeAxes({ space: WorldSpace.UNSPECIFIED, lengthUnit: "" }, axis);
     this.resizing.observe(this.canvas);
     this.listen();
   }
 
-  show(info: DatasetInfo, cross: Vec3, scale: ColorScale): void {
+  // `zoom` null: the whole plane.
+  show(info: DatasetInfo, cross: Vec3, scale: ColorScale, zoom: Zoom | null): void {
     const { map, low, high, isLog } = this.scale;
     if (map !== scale.map || low !== scale.low || high !== scale.high || isLog !== scale.isLog) this.isPainted = false;
-    [this.info, this.cross, this.scale] = [info, cross, scale];
+    [this.info, this.cross, this.scale, this.zoom] = [info, cross, scale, zoom];
     this.sides = planeAxes(info, this.axis);
     this.describe(info);
     this.invalidate();
@@ -69,7 +81,7 @@ export class SliceView {
 
   private describe(info: DatasetInfo): void {
     this.canvas.setAttribute("aria-label",
-      `${planeName(info, this.axis)} slice, ${this.placeText()}. Click to move the crosshair, scroll to change the slice; arrow keys, Page up and Page down do the same.`);
+      `${planeName(info, this.axis)} slice, ${this.placeText()}. Click to move the crosshair, scroll to change the slice; arrow keys, Page up and Page down do the same. Plus and minus zoom.`);
   }
 
   showSlice(slice: SliceValues | null): void {
@@ -96,15 +108,50 @@ export class SliceView {
     this.isDue = true; // Prevents further frames.
   }
 
-  // The data's rectangle in the view, in CSS pixels: as large as fits.
+  // Returns whether zooming hides a place of the plane.
+  hides(world: Vec3): boolean {
+    if (!this.info || !this.zoom) return false;
+    const [x, y] = this.toScreen(world);
+    return x < 0 || y < 0 || x > this.canvas.clientWidth || y > this.canvas.clientHeight;
+  }
+
+  // Returns the box whose samples are needed: of all data, or of what is seen and some more, where the whole plane has
+  // more than `maxPixels` samples of a spacing along a side.
+  needed(maxPixels: number, spacing: Vec3): { low: Vec3; high: Vec3 } {
+    const box = worldBox(this.info!);
+    const [low, high]: Vec3[] = [[...box.low], [...box.high]];
+    const { zoom, canvas, place } = this;
+    if (!zoom) return { low, high };
+    for (const [{ axis }, seen] of [[this.sides.right, canvas.clientWidth / place.width], [this.sides.down, canvas.clientHeight / place.height]] as const) {
+      const extent = box.high[axis] - box.low[axis];
+      if (extent / spacing[axis] < maxPixels) continue;
+      // On a grid of quarters of what is seen, so that not every movement needs other samples.
+      const quarter = Math.max(1, Math.round((extent * seen) / spacing[axis] / 4)) * spacing[axis];
+      const middle = Math.round((zoom.center[axis] - box.low[axis]) / quarter);
+      low[axis] = Math.max(box.low[axis], box.low[axis] + (middle - 3) * quarter);
+      high[axis] = Math.min(box.high[axis], box.low[axis] + (middle + 3) * quarter);
+    }
+    return { low, high };
+  }
+
+  // The data's rectangle in the view, in CSS pixels: as large as fits, or zoomed.
   private get place(): Rectangle {
     const { right, down } = this.sides;
     const { low, high } = worldBox(this.info!);
     const [across, along] = [high[right.axis] - low[right.axis], high[down.axis] - low[down.axis]];
     const { clientWidth, clientHeight } = this.canvas;
-    const scale = Math.min(clientWidth / (across || 1), clientHeight / (along || 1));
+    const scale = (this.zoom?.factor ?? 1) * Math.min(clientWidth / (across || 1), clientHeight / (along || 1));
     const [width, height] = [scale * across, scale * along];
-    return { x: (clientWidth - width) / 2, y: (clientHeight - height) / 2, width, height };
+    const centered = (side: Direction) => (this.zoom ? this.share(this.zoom.center, side) : 0.5);
+    return { x: clientWidth / 2 - width * centered(right), y: clientHeight / 2 - height * centered(down), width, height };
+  }
+
+  // The part of it that is seen.
+  private get seen(): Rectangle {
+    const { x, y, width, height } = this.place;
+    const { clientWidth, clientHeight } = this.canvas;
+    const [left, top] = [Math.max(0, x), Math.max(0, y)];
+    return { x: left, y: top, width: Math.min(clientWidth, x + width) - left, height: Math.min(clientHeight, y + height) - top };
   }
 
   private toScreen(world: readonly number[]): [number, number] {
@@ -119,55 +166,59 @@ export class SliceView {
     return sign > 0 ? share : 1 - share;
   }
 
-  // Returns the crosshair moved to (x, y), within the data.
-  private crossAt(x: number, y: number): Vec3 {
+  // Returns `start` moved to (x, y) of the view, within the data.
+  private worldAt(x: number, y: number, start: Vec3): Vec3 {
     const { low, high } = worldBox(this.info!);
     const place = this.place;
-    const cross: Vec3 = [...this.cross];
+    const world: Vec3 = [...start];
     const set = ({ axis, sign }: Direction, part: number) => {
       const share = Math.min(1, Math.max(0, sign > 0 ? part : 1 - part));
-      cross[axis] = low[axis] + share * (high[axis] - low[axis]);
+      world[axis] = low[axis] + share * (high[axis] - low[axis]);
     };
     set(this.sides.right, (x - place.x) / (place.width || 1));
     set(this.sides.down, (y - place.y) / (place.height || 1));
-    return cross;
+    return world;
   }
 
-  private step(axis: number, voxels: number, isDragging: boolean): void {
-    const { low, high } = worldBox(this.info!);
-    const cross: Vec3 = [...this.cross];
-    cross[axis] = Math.min(high[axis], Math.max(low[axis], cross[axis] + voxels * voxelLength(this.info!)));
+  // Moves the crosshair to the sample at (x, y).
+  private moveCross(x: number, y: number, isDragging: boolean): void {
+    if (!this.info) return;
+    const cross = this.worldAt(x, y, this.cross);
+    for (const { axis } of [this.sides.right, this.sides.down]) cross[axis] = nearestSample(this.info, axis, cross[axis]);
     this.moved(cross, isDragging);
   }
 
+  private step({ axis, sign }: Direction, samples: number): void {
+    if (!this.info) return;
+    const cross: Vec3 = [...this.cross];
+    cross[axis] = nearestSample(this.info, axis, cross[axis] + sign * samples * worldSpacing(this.info)[axis]);
+    this.moved(cross, false);
+  }
+
+  // Zooms about (x, y): what is there stays there.
+  private zoomAt(scale: number, x: number, y: number): void {
+    if (!this.info) return;
+    const { low, high } = worldBox(this.info);
+    const { factor, center } = this.zoom ?? { factor: 1, center: low.map((from, axis) => (from + high[axis]) / 2) as Vec3 };
+    const next = Math.min(maxZoom, factor * scale);
+    if (next <= 1) return this.zoomed(null);
+    const fixed = this.worldAt(x, y, center);
+    this.zoomed({ factor: next, center: fixed.map((at, axis) => at + ((center[axis] - at) * factor) / next) as Vec3 });
+  }
+
+  private pan(x: number, y: number): void {
+    if (!this.info || !this.zoom) return;
+    const { clientWidth, clientHeight } = this.canvas;
+    this.zoomed({ ...this.zoom, center: this.worldAt(clientWidth / 2 - x, clientHeight / 2 - y, this.zoom.center) });
+  }
+
   private listen(): void {
-    const { canvas } = this;
-    const move = (event: PointerEvent, isDragging: boolean) => this.info && this.moved(this.crossAt(event.offsetX, event.offsetY), isDragging);
-    canvas.addEventListener("pointerdown", (event) => {
-      if (event.button !== 0) return;
-      canvas.setPointerCapture(event.pointerId);
-      move(event, true);
-    });
-    canvas.addEventListener("pointermove", (event) => canvas.hasPointerCapture(event.pointerId) && move(event, true));
-    canvas.addEventListener("pointerup", (event) => canvas.hasPointerCapture(event.pointerId) && move(event, false));
-    canvas.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      this.scrolled += event.deltaMode === 0 ? event.deltaY : wheelStep * Math.sign(event.deltaY);
-      const steps = Math.trunc(this.scrolled / wheelStep);
-      this.scrolled -= steps * wheelStep;
-      if (this.info && steps !== 0) this.step(this.axis, -steps, false);
-    }, { passive: false });
-    canvas.addEventListener("keydown", (event) => {
-      const { right, down } = this.sides;
-      const steps: Record<string, [number, number]> = {
-        ArrowRight: [right.axis, right.sign], ArrowLeft: [right.axis, -right.sign], ArrowDown: [down.axis, down.sign],
-        ArrowUp: [down.axis, -down.sign], PageUp: [this.axis, 1], PageDown: [this.axis, -1],
-      };
-      const step = steps[event.key];
-      if (!step || !this.info) return;
-      event.preventDefault();
-      event.stopPropagation();
-      this.step(...step, false);
+    listenToSlice(this.canvas, {
+      moveCross: (x, y, isDragging) => this.moveCross(x, y, isDragging),
+      step: (towards, samples) => this.step(towards === "normal" ? { axis: this.axis, sign: 1 } : this.sides[towards], samples),
+      zoom: (factor, x, y) => this.zoomAt(factor, x, y),
+      pan: (x, y) => this.pan(x, y),
+      resetZoom: () => this.zoomed(null),
     });
   }
 
@@ -189,15 +240,22 @@ export class SliceView {
     const context = canvas.getContext("2d", { willReadFrequently: true });
     if (!context || !this.info || canvas.width === 0) return;
     context.scale(ratio, ratio);
-    const { x, y, width, height } = this.place;
     if (this.slice) {
       if (!this.isPainted) paint(this.picture, this.slice, this.scale);
       this.isPainted = true;
-      context.drawImage(this.picture, x, y, width, height);
+      this.drawSlice(context, this.slice);
     }
     this.drawLines(context);
-    this.drawCross(context, this.place);
-    this.drawWords(context, this.place);
+    this.drawCross(context, this.seen);
+    this.drawWords(context, this.seen);
+  }
+
+  // From the center of the first pixel to that of the last.
+  private drawSlice(context: CanvasRenderingContext2D, { grid }: SliceValues): void {
+    const corners = gridCorners(grid);
+    const [[x, y], [endX, endY]] = [this.toScreen(corners[0]), this.toScreen(corners[3])];
+    const { width, height } = grid;
+    context.drawImage(this.picture, 0.5, 0.5, Math.max(0.5, width - 1), Math.max(0.5, height - 1), x, y, endX - x, endY - y);
   }
 
   private drawLines(context: CanvasRenderingContext2D): void {

@@ -14,20 +14,45 @@ export function applied(map: Affine, p: readonly number[]): Vec3 {
 
 export function inverse(map: Affine): Affine {
   const [a, b, c, d, e, f, g, h, i] = map;
-  const determinant = a * (e * i - f * h) - d * (b * i - c * h) + g * (b * f - c * e);
   const linear = [
     e * i - f * h, c * h - b * i, b * f - c * e,
     f * g - d * i, a * i - c * g, c * d - a * f,
     d * h - e * g, b * g - a * h, a * e - b * d,
-  ].map((value) => value / determinant);
+  ].map((value) => value / determinant(map));
   const back = [...linear, 0, 0, 0];
   const t = applied(back, map.slice(9));
   return [...linear, -t[0], -t[1], -t[2]];
 }
 
+// Returns the volume of one voxel in cubed world units.
+export function voxelVolume({ indexToWorld }: DatasetInfo): number {
+  return Math.abs(determinant(indexToWorld));
+}
+
+function determinant([a, b, c, d, e, f, g, h, i]: Affine): number {
+  return a * (e * i - f * h) - d * (b * i - c * h) + g * (b * f - c * e);
+}
+
 // Returns the length of one voxel in world units.
 export function voxelLength(info: DatasetInfo): number {
   return Math.min(...info.spacing);
+}
+
+// Returns the distance between samples along each world axis; that of a voxel where no axis of the grid is parallel to it.
+export function worldSpacing(info: DatasetInfo): Vec3 {
+  const m = info.indexToWorld;
+  return [0, 1, 2].map((row) => {
+    const parts = [m[row], m[3 + row], m[6 + row]].map(Math.abs).sort((a, b) => b - a);
+    return parts[1] <= 1e-4 * parts[0] ? parts[0] : voxelLength(info);
+  }) as Vec3;
+}
+
+// Returns the coordinate of the sample next to a world coordinate, within the data.
+export function nearestSample(info: DatasetInfo, axis: number, at: number): number {
+  const { low, high } = worldBox(info);
+  const spacing = worldSpacing(info)[axis];
+  const last = Math.round((high[axis] - low[axis]) / spacing);
+  return low[axis] + spacing * Math.min(last, Math.max(0, Math.round((at - low[axis]) / spacing)));
 }
 
 // Returns the longest diagonal of a cell of eight samples, in world units.
