@@ -13,7 +13,7 @@ import type { TilePool } from "./workers/tile_pool";
 export interface SliceRequest {
   key: string; // Identifies the samples and the plane.
   dataset: string;
-  grid: () => SliceGrid;
+  grid: SliceGrid;
 }
 
 export interface SliceSources {
@@ -51,7 +51,7 @@ export class LatestSlice {
   private async fetch(requested: SliceRequest): Promise<void> {
     this.isFetching = true;
     try {
-      const slice = await this.sources.queries.slice(requested.dataset, requested.grid());
+      const slice = await this.sources.queries.slice(requested.dataset, requested.grid);
       if (this.requested) this.shows.slice((this.slice = slice));
     } catch (error) {
       if (this.requested?.key === requested.key) this.sources.failed(`Cannot show the slice: ${(error as Error).message}`);

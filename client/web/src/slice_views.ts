@@ -7,8 +7,7 @@ import { LatestSlice, type SliceSources } from "./latest_slice";
 import type { DatasetInfo } from "./protocol/messages";
 import { inDigits } from "./shared/quantities";
 import { isSameData } from "./state/series";
-import { maxPixels, planeGrid } from "./scene/slice_grid";
-import { planeAxes, SliceView, type Zoom } from "./scene/slice_view";
+import { SliceView, type Zoom } from "./scene/slice_view";
 import type { Stage } from "./scene/stage";
 import { crossOf, scaleOf, type ShownSamples } from "./slices";
 import { hasSameGrid, type Vec3, worldSpacing } from "./stream/dataset";
@@ -56,12 +55,9 @@ export class SliceViews {
     if (this.planes.some(({ view }) => view.hides(cross))) this.zoom = this.zoom && { ...this.zoom, center: cross };
     for (const { view, latest } of this.planes) {
       view.show(info, cross, scale, this.zoom);
-      const { low, high } = view.needed(maxPixels, worldSpacing(sampled));
-      latest.request({
-        key: `${sampled.name} ${sampled.contentId} ${cross[view.axis]} ${low} ${high}`,
-        dataset: sampled.name,
-        grid: () => planeGrid(low, high, planeAxes(info, view.axis), cross[view.axis], worldSpacing(sampled)),
-      });
+      const grid = view.grid(worldSpacing(sampled));
+      const { origin, width, height } = grid;
+      latest.request({ key: `${sampled.name} ${sampled.contentId} ${origin} ${width} ${height}`, dataset: sampled.name, grid });
     }
     void this.probe(sampled, cross);
     this.stage.invalidate();

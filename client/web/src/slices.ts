@@ -85,7 +85,7 @@ class ShownSlice {
     this.latest.request({
       key: `${sampled.name} ${sampled.contentId} ${normal} ${at}`,
       dataset: sampled.name,
-      grid: () => sliceGrid(low, high, normal, at, worldSpacing(sampled)),
+      grid: sliceGrid(low, high, normal, at, worldSpacing(sampled)),
     });
   }
 }

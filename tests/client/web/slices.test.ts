@@ -1,6 +1,6 @@
 import { colorAt, colorMaps, colorRow } from "../../../client/web/src/shared/color_maps";
 import { boxBetween } from "../../../client/web/src/scene/crop";
-import { axisNormal, cutCorners, extentAlong, maxPixels, planeGrid, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
+import { axisNormal, cutCorners, extentAlong, maxPixels, planeGrid, seenPart, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
 import { planeAxes } from "../../../client/web/src/scene/slice_view";
 import { crossOf, planesThrough, scaleOf, slicePosition, windowOf } from "../../../client/web/src/slices";
 import { WorldSpace } from "../../../client/web/src/protocol/messages";
@@ -115,6 +115,22 @@ describe("LinkedSlices", () => {
     expect(nearestSample(thick, 2, 99)).toBe(4);
     const oblique = { ...thick, indexToWorld: [0.4, 0.3, 0, -0.3, 0.4, 0, 0, 0, 3, 0, 0, 0] };
     expect(worldSpacing(oblique)).toEqual([0.5, 0.5, 3]);
+  });
+
+  test("HaveAllSamplesOfWhatIsSeenInLargeVolumes", () => {
+    const box = { low: [0, 0, 0] as Vec3, high: [4095, 2047, 99] as Vec3 };
+    const spacing: Vec3 = [1, 0.5, 1];
+    const sides = planeAxes({ space: WorldSpace.LPS, lengthUnit: "mm" }, 1); // x to the right, z downwards.
+    const part = (x: number) => seenPart(box, sides, [x, 700, 50], [0.1, 0.3], spacing);
+    const { low, high } = part(2048.2);
+    expect([low[1], high[1], low[2], high[2]]).toEqual([0, 2047, 0, 99]); // Across the plane, and all pixels.
+    expect(low[0]).toBeLessThan(2048 - 0.05 * 4095);
+    expect(high[0]).toBeGreaterThan(2048 + 0.05 * 4095);
+    const { width, right } = planeGrid(low, high, sides, 700, spacing);
+    expect([width <= maxPixels, right[0], low[0] % 1]).toEqual([true, 1, 0]);
+    expect(part(2060)).toEqual(part(2048.2));
+    expect(part(4000).high[0]).toBe(4095);
+    expect(part(4000).low[0]).toBeGreaterThan(low[0]);
   });
 
   test("MeetInTheCenterByDefault", () => {

@@ -45,6 +45,24 @@ export function planeGrid(low: Vec3, high: Vec3, plane: PlaneAxes, at: number, s
   return { origin, right, down, width, height };
 }
 
+// Returns the part of the box around `center` of which a plane's view shows the shares `seen` to the right and downwards,
+// and half as much around it. It is whole along sides whose samples are all pixels.
+export function seenPart(
+  box: { low: Vec3; high: Vec3 }, { right, down }: PlaneAxes, center: Vec3, seen: readonly [number, number], spacing: Vec3,
+): { low: Vec3; high: Vec3 } {
+  const [low, high]: Vec3[] = [[...box.low], [...box.high]];
+  for (const [i, { axis }] of [right, down].entries()) {
+    const extent = box.high[axis] - box.low[axis];
+    if (extent / spacing[axis] < maxPixels) continue;
+    // On a grid of quarters of what is seen, so that not every movement needs other samples.
+    const quarter = Math.max(1, Math.round((extent * seen[i]) / spacing[axis] / 4)) * spacing[axis];
+    const middle = Math.round((center[axis] - box.low[axis]) / quarter);
+    low[axis] = Math.max(box.low[axis], box.low[axis] + (middle - 3) * quarter);
+    high[axis] = Math.min(box.high[axis], box.low[axis] + (middle + 3) * quarter);
+  }
+  return { low, high };
+}
+
 // Returns how many pixels span a length from the center of the first to that of the last, and their distance.
 function pixelsOf(extent: number, spacing: number): [number, number] {
   const count = Math.min(maxPixels, Math.round(extent / spacing) + 1);

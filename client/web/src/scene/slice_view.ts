@@ -4,10 +4,10 @@ import { type DatasetInfo, WorldSpace } from "../protocol/messages";
 import { colorRow, type ColorScale, fractionOf } from "../shared/color_maps";
 import { h } from "../shared/elements";
 import { applied, lengthText, nearestSample, type Vec3, worldBox, worldSpacing } from "../stream/dataset";
-import type { SliceValues } from "../stream/dataset_queries";
+import type { SliceGrid, SliceValues } from "../stream/dataset_queries";
 import { axisNames } from "./axis_names";
 import { listenToSlice } from "./slice_gestures";
-import { type Direction, gridCorners, type PlaneAxes } from "./slice_grid";
+import { type Direction, gridCorners, type PlaneAxes, planeGrid, seenPart } from "./slice_grid";
 import type { CutLines } from "./slice_plane";
 import { roundLength } from "./ticks";
 
@@ -115,23 +115,13 @@ export class SliceView {
     return x < 0 || y < 0 || x > this.canvas.clientWidth || y > this.canvas.clientHeight;
   }
 
-  // Returns the box whose samples are needed: of all data, or of what is seen and some more, where the whole plane has
-  // more than `maxPixels` samples of a spacing along a side.
-  needed(maxPixels: number, spacing: Vec3): { low: Vec3; high: Vec3 } {
+  // Returns the grid of the samples that are needed.
+  grid(spacing: Vec3): SliceGrid {
+    const { zoom, canvas, place, sides } = this;
     const box = worldBox(this.info!);
-    const [low, high]: Vec3[] = [[...box.low], [...box.high]];
-    const { zoom, canvas, place } = this;
-    if (!zoom) return { low, high };
-    for (const [{ axis }, seen] of [[this.sides.right, canvas.clientWidth / place.width], [this.sides.down, canvas.clientHeight / place.height]] as const) {
-      const extent = box.high[axis] - box.low[axis];
-      if (extent / spacing[axis] < maxPixels) continue;
-      // On a grid of quarters of what is seen, so that not every movement needs other samples.
-      const quarter = Math.max(1, Math.round((extent * seen) / spacing[axis] / 4)) * spacing[axis];
-      const middle = Math.round((zoom.center[axis] - box.low[axis]) / quarter);
-      low[axis] = Math.max(box.low[axis], box.low[axis] + (middle - 3) * quarter);
-      high[axis] = Math.min(box.high[axis], box.low[axis] + (middle + 3) * quarter);
-    }
-    return { low, high };
+    const seen: [number, number] = [canvas.clientWidth / place.width, canvas.clientHeight / place.height];
+    const { low, high } = zoom ? seenPart(box, sides, zoom.center, seen, spacing) : box;
+    return planeGrid(low, high, sides, this.cross[this.axis], spacing);
   }
 
   // The data's rectangle in the view, in CSS pixels: as large as fits, or zoomed.
