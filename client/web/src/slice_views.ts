@@ -40,6 +40,7 @@ export class SliceViews {
   update(): void {
     const { info, sampled, settings, rangeOfSamples } = this.current();
     const isShown = settings.layout === "four";
+    const before = this.cross;
     this.element.hidden = !isShown;
     this.cross = isShown && info ? crossOf(settings.cross, info) : null;
     if (!info || !sampled || !this.cross) {
@@ -52,7 +53,8 @@ export class SliceViews {
     this.zoomed = info;
     const range = rangeOfSamples();
     const scale = { map: settings.sliceColors, ...scaleOf(settings.level, settings.windowWidth, settings.samplesLog, range ?? sampled) };
-    if (this.planes.some(({ view }) => view.hides(cross))) this.zoom = this.zoom && { ...this.zoom, center: cross };
+    const hasMoved = cross.some((at, axis) => at !== before?.[axis]);
+    if (hasMoved && this.planes.some(({ view }) => view.hides(cross))) this.zoom = this.zoom && { ...this.zoom, center: cross };
     for (const { view, latest } of this.planes) {
       view.show(info, cross, scale, this.zoom);
       const grid = view.grid(worldSpacing(sampled));
