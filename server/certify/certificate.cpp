@@ -5,7 +5,9 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <vector>
 
+#include "server/certify/detail/closed_components.hpp"
 #include "server/certify/detail/missing_components.hpp"
 #include "server/certify/detail/reference_surface.hpp"
 #include "server/dataset/dataset.hpp"
@@ -118,8 +120,14 @@ bool Certificate::keeps_topology() const {
          mesh.euler_characteristic == reference.euler_characteristic;
 }
 
+bool Certificate::keeps_orientation() const {
+  const ClosedComponents all_reversed = {.outwards = closed.inwards, .inwards = closed.outwards};
+  return closed == closed_of_reference || all_reversed == closed_of_reference;
+}
+
 bool Certificate::passes() const {
-  return error != ErrorVerdict::kExceeded && (!is_topology_asked || keeps_topology());
+  return error != ErrorVerdict::kExceeded &&
+         (!is_topology_asked || (keeps_topology() && keeps_orientation()));
 }
 
 double lattice_step_world(const DatasetInfo& grid, int lattice) {
@@ -163,6 +171,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   const ReferenceSurface reference =
       reference_surface(field, certificate.grid, options.isovalue, choose);
   certificate.reference = reference.topology;
+  certificate.closed_of_reference = reference.closed;
   certificate.nonmanifold_vertices_of_reference =
       nonmanifold_vertices(reference.mesh.vertices.size(), reference.mesh.triangles);
 
@@ -170,10 +179,13 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   certificate.degenerate_triangles = own.degenerate_triangles;
   certificate.vertices_beyond_data = vertices_beyond_data(own.mesh, volume);
   const OpenPlaces open_places(field, certificate.grid);
+  std::vector<char> is_open(components.diagonals.size(), 0);
   certificate.mesh =
       topology(own.mesh.vertices.size(), own.mesh.triangles, [&](std::uint32_t a, std::uint32_t b) {
+        is_open[components.of_vertex[a]] = 1;
         return open_places.contain_edge(own.mesh.vertices[a], own.mesh.vertices[b]);
       });
+  certificate.closed = closed_components(own.mesh, components, is_open);
   certificate.nonmanifold_vertices =
       nonmanifold_vertices(own.mesh.vertices.size(), own.mesh.triangles);
 

@@ -55,11 +55,21 @@ struct MissingComponents {
   std::optional<double> min_component;
 };
 
+// Components without open edges, by the sides that their triangles face.
+struct ClosedComponents {
+  std::int64_t outwards = 0;  // Enclose high values.
+  std::int64_t inwards = 0;   // Enclose low values: cavities.
+
+  friend bool operator==(const ClosedComponents&, const ClosedComponents&) = default;
+};
+
 struct Certificate {
   DatasetInfo grid;  // Describes the volume.
   MeshTopology mesh;
   // Topology of the full-resolution surface.
   MeshTopology reference;
+  ClosedComponents closed;
+  ClosedComponents closed_of_reference;
   // Vertices where fans of triangles only touch; the full surface may have some at void samples.
   std::int64_t nonmanifold_vertices = 0;
   std::int64_t nonmanifold_vertices_of_reference = 0;
@@ -83,6 +93,9 @@ struct Certificate {
   // The mesh has as many components, holes and handles as the full surface, and is open only where
   // the data end or at void samples.
   [[nodiscard]] bool keeps_topology() const;
+  // As many closed components face outwards and inwards as on the full surface, or all of them the
+  // other way.
+  [[nodiscard]] bool keeps_orientation() const;
   [[nodiscard]] bool passes() const;
 };
 

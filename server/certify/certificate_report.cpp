@@ -78,8 +78,14 @@ std::string topology_line(const Certificate& certificate) {
     return std::string(is_kept ? "that of the full surface" : "different from the full surface") +
            ", which is allowed";
   }
-  return is_kept ? "kept: components and Euler characteristic are those of the full surface"
-                 : "NOT KEPT: see the table";
+  if (!is_kept) return "NOT KEPT: see the table";
+  if (!certificate.keeps_orientation()) {
+    const std::int64_t reversed =
+        std::abs(certificate.closed.outwards - certificate.closed_of_reference.outwards);
+    return "NOT KEPT: " + human_count_of(static_cast<std::uint64_t>(reversed), "component") +
+           " inside out";
+  }
+  return "kept: components and Euler characteristic are those of the full surface";
 }
 
 std::string watertight_text(const Certificate& certificate) {
@@ -125,6 +131,13 @@ std::string topology_text(const Certificate& certificate) {
   };
   add("components", &MeshTopology::components);
   add("Euler characteristic", &MeshTopology::euler_characteristic);
+  const auto add_closed = [&](const std::string& name, std::int64_t ClosedComponents::*count) {
+    rows.push_back(
+        {name, human_count(static_cast<std::uint64_t>(certificate.closed.*count)),
+         human_count(static_cast<std::uint64_t>(certificate.closed_of_reference.*count))});
+  };
+  add_closed("closed components that face outwards", &ClosedComponents::outwards);
+  add_closed("closed components that face inwards (cavities)", &ClosedComponents::inwards);
   add("triangles", &MeshTopology::triangles);
   add("vertices", &MeshTopology::vertices);
   add("open edges on the border of the data", &MeshTopology::border_edges);
@@ -190,6 +203,10 @@ Json json_of(const SurfaceDistance& distance, double voxel) {
           {"undecided_pieces", distance.undecided}};
 }
 
+Json json_of(const ClosedComponents& closed) {
+  return {{"outwards", closed.outwards}, {"inwards", closed.inwards}};
+}
+
 Json error_json(const Certificate& certificate, const CertifyOptions& options, double voxel) {
   const bool is_asked = options.error.has_value();
   return {{"kept", is_asked ? Json(certificate.error != ErrorVerdict::kExceeded) : Json(nullptr)},
@@ -234,14 +251,17 @@ Json json_of(const Certificate& certificate, const CertifiedFiles& files,
   mesh["degenerate_triangles"] = certificate.degenerate_triangles;
   mesh["vertices_beyond_data"] = certificate.vertices_beyond_data;
   mesh["nonmanifold_vertices"] = certificate.nonmanifold_vertices;
+  mesh["closed_components"] = json_of(certificate.closed);
   Json reference = json_of(certificate.reference);
   reference["nonmanifold_vertices"] = certificate.nonmanifold_vertices_of_reference;
+  reference["closed_components"] = json_of(certificate.closed_of_reference);
   Json json = {{"kept", certificate.passes()},
                {"mesh_file", files.mesh},
                {"volume", files.volume},
                {"isovalue", options.isovalue},
                {"error", error_json(certificate, options, voxel)},
                {"topology_kept", certificate.keeps_topology()},
+               {"orientation_kept", certificate.keeps_orientation()},
                {"watertight", certificate.is_watertight()},
                {"distances",
                 {{"mesh_to_full", json_of(certificate.distance.mesh_to_reference, voxel)},

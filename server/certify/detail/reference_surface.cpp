@@ -8,6 +8,7 @@
 
 #include <oneapi/tbb/parallel_for.h>
 
+#include "server/certify/detail/closed_components.hpp"
 #include "server/core/errors/error_based_model.hpp"
 #include "server/core/surface/tiling.hpp"
 
@@ -148,6 +149,7 @@ ReferenceSurface reference_surface(const Field& field, const DatasetInfo& info, 
     reference.components = components_of(surface);
   }
   reference.topology = topology(surface, data_border(info, surface.resolution, 0));
+  reference.closed = closed_components(measures_of(surface, reference.components, to_world));
   reference.mesh.triangles = std::move(surface.triangles);
   if (to_world.determinant() < 0) {
     for (TriangleIndices& t : reference.mesh.triangles) std::swap(t[1], t[2]);

@@ -13,6 +13,7 @@
 #include "common/mesh/components.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/request/dataset_info.hpp"
+#include "server/certify/certificate.hpp"
 #include "server/certify/triangle_mesh.hpp"
 #include "server/core/framework/field.hpp"
 
@@ -30,6 +31,7 @@ struct ReferenceSurface {
   // Topology of the surface on the lattice, where vertices on different edges are distinct.
   MeshTopology topology;
   MeshComponents components;  // Components of `mesh`, measured on the lattice.
+  ClosedComponents closed;    // Likewise.
 };
 
 // Returns for each component of the full surface whether to keep it. Takes world coordinates.

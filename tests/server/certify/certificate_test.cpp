@@ -206,6 +206,34 @@ TEST(Certificate, RejectsAMeshWithoutAComponent) {
   EXPECT_FALSE(certificate.passes());
 }
 
+TEST(Certificate, RejectsComponentsThatAreInsideOut) {
+  const Volume volume = two_balls();
+  TriangleMesh mesh = extracted(make_dataset(volume, "balls"), {.isovalue = 0.0, .error = 0.5});
+  const auto turn = [&](double beyond_x) {
+    for (TriangleIndices& t : mesh.triangles) {
+      if (mesh.vertices[t[0]][0] > beyond_x) std::swap(t[1], t[2]);
+    }
+  };
+  const CertifyOptions options = {.isovalue = 0, .error = 0.5, .lattice = 5};
+  const auto closed = [](std::int64_t outwards, std::int64_t inwards) {
+    return ClosedComponents{.outwards = outwards, .inwards = inwards};
+  };
+  turn(15);
+  const Certificate one = certify(mesh, volume, options);
+  EXPECT_EQ(one.closed, closed(1, 1));
+  EXPECT_EQ(one.closed_of_reference, closed(2, 0));
+  EXPECT_TRUE(one.keeps_topology());
+  EXPECT_FALSE(one.passes());
+  EXPECT_NE(text_of(one, {}, options).find("NOT KEPT: 1 component inside out"), std::string::npos)
+      << text_of(one, {}, options);
+  EXPECT_EQ(json_of(one, {}, options)["orientation_kept"], false);
+  turn(-1e9);
+  turn(15);
+  const Certificate all = certify(mesh, volume, options);
+  EXPECT_EQ(all.closed, closed(0, 2));
+  EXPECT_TRUE(all.passes()) << "some programs face the other way";
+}
+
 // The ball around x = 22 has a diagonal of 14.5 samples, the other one of 18.4.
 class WithoutTheSmallBall : public ::testing::Test {
  protected:

@@ -90,8 +90,8 @@ namespace multitetra {
 }
 
 // Returns whether the collapse would turn a small closed component inside out: its volume would
-// change its sign. Larger components are not searched, whose volume a single collapse cannot
-// cancel.
+// change its sign or vanish. Larger components are not searched, whose volume a single collapse
+// cannot cancel.
 [[nodiscard]] inline bool inverts_component(const CollapsingMesh& mesh,
                                             std::span<const LatticePoint> vertices,
                                             std::span<const std::uint32_t> ring) {
@@ -138,7 +138,7 @@ namespace multitetra {
     before += volume;
     if (!has_u) after += volume;
   }
-  return before != 0 && (before > 0) != (after > 0);
+  return before > 0 ? after <= 0 : before < 0 && after >= 0;
 }
 
 }  // namespace multitetra

@@ -190,24 +190,29 @@ TEST_P(SimplificationGuarantees, LeavesNoClosedComponentWithoutVolume) {
 
 // Vertices of simplified surfaces are some of the surface's, which name the component.
 TEST_P(SimplificationGuarantees, TurnsNoClosedComponentInsideOut) {
-  const MeshComponents whole = components_of(surface_.mesh);
-  const std::vector<double> volumes = volumes_of_closed(surface_.mesh, whole);
+  LatticeMesh mesh = surface_.mesh;
+  const MeshComponents whole = components_of(mesh);
   std::map<LatticePoint, std::uint32_t> component_at;
-  for (std::size_t v = 0; v < surface_.mesh.vertices.size(); ++v) {
-    component_at[surface_.mesh.vertices[v]] = whole.of_vertex[v];
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    component_at[mesh.vertices[v]] = whole.of_vertex[v];
   }
-  for (const double max_distance : kDistances) {
-    const Simplified small =
-        simplified(surface_.mesh, {.lattice_step = step_, .max_distance = max_distance});
-    const MeshComponents parts = components_of(small.mesh);
-    const std::vector<double> now = volumes_of_closed(small.mesh, parts);
-    int inverted = 0;
-    for (std::size_t v = 0; v < small.mesh.vertices.size(); ++v) {
-      const double after = now[parts.of_vertex[v]];
-      const double before = volumes[component_at.at(small.mesh.vertices[v])];
-      if (after * before < 0) ++inverted;
+  for (const char* const facing : {"as it is", "the other way"}) {  // Cavities become solid.
+    const std::vector<double> volumes = volumes_of_closed(mesh, whole);
+    for (const double max_distance : kDistances) {
+      const Simplified small =
+          simplified(mesh, {.lattice_step = step_, .max_distance = max_distance});
+      const MeshComponents parts = components_of(small.mesh);
+      const std::vector<double> now = volumes_of_closed(small.mesh, parts);
+      int inverted = 0;
+      for (std::size_t v = 0; v < small.mesh.vertices.size(); ++v) {
+        const double after = now[parts.of_vertex[v]];
+        const double before = volumes[component_at.at(small.mesh.vertices[v])];
+        if (after * before < 0) ++inverted;
+      }
+      EXPECT_EQ(inverted, 0) << "vertices of inverted components at " << max_distance << ", facing "
+                             << facing;
     }
-    EXPECT_EQ(inverted, 0) << "vertices of inverted components at " << max_distance;
+    for (TriangleIndices& t : mesh.triangles) std::swap(t[1], t[2]);
   }
 }
 

@@ -1,0 +1,44 @@
+#include "server/certify/detail/closed_components.hpp"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace multitetra {
+namespace {
+
+void count(double volume, ClosedComponents& counts) {
+  if (volume > 0) ++counts.outwards;
+  if (volume < 0) ++counts.inwards;
+}
+
+}  // namespace
+
+ClosedComponents closed_components(std::span<const SurfaceMeasures> measures) {
+  ClosedComponents counts;
+  for (const SurfaceMeasures& one : measures) count(one.volume.value_or(0), counts);
+  return counts;
+}
+
+ClosedComponents closed_components(const TriangleMesh& mesh, const MeshComponents& components,
+                                   const std::vector<char>& is_open) {
+  constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  // Volumes are summed as seen from a vertex of the component, which rounds least.
+  std::vector<std::uint32_t> origins(is_open.size(), kNone);
+  std::vector<double> volumes(is_open.size(), 0);
+  for (const TriangleIndices& t : mesh.triangles) {
+    const std::size_t component = components.of_vertex[t[0]];
+    if (origins[component] == kNone) origins[component] = t[0];
+    const Vec3& origin = mesh.vertices[origins[component]];
+    const Vec3 a = difference(mesh.vertices[t[0]], origin);
+    const Vec3 b = difference(mesh.vertices[t[1]], origin);
+    const Vec3 c = difference(mesh.vertices[t[2]], origin);
+    volumes[component] += dot(a, cross(b, c));
+  }
+  ClosedComponents counts;
+  for (std::size_t i = 0; i < volumes.size(); ++i) {
+    if (is_open[i] == 0) count(volumes[i], counts);
+  }
+  return counts;
+}
+
+}  // namespace multitetra

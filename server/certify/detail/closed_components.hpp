@@ -1,0 +1,22 @@
+// Counts the closed components of a surface by their orientation.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "common/mesh/components.hpp"
+#include "common/mesh/mesh_measures.hpp"
+#include "server/certify/certificate.hpp"
+#include "server/certify/triangle_mesh.hpp"
+
+namespace multitetra {
+
+[[nodiscard]] ClosedComponents closed_components(std::span<const SurfaceMeasures> measures);
+
+// The same for a mesh in world coordinates; `is_open` tells of each component whether it has an
+// open edge. Components without volume do not count.
+[[nodiscard]] ClosedComponents closed_components(const TriangleMesh& mesh,
+                                                 const MeshComponents& components,
+                                                 const std::vector<char>& is_open);
+
+}  // namespace multitetra
