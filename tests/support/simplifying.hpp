@@ -5,11 +5,14 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
+#include <map>
 #include <optional>
 #include <ostream>
 #include <set>
 #include <vector>
 
+#include "common/mesh/components.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "tests/support/distance_statistics.hpp"
 #include "tests/support/fields.hpp"
@@ -85,6 +88,43 @@ inline std::multiset<Edge> border_edges(const LatticeMesh& mesh) {
     }
   }
   return edges;
+}
+
+// Returns six times the volumes of the components, exactly; NaN for open ones.
+inline std::vector<double> volumes_of_closed(const LatticeMesh& mesh,
+                                             const MeshComponents& components) {
+  std::vector<double> volumes(components.diagonals.size());
+  std::set<LatticePoint> border;
+  for (const Edge& edge : border_edges(mesh)) border.insert(edge.begin(), edge.end());
+  const auto triangles = placed(mesh, {1, 1, 1});
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const std::uint32_t component = components.of_vertex[mesh.triangles[i][0]];
+    volumes[component] += dot(triangles[i][0], cross(triangles[i][1], triangles[i][2]));  // Exact.
+    for (const std::uint32_t v : mesh.triangles[i]) {
+      if (border.contains(mesh.vertices[v])) {
+        volumes[component] = std::numeric_limits<double>::quiet_NaN();
+      }
+    }
+  }
+  return volumes;
+}
+
+// Returns the number of vertices of a simplified surface in components that were turned inside out.
+// Its vertices are some of those of the whole surface, which name the component.
+inline int inverted_vertices(const LatticeMesh& small, const LatticeMesh& whole) {
+  const MeshComponents components = components_of(whole);
+  const std::vector<double> volumes = volumes_of_closed(whole, components);
+  std::map<LatticePoint, double> volume_at;
+  for (std::size_t v = 0; v < whole.vertices.size(); ++v) {
+    volume_at[whole.vertices[v]] = volumes[components.of_vertex[v]];
+  }
+  const MeshComponents parts = components_of(small);
+  const std::vector<double> now = volumes_of_closed(small, parts);
+  int inverted = 0;
+  for (std::size_t v = 0; v < small.vertices.size(); ++v) {
+    if (now[parts.of_vertex[v]] * volume_at.at(small.vertices[v]) < 0) ++inverted;
+  }
+  return inverted;
 }
 
 inline bool is_subset(const LatticeMesh& some, const LatticeMesh& all) {

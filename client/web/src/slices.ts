@@ -153,7 +153,7 @@ export function planesThrough(box: Box3, { slice, sliceAt, layout, cross }: Sett
   const center = box.getCenter(new Vector3()).toArray();
   const isMissed = (at: number, axis: number) => at < box.min.getComponent(axis) || at > box.max.getComponent(axis);
   const changes: Partial<Settings> = {};
-  if (layout === "four" && crossOf(cross, info).some(isMissed)) changes.cross = center;
+  if (layout === "four" && crossOf(cross, info).some(isMissed)) changes.cross = center.map((at, axis) => nearestSample(info, axis, at)) as Vec3;
   const axis = "xyz".indexOf(slice);
   const extent = data.high[axis] - data.low[axis];
   if (axis >= 0 && extent > 0 && isMissed(data.low[axis] + sliceAt * extent, axis)) changes.sliceAt = (center[axis] - data.low[axis]) / extent;

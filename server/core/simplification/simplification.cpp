@@ -12,6 +12,7 @@
 
 #include "common/base/vec3.hpp"
 #include "server/core/simplification/detail/collapse_checks.hpp"
+#include "server/core/simplification/detail/component_volumes.hpp"
 #include "server/core/simplification/detail/collapse_fan.hpp"
 #include "server/core/simplification/detail/collapsing_mesh.hpp"
 #include "server/core/simplification/detail/first_stage.hpp"
@@ -51,6 +52,7 @@ class SimplifiedPiece::Run {
         quadrics_(std::move(piece.quadrics_)),
         states_(points_.size()),
         vertices_(piece.mesh_.vertices),
+        volumes_(mesh_, vertices_),
         history_(piece.history_ ? &*piece.history_ : nullptr) {
     piece.map_ = {};
     if (embedded) embedding_.emplace(mesh_, vertices_, *embedded);
@@ -173,7 +175,7 @@ class SimplifiedPiece::Run {
       *least = std::numeric_limits<float>::infinity();
       turn_to(static_cast<std::size_t>(least - ring_costs_.begin()));
       if (turns_over(points_[u].at, turned_positions_) || merges_boundaries(mesh_, turned_) ||
-          !mesh_.keeps_topology(turned_) || leaves_flat_component(mesh_, vertices_, turned_)) {
+          !mesh_.keeps_topology(turned_) || !volumes_.keep_sign(turned_)) {
         continue;
       }
       if (try_collapse(u)) return;
@@ -196,12 +198,12 @@ class SimplifiedPiece::Run {
 
   bool try_collapse(std::uint32_t u) {
     if (!carried_.fits(turned_, turned_positions_)) return false;
-    if (inverts_component(mesh_, vertices_, turned_)) return false;
     if (embedding_ && !embedding_->allows(turned_)) return false;
     carried_.commit(turned_);
     if (embedding_) embedding_->commit(turned_);
     const std::uint32_t v = mesh_.vertex(CollapsingMesh::next(turned_[0]));
     if (history_) history_->add(vertices_[u], vertices_[v], carried_.largest_of_last());
+    volumes_.commit(turned_);
     mesh_.collapse(turned_);
     quadrics_[v].add(quadrics_[u].relative_to(difference(points_[v].at, points_[u].at)));
     states_[v].is_stale = true;
@@ -239,6 +241,7 @@ class SimplifiedPiece::Run {
   std::vector<State> states_;
   std::vector<std::uint32_t> open_;  // Vertices that may still move.
   std::span<const LatticePoint> vertices_;
+  ComponentVolumes volumes_;
   CollapseHistory* history_;  // Null without a history.
   // The maximum cost in a pass.
   float max_cost_ = 0;

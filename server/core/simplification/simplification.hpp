@@ -12,7 +12,8 @@
 //  * the border, and every vertex without a closed ring of triangles around it, is unchanged:
 //    adjacent meshes still fit together;
 //  * the topology is preserved: manifolds stay manifolds, with the same components and Euler
-//    characteristic; a component without border keeps at least four triangles;
+//    characteristic; a component without border keeps at least four triangles, and does not turn
+//    inside out (for pieces of a surface see component_volumes.hpp);
 //  * no triangle turns by as much as a right angle in a collapse, and none is degenerate;
 //  * with `embedded`, a surface without self-intersections stays so (see embedding.hpp);
 //  * the result depends only on the arguments, to the bit.

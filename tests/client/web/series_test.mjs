@@ -180,10 +180,10 @@ async function showsImage(page) {
   await settled(page);
   const values = (pattern) => page.waitForFunction((text) => [...document.querySelectorAll(".slice-view")]
     .every((one) => new RegExp(text).test(one.getAttribute("aria-label"))), pattern, { timeout: patience });
-  await values(": 20\\.5\\. Click");
+  await values(": 2[01]\\. Click"); // The sample at the center.
   await page.click('button:text-is("Fit")');
-  await page.waitForFunction(() => /cross=2\.5[^,]*,8\.5[^,]*,2\.5/.test(location.hash), null, { timeout: patience });
-  await values(": 2\\.5\\. Click");
+  await page.waitForFunction(() => /cross=[23],[89],[23](&|$)/.test(location.hash), null, { timeout: patience });
+  await values(": [23]\\. Click");
   await page.click('summary:has-text("Slices")');
   await page.selectOption('[aria-label="Samples of"]', "stain");
   await page.waitForFunction(() => /samples_of=stain/.test(location.hash));
@@ -245,8 +245,8 @@ async function savesTable(page) {
   await complete(page);
   await settled(page);
   const [first, hidden, last] = await tableOf(page);
-  assert.deepEqual([first, last], [rows[0], rows[2]]);
-  assert.deepEqual(hidden.slice(0, 5), [...rows[1].slice(0, 4), ""], "samples of a label that is not displayed, but no surface");
+  for (const [i, one] of [first, hidden, last].entries()) assert.deepEqual(one.slice(0, 4), rows[i].slice(0, 4), "the samples");
+  assert.deepEqual([first, hidden, last].map(([, , , , volume]) => volume !== ""), [true, false, true], "not of the hidden surface");
 }
 
 // Sets labels by messages; `shown` events have the visible ones, at their places.

@@ -3,16 +3,11 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <span>
-#include <vector>
 
 #include "common/base/vec3.hpp"
-#include "common/mesh/lattice_plane.hpp"
-#include "common/mesh/mesh.hpp"
 #include "server/core/simplification/detail/collapsing_mesh.hpp"
 
 namespace multitetra {
@@ -56,89 +51,6 @@ namespace multitetra {
     if (!is_inner(ring[i])) return true;
   }
   return false;
-}
-
-// Returns whether the collapse would leave a closed component without volume: all of its vertices
-// but u lie in one plane. Requires that turns_over() is false. Components of more triangles than
-// can be expected in one plane are not searched.
-[[nodiscard]] inline bool leaves_flat_component(const CollapsingMesh& mesh,
-                                                std::span<const LatticePoint> vertices,
-                                                std::span<const std::uint32_t> ring) {
-  constexpr std::size_t kMaxTriangles = 64;
-  const auto neighbour = [&](std::size_t i) {
-    return vertices[mesh.vertex(CollapsingMesh::next(ring[i]))];
-  };
-  const LatticePlane plane({neighbour(0), neighbour(1), neighbour(2)});
-  for (std::size_t i = 3; i < ring.size(); ++i) {
-    if (plane.side(neighbour(i)) != 0) return false;
-  }
-  if (plane.side(vertices[mesh.vertex(ring[0])]) == 0) return false;  // As flat as before.
-  std::vector<std::uint32_t> found;
-  for (const std::uint32_t corner : ring) found.push_back(CollapsingMesh::triangle_of(corner));
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t across = mesh.opposite(CollapsingMesh::corner_of(found[i], k));
-      if (across == CollapsingMesh::kNone) return false;
-      const std::uint32_t triangle = CollapsingMesh::triangle_of(across);
-      if (std::find(found.begin(), found.end(), triangle) != found.end()) continue;
-      if (plane.side(vertices[mesh.vertex(across)]) != 0) return false;
-      if (found.size() == kMaxTriangles) return false;
-      found.push_back(triangle);
-    }
-  }
-  return true;
-}
-
-// Returns whether the collapse would turn a small closed component inside out: its volume would
-// change its sign or vanish. Larger components are not searched, whose volume a single collapse
-// cannot cancel.
-[[nodiscard]] inline bool inverts_component(const CollapsingMesh& mesh,
-                                            std::span<const LatticePoint> vertices,
-                                            std::span<const std::uint32_t> ring) {
-  constexpr std::size_t kMaxTriangles = 16;
-  constexpr std::size_t kMaxRing = 5;  // The mean of closed components of so few triangles is less.
-  if (ring.size() > kMaxRing) return false;
-  std::array<std::uint32_t, kMaxTriangles> found;
-  std::size_t count = 0;
-  for (const std::uint32_t corner : ring) found[count++] = CollapsingMesh::triangle_of(corner);
-  for (std::size_t i = 0; i < count; ++i) {
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t across = mesh.opposite(CollapsingMesh::corner_of(found[i], k));
-      if (across == CollapsingMesh::kNone) return false;
-      const std::uint32_t triangle = CollapsingMesh::triangle_of(across);
-      if (std::find(found.begin(), found.begin() + count, triangle) != found.begin() + count) {
-        continue;
-      }
-      if (count == kMaxTriangles) return false;
-      found[count++] = triangle;
-    }
-  }
-  // Six times the volumes, exact. As seen from w_0, the triangles of w_0 have none; afterwards, nor
-  // have those of u.
-  const std::uint32_t u = mesh.vertex(ring[0]);
-  const LatticePoint& goal = vertices[mesh.vertex(CollapsingMesh::next(ring[0]))];
-  std::int64_t before = 0;
-  std::int64_t after = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    std::array<std::array<std::int64_t, 3>, 3> p;
-    bool has_u = false;
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t vertex = mesh.vertex(CollapsingMesh::corner_of(found[i], k));
-      const LatticePoint& at = vertices[vertex];
-      p[k] = {at.x - goal.x, at.y - goal.y, at.z - goal.z};
-      for (const std::int64_t difference : p[k]) {
-        constexpr std::int64_t kFar = 1 << 18;  // Sums of 16 determinants stay below 2^63.
-        if (std::abs(difference) > kFar) return false;
-      }
-      has_u = has_u || vertex == u;
-    }
-    const std::int64_t volume = p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) +
-                                p[0][1] * (p[1][2] * p[2][0] - p[1][0] * p[2][2]) +
-                                p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
-    before += volume;
-    if (!has_u) after += volume;
-  }
-  return before > 0 ? after <= 0 : before < 0 && after >= 0;
 }
 
 }  // namespace multitetra

@@ -7,6 +7,7 @@
 
 #include "server/core/simplification/detail/changed_triangles.hpp"
 #include "server/core/simplification/detail/collapse_checks.hpp"
+#include "server/core/simplification/detail/component_volumes.hpp"
 #include "server/core/simplification/detail/collapsing_mesh.hpp"
 #include "server/core/simplification/detail/vertex_errors.hpp"
 
@@ -43,6 +44,7 @@ class Sweeps {
         limit_(limit),
         largest_(own_limit(limit.largest())),
         mesh_(mesh.triangles, static_cast<std::uint32_t>(positions.size())),
+        volumes_(mesh_, vertices_),
         errors_(positions),
         states_(positions.size()),
         goals_(positions.size(), CollapsingMesh::kNone) {
@@ -140,13 +142,11 @@ class Sweeps {
     if (a_triangle_turns_over() || merges_boundaries(mesh_, ring_)) return false;
     const double limit = limit_around(positions_[u]);
     if (!(limit > 0) || !errors_.fits(u, neighbours_, places_, limit)) return false;
-    if (!mesh_.keeps_topology(ring_) || leaves_flat_component(mesh_, vertices_, ring_) ||
-        inverts_component(mesh_, vertices_, ring_)) {
-      return false;
-    }
+    if (!mesh_.keeps_topology(ring_) || !volumes_.keep_sign(ring_)) return false;
     if (embedding_ && !embedding_->allows(ring_)) return false;
     errors_.commit();
     if (embedding_) embedding_->commit(ring_);
+    volumes_.commit(ring_);
     mesh_.collapse(ring_);
     goals_[u] = neighbours_.front();
     states_[neighbours_.front()].pass_as_goal = static_cast<std::uint8_t>(pass);
@@ -202,6 +202,7 @@ class Sweeps {
   const PieceLimit& limit_;
   double largest_;  // This stage's limit where it is uniform.
   CollapsingMesh mesh_;
+  ComponentVolumes volumes_;
   VertexErrors errors_;
   std::optional<Embedding> embedding_;
   std::vector<State> states_;

@@ -75,6 +75,7 @@ TEST_P(SimplifiedCubes, WeldToTheSurfaceWithItsTopologyAndBorder) {
       EXPECT_TRUE(after.is_sound()) << max_distance;
       EXPECT_EQ(border_edges(small), border) << max_distance;
       EXPECT_TRUE(is_subset(small, surface_.mesh)) << max_distance;
+      EXPECT_EQ(inverted_vertices(small, surface_.mesh), 0) << max_distance;
     }
   }
 }
