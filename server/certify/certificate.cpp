@@ -121,8 +121,9 @@ bool Certificate::keeps_topology() const {
 }
 
 bool Certificate::keeps_orientation() const {
-  const ClosedComponents all_reversed = {.outwards = closed.inwards, .inwards = closed.outwards};
-  return closed == closed_of_reference || all_reversed == closed_of_reference;
+  const ClosedComponents& all = closed_of_reference;
+  return (closed.outwards <= all.outwards && closed.inwards <= all.inwards) ||
+         (closed.outwards <= all.inwards && closed.inwards <= all.outwards);
 }
 
 bool Certificate::passes() const {
@@ -185,7 +186,8 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
         is_open[components.of_vertex[a]] = 1;
         return open_places.contain_edge(own.mesh.vertices[a], own.mesh.vertices[b]);
       });
-  certificate.closed = closed_components(own.mesh, components, is_open);
+  certificate.closed =
+      closed_components(own.mesh, components, is_open, certificate.rounding_allowance);
   certificate.nonmanifold_vertices =
       nonmanifold_vertices(own.mesh.vertices.size(), own.mesh.triangles);
 

@@ -55,7 +55,8 @@ struct MissingComponents {
   std::optional<double> min_component;
 };
 
-// Components without open edges, by the sides that their triangles face.
+// Components without open edges, by the sides that their triangles face. Those whose volume is
+// less than rounding may have made of it do not count.
 struct ClosedComponents {
   std::int64_t outwards = 0;  // Enclose high values.
   std::int64_t inwards = 0;   // Enclose low values: cavities.
@@ -93,8 +94,8 @@ struct Certificate {
   // The mesh has as many components, holes and handles as the full surface, and is open only where
   // the data end or at void samples.
   [[nodiscard]] bool keeps_topology() const;
-  // As many closed components face outwards and inwards as on the full surface, or all of them the
-  // other way.
+  // No more closed components face outwards, nor inwards, than on the full surface; or all of them
+  // face the other way.
   [[nodiscard]] bool keeps_orientation() const;
   [[nodiscard]] bool passes() const;
 };

@@ -1,5 +1,6 @@
 #include "server/certify/certificate_report.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -80,8 +81,9 @@ std::string topology_line(const Certificate& certificate) {
   }
   if (!is_kept) return "NOT KEPT: see the table";
   if (!certificate.keeps_orientation()) {
-    const std::int64_t reversed =
-        std::abs(certificate.closed.outwards - certificate.closed_of_reference.outwards);
+    const ClosedComponents& all = certificate.closed_of_reference;
+    const std::int64_t reversed = std::max(certificate.closed.outwards - all.outwards,
+                                           certificate.closed.inwards - all.inwards);
     return "NOT KEPT: " + human_count_of(static_cast<std::uint64_t>(reversed), "component") +
            " inside out";
   }

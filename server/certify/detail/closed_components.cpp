@@ -1,5 +1,6 @@
 #include "server/certify/detail/closed_components.hpp"
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -20,11 +21,12 @@ ClosedComponents closed_components(std::span<const SurfaceMeasures> measures) {
 }
 
 ClosedComponents closed_components(const TriangleMesh& mesh, const MeshComponents& components,
-                                   const std::vector<char>& is_open) {
+                                   const std::vector<char>& is_open, double rounding) {
   constexpr std::uint32_t kNone = 0xFFFFFFFF;
   // Volumes are summed as seen from a vertex of the component, which rounds least.
   std::vector<std::uint32_t> origins(is_open.size(), kNone);
-  std::vector<double> volumes(is_open.size(), 0);
+  std::vector<double> volumes(is_open.size(), 0);  // Six times the volumes.
+  std::vector<double> areas(is_open.size(), 0);    // Twice the areas.
   for (const TriangleIndices& t : mesh.triangles) {
     const std::size_t component = components.of_vertex[t[0]];
     if (origins[component] == kNone) origins[component] = t[0];
@@ -33,10 +35,12 @@ ClosedComponents closed_components(const TriangleMesh& mesh, const MeshComponent
     const Vec3 b = difference(mesh.vertices[t[1]], origin);
     const Vec3 c = difference(mesh.vertices[t[2]], origin);
     volumes[component] += dot(a, cross(b, c));
+    areas[component] += length(cross(difference(b, a), difference(c, a)));
   }
   ClosedComponents counts;
   for (std::size_t i = 0; i < volumes.size(); ++i) {
-    if (is_open[i] == 0) count(volumes[i], counts);
+    const bool is_known = std::abs(volumes[i]) > 3 * rounding * areas[i];
+    if (is_open[i] == 0 && is_known) count(volumes[i], counts);
   }
   return counts;
 }

@@ -14,9 +14,9 @@ namespace multitetra {
 [[nodiscard]] ClosedComponents closed_components(std::span<const SurfaceMeasures> measures);
 
 // The same for a mesh in world coordinates; `is_open` tells of each component whether it has an
-// open edge. Components without volume do not count.
+// open edge, `rounding` is the largest displacement of a vertex by rounding, in world units.
 [[nodiscard]] ClosedComponents closed_components(const TriangleMesh& mesh,
                                                  const MeshComponents& components,
-                                                 const std::vector<char>& is_open);
+                                                 const std::vector<char>& is_open, double rounding);
 
 }  // namespace multitetra
