@@ -254,6 +254,7 @@ for command in "$client snapshot --server $url --dataset gyroid -o nothing.png" 
   "$client fetch --server $url --dataset gyroid -o nothing.ply" "$server extract gyroid.mtd -o nothing.obj"; do
   ends 6 'there is no surface at isovalue 1e+09; values of "gyroid" range from' $command --isovalue 1e9
   ends 6 "the surface is empty" $command --isovalue 1e9 --quiet
+  ! grep -q "Notice:" out || fail "--quiet prints notices: $(cat out)"
   ends 6 '"is_empty": true' $command --isovalue 1e9 --json
   ! ls nothing.* 2>/dev/null || fail "an empty surface was written by $command"
   ends 0 "The surface is empty" $command --isovalue 1e9 --allow-empty

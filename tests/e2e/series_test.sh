@@ -191,6 +191,7 @@ assert {d["member"]["series"] for d in datasets} == {"organs"}
 EOPY
 "$client" list --server "$url" | grep -F "\"organs\", label 3 (hepar, #010203)" >/dev/null || fail "list does not print members: $("$client" list --server "$url")"
 ends 1 '"organs" is a series of datasets; choose one of them' "$client" estimate --server "$url" --dataset organs
+ends 1 '"nowhere"; it has "organs".' "$client" estimate --server "$url" --dataset nowhere
 ends 0 "organs.png: 2 surfaces, isovalue 0.5" "$client" snapshot --server "$url" --dataset organs --error 0.5 --size 160x120 --background light -o organs.png
 for color in "" "--surface-color #010203"; do
   "$client" snapshot --server "$url" --dataset organs.label3 --error 0.5 --size 160x120 $color -o "liver$color.png" --quiet

@@ -39,6 +39,7 @@ ClosedComponents closed_components(const TriangleMesh& mesh, const MeshComponent
   }
   ClosedComponents counts;
   for (std::size_t i = 0; i < volumes.size(); ++i) {
+    // Rounding changes a volume by at most its distance times the area.
     const bool is_known = std::abs(volumes[i]) > 3 * rounding * areas[i];
     if (is_open[i] == 0 && is_known) count(volumes[i], counts);
   }

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "server/certify/certificate_report.hpp"
+#include "server/certify/detail/closed_components.hpp"
+#include "server/certify/detail/missing_components.hpp"
 #include "tests/support/make_dataset.hpp"
 #include "tests/support/prepared_fields.hpp"
 #include "tests/support/triangle_meshes.hpp"
@@ -232,6 +234,20 @@ TEST(Certificate, RejectsComponentsThatAreInsideOut) {
   const Certificate all = certify(mesh, volume, options);
   EXPECT_EQ(all.closed, closed(0, 2));
   EXPECT_TRUE(all.passes()) << "some programs face the other way";
+}
+
+TEST(ClosedComponents, DoNotCountThoseThatRoundingMayHaveTurned) {
+  // Volume 0.01 / 6 with an area of about 1.
+  TriangleMesh flat{.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0.01}},
+                    .triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}};
+  const auto counted = [&](double rounding, char is_open) {
+    return closed_components(flat, components_of(flat, {}), {is_open}, rounding);
+  };
+  EXPECT_EQ(counted(1e-3, 0), (ClosedComponents{.outwards = 1, .inwards = 0}));
+  EXPECT_EQ(counted(1e-2, 0), ClosedComponents{});
+  EXPECT_EQ(counted(1e-3, 1), ClosedComponents{});
+  for (TriangleIndices& t : flat.triangles) std::swap(t[1], t[2]);
+  EXPECT_EQ(counted(1e-3, 0), (ClosedComponents{.outwards = 0, .inwards = 1}));
 }
 
 // The ball around x = 22 has a diagonal of 14.5 samples, the other one of 18.4.

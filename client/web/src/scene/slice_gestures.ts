@@ -28,6 +28,7 @@ export function listenToSlice(canvas: HTMLCanvasElement, actions: SliceActions):
     if (event.button > 2) return;
     if (event.button === 1) event.preventDefault(); // The browser would scroll.
     canvas.setPointerCapture(event.pointerId);
+    for (const { x, y } of pressed.values()) if (kind === "cross") actions.moveCross(x, y, false); // A second finger ends the drag.
     pressed.set(event.pointerId, placeOf(event));
     if (pressed.size > 1) kind = "pinch";
     else kind = event.button > 0 || event.shiftKey ? "pan" : "cross";
