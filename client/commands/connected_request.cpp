@@ -78,7 +78,7 @@ DatasetRequest request_for(DatasetInfo info, const SurfaceOrder& order,
   std::string color_unit;
   for (const DatasetInfo& values : connected.datasets) {
     if (!scalars || values.name != scalars->dataset) continue;
-    const auto fits = check_colors(order.surface.query, info, values);
+    const auto fits = check_same_world(*scalars, info, values);
     if (!fits) throw ExitError(kUsage, fits.error().text);
     color_unit = values.meaning.value_unit;
   }

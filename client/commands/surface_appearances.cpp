@@ -5,20 +5,11 @@
 #include <optional>
 #include <string>
 
-#include "common/image/color_map.hpp"
+#include "common/image/srgb.hpp"
 #include "common/request/series_member.hpp"
 #include "common/wire/scene_file.hpp"
 
 namespace multitetra {
-namespace {
-
-// Converts 0xrrggbb.
-Light light_of(std::uint32_t color) {
-  const auto part = [&](int shift) { return linear_light(static_cast<int>(color >> shift & 255)); };
-  return {part(16), part(8), part(0)};
-}
-
-}  // namespace
 
 Result<std::vector<DrawnSurface>> appearances_of(const SnapshotArguments& arguments,
                                                  const ConnectedRequests& connected) {
@@ -58,9 +49,9 @@ Result<std::vector<DrawnSurface>> appearances_of(const SnapshotArguments& argume
         return wrong("--surface-color: \"" + text +
                      "\" is not a color; write for example #dd8265.");
       }
-      appearances[i].color = light_of(*color);
+      appearances[i].color = linear_light(rgb_from(*color));
     } else if (own_colors[i]) {
-      appearances[i].color = light_of(*own_colors[i]);
+      appearances[i].color = linear_light(rgb_from(*own_colors[i]));
     } else if (count > 1) {
       const auto color = part_color(i);
       appearances[i].color = Light{static_cast<float>(color[0]), static_cast<float>(color[1]),

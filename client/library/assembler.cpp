@@ -1,7 +1,6 @@
 #include "client/library/assembler.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 #include <utility>
 
@@ -66,18 +65,7 @@ std::optional<double> distance_bound(const StepBegin& begin) {
 std::optional<double> mesh_distance_bound(const StepBegin& begin, const DatasetInfo& info) {
   const auto distance = distance_bound(begin);
   if (!distance) return std::nullopt;
-  const auto& [a, b, c] = grid_to_world(info).columns;
-  double longest = 0;
-  for (const double y : {-1.0, 1.0}) {
-    for (const double z : {-1.0, 1.0}) {
-      double squared = 0;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        squared += std::pow(a[axis] + y * b[axis] + z * c[axis], 2);
-      }
-      longest = std::max(longest, std::sqrt(squared));
-    }
-  }
-  return *distance + std::ldexp(longest, -begin.request.lattice_resolution - 1);
+  return *distance + lattice_rounding_world(info, begin.request.lattice_resolution);
 }
 
 bool is_full_resolution(const StepBegin& begin) { return distance_bound(begin) == 0.0; }

@@ -45,11 +45,11 @@ struct CommittedStep {
 };
 // Returns whether the step promises the topology of the full-resolution surface.
 [[nodiscard]] bool preserves_topology(const StepBegin& begin);
-// Bounds the distance to the full-resolution surface, in world units, before vertices are snapped
-// to the lattice. nullopt for previews, the paper's error measure, and where features may vanish.
+// Bounds the distance to the full-resolution surface, in world units, before vertices are
+// rounded to the lattice. nullopt for previews, the paper's error measure, and where features may
+// vanish.
 [[nodiscard]] std::optional<double> distance_bound(const StepBegin& begin);
-// Returns the same bound for the mesh as sent. Snapping moves a vertex by at most half a lattice
-// step along an edge of a tetrahedron; the longest such edge is the longest diagonal of a cell.
+// Returns the same bound for the mesh as sent, including lattice_rounding_world().
 [[nodiscard]] std::optional<double> mesh_distance_bound(const StepBegin& begin,
                                                         const DatasetInfo& info);
 // Returns whether the step's mesh is the full-resolution surface with vertices on the lattice. Only

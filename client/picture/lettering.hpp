@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "common/image/color_map.hpp"
+#include "common/image/srgb.hpp"
 #include "common/image/picture.hpp"
 
 namespace multitetra {

@@ -97,9 +97,7 @@ std::vector<UnitVector> averaged_normals(const PositionedMesh& mesh) {
 std::vector<Light> lights_of(const PositionedMesh& mesh) {
   std::vector<Light> lights;
   lights.reserve(mesh.colors.size());
-  for (const auto& color : mesh.colors) {
-    lights.push_back({linear_light(color[0]), linear_light(color[1]), linear_light(color[2])});
-  }
+  for (const Rgb& color : mesh.colors) lights.push_back(linear_light(color));
   return lights;
 }
 

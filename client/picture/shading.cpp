@@ -6,11 +6,6 @@
 namespace multitetra {
 namespace {
 
-Light linear_light(int red, int green, int blue) {
-  return {multitetra::linear_light(red), multitetra::linear_light(green),
-          multitetra::linear_light(blue)};
-}
-
 Light mixed(const Light& a, const Light& b, double share) {
   const auto t = static_cast<float>(share);
   return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])};
@@ -20,8 +15,8 @@ Light mixed(const Light& a, const Light& b, double share) {
 
 Light shaded(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool is_inside,
              const std::optional<Light>& own_color) {
-  static const Light kOutside = linear_light(0xe0, 0xcd, 0xb4);
-  static const Light kInside = linear_light(0x8f, 0x6c, 0x5c);
+  static const Light kOutside = linear_light(Rgb{0xe0, 0xcd, 0xb4});
+  static const Light kInside = linear_light(Rgb{0x8f, 0x6c, 0x5c});
   // A lamp above the left shoulder of the viewer shows more of the shape than one at the eye.
   const Vec3 lamp = normalized({to_eye[0] - 0.45, to_eye[1] + 0.55, to_eye[2]});
   const double facing = std::max(0.0, dot(normal, lamp));
@@ -44,20 +39,14 @@ Light shaded(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool i
 }
 
 Light background_at(Background background, double x, double y) {
-  static const Light kGlow = linear_light(0x26, 0x2c, 0x35);
-  static const Light kDark = linear_light(0x14, 0x17, 0x1c);
-  static const Light kWhite = linear_light(0xff, 0xff, 0xff);
-  static const Light kLight = linear_light(0xe9, 0xed, 0xf1);
+  static const Light kGlow = linear_light(Rgb{0x26, 0x2c, 0x35});
+  static const Light kDark = linear_light(Rgb{0x14, 0x17, 0x1c});
+  static const Light kWhite = linear_light(Rgb{0xff, 0xff, 0xff});
+  static const Light kLight = linear_light(Rgb{0xe9, 0xed, 0xf1});
   if (background == Background::kTransparent) return {0, 0, 0};
   const double from_middle = std::min(1.0, std::sqrt(x * x + y * y) / 1.2);
   return background == Background::kDark ? mixed(kGlow, kDark, from_middle)
                                          : mixed(kWhite, kLight, from_middle);
-}
-
-std::uint8_t srgb(float light) {
-  const double v = std::clamp<double>(light, 0, 1);
-  const double coded = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
-  return static_cast<std::uint8_t>(std::lround(255 * coded));
 }
 
 }  // namespace multitetra

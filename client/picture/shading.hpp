@@ -6,13 +6,10 @@
 #include <optional>
 
 #include "common/base/vec3.hpp"
-#include "common/image/color_map.hpp"
+#include "common/image/srgb.hpp"
 #include "common/image/picture.hpp"
 
 namespace multitetra {
-
-// Linear red, green and blue, 0 to 1; values may be averaged.
-using Light = std::array<float, 3>;
 
 enum class Background { kDark, kLight, kTransparent };
 
@@ -36,8 +33,5 @@ enum class Background { kDark, kLight, kTransparent };
 
 // Returns the background, which is brighter in the middle. `x` and `y` are from -1 to 1.
 [[nodiscard]] Light background_at(Background background, double x, double y);
-
-// Converts linear light to an sRGB value.
-[[nodiscard]] std::uint8_t srgb(float light);
 
 }  // namespace multitetra

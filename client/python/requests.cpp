@@ -71,8 +71,9 @@ std::pair<IsosurfaceRequest, std::optional<ScalarRequest>> surface_request(
 }
 
 // Raises ValueError if the values of one dataset cannot color surfaces of the other.
-void check_one_world(const DatasetInfo& surface, const DatasetInfo& values) {
-  argument(check_colors({}, surface, values));
+void check_same_world_or_raise(const ScalarRequest& scalars, const DatasetInfo& surface,
+                               const DatasetInfo& values) {
+  argument(check_same_world(scalars, surface, values));
 }
 
 // Lists each keyword with its name, the form of its value, its default as text and its meaning.
@@ -109,7 +110,7 @@ void define_requests(py::module_& module) {
   py::class_<ScalarRequest>(module, "ScalarRequest");
   module.def("surface_request", &surface_request);
   module.def("request_keywords", &request_keywords);
-  module.def("check_one_world", &check_one_world);
+  module.def("check_same_world", &check_same_world_or_raise);
   module.def("grid", &grid_of, "thresholds"_a, "spacing"_a = Vec3{1, 1, 1},
              "origin"_a = Vec3{0, 0, 0},
              "Errors at the samples of an array (x, y, z), each for the voxel around it; NaN: no "

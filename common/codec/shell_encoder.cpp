@@ -93,7 +93,7 @@ void continue_into_void(const BitField& present, BitField& signs) {
 }  // namespace
 
 double displacement_bound(int levels_per_octave) {
-  return std::sqrt(3.0) * (0.5 - 1 / (1 + std::exp2(1.0 / levels_per_octave)));
+  return 0.5 - 1 / (1 + std::exp2(1.0 / levels_per_octave));
 }
 
 class ShellEncoder::Work {

@@ -10,7 +10,7 @@
 //
 //  * exact and lattice-exact shells: the same vertices, bit for bit;
 //  * quantized shells: the same triangles, with every vertex moved along its edge by at most
-//    displacement_bound(L) spacings, plus rounding to the lattice.
+//    displacement_bound(L) of its length, plus rounding to the lattice.
 //
 // Deterministic on every machine.
 #pragma once
@@ -59,8 +59,8 @@ struct ShellOptions {
   int spacing_exponent = 0;
 };
 
-// Returns the largest displacement of vertices in quantized shells, in spacings and along the
-// longest edges (cube diagonals): sqrt(3) (1/2 - 1 / (1 + 2^(1 / L))).
+// Returns the largest displacement of vertices in quantized shells, as a part of their edges:
+// 1/2 - 1 / (1 + 2^(1 / L)).
 [[nodiscard]] double displacement_bound(int levels_per_octave);
 
 // Encodes successive tiles in memory that it keeps, about 2 MB.

@@ -1,10 +1,11 @@
 #include "common/image/color_map.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "common/base/enum_names.hpp"
-#include "common/base/parse_number.hpp"
 
 namespace multitetra {
 namespace {
@@ -68,11 +69,6 @@ std::string_view name(ColorMap map) { return kNames.of(map); }
 
 std::optional<ColorMap> color_map_from(std::string_view name) { return kNames.find(name); }
 
-float linear_light(int srgb) {
-  const double v = srgb / 255.0;
-  return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-}
-
 Rgb color_at(ColorMap map, double part) {
   const std::span<const Rgb> colors = colors_of(map);
   const auto last = static_cast<double>(colors.size() - 1);
@@ -100,13 +96,6 @@ std::optional<bool> is_logarithmic_from(std::string_view name) {
   if (name == "linear") return false;
   if (name == "log") return true;
   return std::nullopt;
-}
-
-std::optional<Rgb> rgb_from(std::string_view text) {
-  const auto value = parse_number<std::uint32_t>(text, 16);
-  if (text.size() != 6 || !value) return std::nullopt;
-  return Rgb{static_cast<std::uint8_t>(*value >> 16), static_cast<std::uint8_t>(*value >> 8 & 0xff),
-             static_cast<std::uint8_t>(*value & 0xff)};
 }
 
 std::vector<Rgb> colors_of(std::span<const float> values, const ColorScale& scale) {

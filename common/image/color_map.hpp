@@ -1,16 +1,14 @@
 // Perceptually uniform maps from values to colors, and the range of values they cover.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
 
-namespace multitetra {
+#include "common/image/srgb.hpp"
 
-using Rgb = std::array<std::uint8_t, 3>;  // Red, green, blue in sRGB.
+namespace multitetra {
 
 enum class ColorMap {
   kGray,     // Black to white.
@@ -22,9 +20,6 @@ enum class ColorMap {
 
 [[nodiscard]] std::string_view name(ColorMap map);
 [[nodiscard]] std::optional<ColorMap> color_map_from(std::string_view name);
-
-// Converts an sRGB value, 0 to 255, to linear light.
-[[nodiscard]] float linear_light(int srgb);
 
 // Returns the color at `part` (0 to 1) of the map, clamped to its ends.
 [[nodiscard]] Rgb color_at(ColorMap map, double part);
@@ -44,9 +39,6 @@ struct ColorScale {
 
 // Parses the name of a scale, "linear" or "log".
 [[nodiscard]] std::optional<bool> is_logarithmic_from(std::string_view name);
-
-// Parses red, green and blue as hexadecimal digits of either case, "ff8000".
-[[nodiscard]] std::optional<Rgb> rgb_from(std::string_view text);
 
 [[nodiscard]] std::vector<Rgb> colors_of(std::span<const float> values, const ColorScale& scale);
 

@@ -1,18 +1,10 @@
 #include "common/image/label_color.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 namespace multitetra {
 namespace {
-
-std::uint8_t srgb_from(double light) {
-  const double inside = std::clamp(light, 0.0, 1.0);
-  const double coded =
-      inside <= 0.0031308 ? 12.92 * inside : 1.055 * std::pow(inside, 1 / 2.4) - 0.055;
-  return static_cast<std::uint8_t>(std::lround(255 * coded));
-}
 
 // Converts from the polar form of OKLab (Ottosson 2020): lightness 0 to 1, chroma, hue in radians.
 Rgb rgb_from_oklch(double lightness, double chroma, double hue) {

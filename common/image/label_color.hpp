@@ -1,7 +1,7 @@
 // Colors of labels that have no color in their file.
 #pragma once
 
-#include "common/image/color_map.hpp"
+#include "common/image/srgb.hpp"
 
 namespace multitetra {
 

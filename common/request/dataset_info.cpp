@@ -45,6 +45,21 @@ Affine grid_to_world(const DatasetInfo& info) {
   return map;
 }
 
+double longest_cell_diagonal(const DatasetInfo& info) {
+  const auto& [x, y, z] = info.index_to_world.columns;
+  double longest = 0;
+  for (const double y_sign : {-1.0, 1.0}) {
+    for (const double z_sign : {-1.0, 1.0}) {
+      longest = std::max(longest, length(moved(moved(x, y_sign, y), z_sign, z)));
+    }
+  }
+  return longest;
+}
+
+double lattice_rounding_world(const DatasetInfo& info, int lattice_resolution) {
+  return std::ldexp(longest_cell_diagonal(info), -lattice_resolution);
+}
+
 DataBorder data_border(const DatasetInfo& info, int lattice_resolution, double topology_tolerance,
                        std::int32_t finest_spacing) {
   DataBorder border;

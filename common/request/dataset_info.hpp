@@ -100,6 +100,14 @@ struct DatasetInfo {
 // Maps grid coordinates to sample indices.
 [[nodiscard]] Affine grid_to_index(const DatasetInfo& info);
 
+// Returns the longest diagonal of a cell of eight samples, which is the longest edge of a
+// tetrahedron of the finest level, in world units.
+[[nodiscard]] double longest_cell_diagonal(const DatasetInfo& info);
+
+// Returns the largest displacement of a vertex by rounding to the lattice, in world units: one
+// lattice step along the longest edge, since vertices are never at the ends of their edges.
+[[nodiscard]] double lattice_rounding_world(const DatasetInfo& info, int lattice_resolution);
+
 // Returns the places where an isosurface of this dataset may end. With a value outside: at the
 // faces of the grid. With void outside: at the last samples; in previews also further inside,
 // because a tetrahedron that reaches beyond the data carries no surface. Such tetrahedra are at

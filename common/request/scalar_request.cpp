@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/request/same_world.hpp"
+
 namespace multitetra {
 
 std::uint32_t ScalarRange::code_of(double value) const {
@@ -38,19 +40,11 @@ ScalarRange range_for(const ScalarRequest& request, const DatasetInfo& field) {
   return {.low = request.limits->low, .high = request.limits->high, .bits = request.bits};
 }
 
-Result<void> check_same_world(const DatasetInfo& surface, const DatasetInfo& field) {
-  const PhysicalMeaning& a = surface.meaning;
-  const PhysicalMeaning& b = field.meaning;
-  const auto differ = [&](const std::string& what) {
-    return fail(ErrorCode::kInvalidArgument, "Dataset \"" + field.name + "\" cannot color \"" +
-                                                 surface.name + "\": " + what +
-                                                 " of their world coordinates differ.");
-  };
-  const bool have_spaces = a.space != WorldSpace::kUnnamed && b.space != WorldSpace::kUnnamed;
-  if (have_spaces && a.space != b.space) return differ("the axes");
-  const bool have_units = !a.length_unit.empty() && !b.length_unit.empty();
-  if (have_units && a.length_unit != b.length_unit) return differ("the units");
-  return {};
+Result<void> check_same_world(const ScalarRequest& request, const DatasetInfo& surface,
+                              const DatasetInfo& field) {
+  const std::string why = request.in_any_world ? "" : world_mismatch(surface, field);
+  if (why.empty()) return {};
+  return fail(ErrorCode::kInvalidArgument, why + " Use color_anyway to color by it anyway.");
 }
 
 }  // namespace multitetra

@@ -37,6 +37,7 @@ struct ScalarRequest {
     friend bool operator==(const Limits&, const Limits&) = default;
   };
   std::optional<Limits> limits = {};  // Absent: the range of the dataset's samples.
+  bool in_any_world = false;          // Allows a dataset in another world than the surface's.
 
   friend bool operator==(const ScalarRequest&, const ScalarRequest&) = default;
 };
@@ -46,8 +47,9 @@ struct ScalarRequest {
 
 [[nodiscard]] ScalarRange range_for(const ScalarRequest& request, const DatasetInfo& field);
 
-// Fails with kInvalidArgument if the datasets are in different worlds: space and unit must be equal
-// where both are known.
-[[nodiscard]] Result<void> check_same_world(const DatasetInfo& surface, const DatasetInfo& field);
+// Fails with kInvalidArgument and the reason if the datasets lie in different worlds (see
+// world_mismatch()), unless the request allows that.
+[[nodiscard]] Result<void> check_same_world(const ScalarRequest& request,
+                                            const DatasetInfo& surface, const DatasetInfo& field);
 
 }  // namespace multitetra

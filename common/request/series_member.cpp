@@ -51,8 +51,7 @@ Result<void> check_member(const SeriesMember& member) {
 std::optional<std::uint32_t> display_color(const SeriesMember& member) {
   if (!member.label) return member.color;
   if (member.label->color) return member.label->color;
-  const Rgb color = label_color(member.label->value);
-  return color[0] << 16U | color[1] << 8U | color[2];
+  return packed(label_color(member.label->value));
 }
 
 std::string color_text(std::uint32_t color) {

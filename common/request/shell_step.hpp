@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
-#include "common/base/vec3.hpp"
 #include "common/codec/shell_format.hpp"
+#include "common/request/dataset_info.hpp"
 
 namespace multitetra {
 
@@ -30,7 +30,7 @@ struct ShellStep {
 // rounding to the lattice: (1/2 - 1 / (1 + 2^(1/L))) of the longest edge, a cell diagonal of the
 // level, for quantized values, otherwise 0. At spacing 1 it bounds the two-sided Hausdorff distance
 // to the full-resolution surface: vertices move along edges, and points between them no farther.
-[[nodiscard]] double error_bound(const ShellStep& step, const Vec3& sample_spacing,
+[[nodiscard]] double error_bound(const ShellStep& step, const DatasetInfo& info,
                                  std::int32_t finest_spacing);
 
 }  // namespace multitetra

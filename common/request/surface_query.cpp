@@ -5,7 +5,6 @@
 
 #include "common/base/parse_number.hpp"
 #include "common/mesh/components.hpp"
-#include "common/request/same_world.hpp"
 #include "common/request/shared_budget.hpp"
 #include "common/request/threshold_parser.hpp"
 
@@ -125,8 +124,7 @@ constexpr std::array kFields = {
     F{"quality", "draft|normal|fine|exact", "", kSurface, kEveryday, kOnce,
       "Instead of an error: 2, 0.5, 0.25 or 0 voxels", set_quality},
     F{"unit", "voxel|world", "voxel", kSurface, kEveryday, kOnce,
-      "Errors in smallest spacings, or the file's unit",
-      set_word<&R::unit, length_unit_from>},
+      "Errors in smallest spacings, or the file's unit", set_word<&R::unit, length_unit_from>},
     F{"bound", "certified|paper", "certified", kSurface, kRare, kOnce,
       "certified bounds the two-sided Hausdorff distance; paper is the estimate of 1997, which the "
       "distance may exceed",
@@ -276,16 +274,10 @@ Result<std::optional<ScalarRequest>> scalars_for(const SurfaceQuery& query) {
   if (query.colors.is_logarithmic && !(query.color_range && query.color_range->low > 0)) {
     return refuse("color_scale log needs a color_range LOW,HIGH with both above 0.");
   }
-  auto valid = validated(ScalarRequest{.dataset = query.color_by, .limits = query.color_range});
+  auto valid = validated(ScalarRequest{
+      .dataset = query.color_by, .limits = query.color_range, .in_any_world = query.color_anyway});
   if (!valid) return tl::unexpected(valid.error());
   return *std::move(valid);
-}
-
-Result<void> check_colors(const SurfaceQuery& query, const DatasetInfo& surface,
-                          const DatasetInfo& values) {
-  const std::string why = query.color_anyway ? "" : world_mismatch(surface, values);
-  if (why.empty()) return {};
-  return fail(ErrorCode::kInvalidArgument, why + " Use color_anyway to color by it anyway.");
 }
 
 }  // namespace multitetra

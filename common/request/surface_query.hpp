@@ -78,9 +78,4 @@ struct RequestField {
 // Returns the validated field that colors the surfaces, nullopt for none, or kInvalidArgument.
 [[nodiscard]] Result<std::optional<ScalarRequest>> scalars_for(const SurfaceQuery& query);
 
-// Fails with kInvalidArgument and the reason unless the dataset of color_by may color the surfaces:
-// it must lie in the same world (same_world.hpp), or `color_anyway` be set.
-[[nodiscard]] Result<void> check_colors(const SurfaceQuery& query, const DatasetInfo& surface,
-                                        const DatasetInfo& values);
-
 }  // namespace multitetra

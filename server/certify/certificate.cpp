@@ -131,17 +131,6 @@ bool Certificate::passes() const {
          (!is_topology_asked || (keeps_topology() && keeps_orientation()));
 }
 
-double lattice_step_world(const DatasetInfo& grid, int lattice) {
-  const auto& columns = grid_to_world(grid).columns;
-  double longest = 0;
-  for (int signs = 0; signs < 4; ++signs) {
-    const double y = (signs & 1) != 0 ? 1 : -1;
-    const double z = (signs & 2) != 0 ? 1 : -1;
-    longest = std::max(longest, length(moved(moved(columns[0], y, columns[1]), z, columns[2])));
-  }
-  return longest / static_cast<double>(1 << lattice);
-}
-
 Certificate certify(const TriangleMesh& mesh, const Volume& volume, const CertifyOptions& options) {
   const auto begin = [&](const char* stage) {
     if (options.on_stage) options.on_stage(stage);
@@ -159,7 +148,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   const double voxel = voxel_length(certificate.grid);
   certificate.rounding_allowance = float_rounding(own.mesh);
   if (options.lattice) {
-    certificate.lattice_allowance = lattice_step_world(certificate.grid, *options.lattice);
+    certificate.lattice_allowance = lattice_rounding_world(certificate.grid, *options.lattice);
   }
   const double allowed = options.error.value_or(kDefaultErrorVoxels * voxel) +
                          certificate.lattice_allowance + certificate.rounding_allowance;

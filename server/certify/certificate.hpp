@@ -100,10 +100,6 @@ struct Certificate {
   [[nodiscard]] bool passes() const;
 };
 
-// Returns the largest displacement of a vertex by rounding, in world units: one step along the
-// longest diagonal of a grid cell.
-[[nodiscard]] double lattice_step_world(const DatasetInfo& grid, int lattice);
-
 // Compares `mesh`, in the volume's world coordinates, with the volume, on all threads of oneTBB.
 // Throws std::invalid_argument if the volume exceeds the largest grid.
 [[nodiscard]] Certificate certify(const TriangleMesh& mesh, const Volume& volume,

@@ -171,7 +171,7 @@ void add_certify_command(Command& program, Run& run) {
                     "Count self-intersecting triangles, exactly; touching ones count");
   add_threads_option(*command, a->threads);
   command->add_flag("--json", a->json, "Print a JSON report");
-  command->add_flag("--quiet", a->quiet, "Print errors only");
+  command->add_flag("--quiet", a->quiet, "Print errors and notices about the data only");
   command->begin_group("Coordinates");
   command
       ->add_option("--outside", a->outside,

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "server/certify/certificate.hpp"
+#include "common/request/dataset_info.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
 
 namespace multitetra {
@@ -14,8 +14,7 @@ void measure(MeasuredSurface& surface, const LatticeMesh& mesh, const SurfaceArg
       is_bounded && request.topology_tolerance == 0 && request.measure == ErrorMeasure::kCertified;
   if (!is_bounded) return;
   const double error = largest_threshold(request, info);
-  // Rounding moves a vertex by at most half the diagonal of a lattice cell.
-  surface.distance_bound = error + lattice_step_world(info, request.lattice_resolution) / 2;
+  surface.distance_bound = error + lattice_rounding_world(info, request.lattice_resolution);
   surface.is_full_resolution = error == 0;
 }
 

@@ -126,7 +126,7 @@ Result<IsosurfaceRoute::RequestedFile> IsosurfaceRoute::requested_file(
   if (wanted.scalars) {
     const auto field = permit.describe(wanted.scalars->dataset);
     if (!field) return tl::unexpected(field.error());
-    const auto fits = check_colors(query->surface, wanted.info, *field);
+    const auto fits = check_same_world(*wanted.scalars, wanted.info, *field);
     if (!fits) return tl::unexpected(fits.error());
     const ScalarRange range = range_for(*wanted.scalars, *field);
     const ColorScale& colors = wanted.form.colors;

@@ -33,6 +33,14 @@ Result<void> check_begun(const OpenStream& open, const DatasetInfo& info, bool s
   return {};
 }
 
+// Returns whether the clients' checks for the first dataset hold for the other, too.
+bool can_share_a_stream(const DatasetInfo& first, const DatasetInfo& other) {
+  return other.dims == first.dims && other.spacing == first.spacing &&
+         other.index_to_world == first.index_to_world && other.margin == first.margin &&
+         other.grid_exponent == first.grid_exponent && other.type == first.type &&
+         other.outside == first.outside && (other.void_samples > 0) == (first.void_samples > 0);
+}
+
 Result<void> check_limits(const RequestLimits& limits, const IsosurfaceRequest& request) {
   const std::size_t regions = request.thresholds.regions.size();
   if (regions <= limits.max_regions) return {};
@@ -152,7 +160,7 @@ Result<SurfaceProviderPtr> Permit::field_for(const ScalarRequest& scalars,
   if (const auto valid = validated(scalars); !valid) return tl::unexpected(valid.error());
   auto field = provider(scalars.dataset);
   if (!field) return field;
-  if (const auto checked = check_same_world(surface, (*field)->info()); !checked) {
+  if (const auto checked = check_same_world(scalars, surface, (*field)->info()); !checked) {
     return tl::unexpected(checked.error());
   }
   return field;
@@ -166,14 +174,12 @@ Result<std::vector<SurfaceProviderPtr>> Permit::further_datasets(const OpenStrea
     auto source = provider(name);
     if (!source) return tl::unexpected(source.error());
     const DatasetInfo& info = (*source)->info();
-    const bool has_same_grid = info.dims == first.dims && info.spacing == first.spacing &&
-                               info.margin == first.margin && info.type == first.type &&
-                               info.grid_exponent == first.grid_exponent &&
-                               info.index_to_world == first.index_to_world;
-    if (!has_same_grid) {
-      return fail(ErrorCode::kInvalidArgument, "Datasets \"" + first.name + "\" and \"" + name +
-                                                   "\" have different grids; request the previews "
-                                                   "of one of them in a stream of its own.");
+    if (!can_share_a_stream(first, info)) {
+      return fail(ErrorCode::kInvalidArgument,
+                  "Datasets \"" + first.name + "\" and \"" + name +
+                      "\" differ in their grid, sample type or value outside, or one has samples "
+                      "without a value; request the previews of one of them in a stream of its "
+                      "own.");
     }
     further.push_back(*std::move(source));
   }

@@ -87,18 +87,18 @@ ServerMessage StreamMessages::take() {
 
 StepBegin StreamMessages::step_begin() const {
   const StepRequest& step = current_.step;
-  StepBegin begin{
-      .request_id = request_id_,
-      .step = step_,
-      .is_final = current_.is_final,
-      .request = step.request,
-      .error_bound_world = step.shell ? error_bound(*step.shell, info_.spacing, step.finest_spacing)
-                                      : largest_threshold(step.request, info_),
-      .finest_spacing = step.finest_spacing,
-      .shell = step.shell,
-      .tetrahedra = current_.encoded.tetrahedra,
-      .active_tetrahedra = current_.encoded.active_tetrahedra,
-      .tiles = {}};
+  StepBegin begin{.request_id = request_id_,
+                  .step = step_,
+                  .is_final = current_.is_final,
+                  .request = step.request,
+                  .error_bound_world = step.shell
+                                           ? error_bound(*step.shell, info_, step.finest_spacing)
+                                           : largest_threshold(step.request, info_),
+                  .finest_spacing = step.finest_spacing,
+                  .shell = step.shell,
+                  .tetrahedra = current_.encoded.tetrahedra,
+                  .active_tetrahedra = current_.encoded.active_tetrahedra,
+                  .tiles = {}};
   // Reports the request as the client sent it; separate fields describe what the preview omits.
   begin.is_unsimplified = state_.request.simplify && !step.request.simplify && !step.shell;
   begin.request.simplify = state_.request.simplify;

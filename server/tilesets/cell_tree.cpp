@@ -122,13 +122,11 @@ double CellTree::threshold(int exponent) const {
 }
 
 double CellTree::error_bound(int exponent) const {
-  const Vec3& spacing = info_.spacing;
-  const double longest = std::hypot(spacing[0], spacing[1], spacing[2]);
   // Adds the rounding to the lattice, or features smaller than a preview's tetrahedra.
   const double step = is_preview(exponent)
                           ? static_cast<double>(finest_spacing(exponent))
                           : 1.0 / static_cast<double>(1 << lattice_resolution(exponent));
-  return threshold(exponent) * voxel_length(info_) + step * longest;
+  return threshold(exponent) * voxel_length(info_) + step * longest_cell_diagonal(info_);
 }
 
 IsosurfaceRequest CellTree::request(const OctreeCube& cube, int level) const {

@@ -209,9 +209,9 @@ MeshFiles mesh_files_of(const CellTree& tree, const MeshFragments& fragments) {
     append_f32(manifest, (0.5 - info.margin) * step * nanometres);
   }
   append_u32(manifest, static_cast<std::uint32_t>(levels));
-  const double spacing = std::hypot(info.spacing[0], info.spacing[1], info.spacing[2]);
+  const double diagonal = longest_cell_diagonal(info);
   for (int exponent = leaf; exponent < leaf + levels; ++exponent) {
-    const double rounding = spacing * static_cast<double>(1 << exponent) / kLastStep / 2;
+    const double rounding = diagonal * static_cast<double>(1 << exponent) / kLastStep / 2;
     append_f32(manifest, (tree.error_bound(exponent) + rounding) * nanometres);
   }
   for (int i = 0; i < 3 * levels; ++i) append_f32(manifest, 0);

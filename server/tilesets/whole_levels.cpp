@@ -44,9 +44,7 @@ double diagonal(const PositionedMesh& mesh) {
 std::vector<WholeLevel> whole_levels(const DatasetInfo& info, const TreeSettings& settings) {
   const double coarsest = *std::max_element(info.dims.begin(), info.dims.end()) / kCoarsestShare;
   const int resolution = std::min(kDefaultLatticeResolution, kMaxLatticeBits - info.grid_exponent);
-  const Vec3& spacing = info.spacing;
-  const double rounding =
-      std::hypot(spacing[0], spacing[1], spacing[2]) / static_cast<double>(1 << resolution);
+  const double rounding = lattice_rounding_world(info, resolution);
   std::vector<WholeLevel> levels;
   double error = settings.error;
   do {

@@ -306,7 +306,7 @@ class Comparison {
     for (const auto& [name, shell] : shell_steps()) {
       const ShellLevel level = {.isovalue = arguments_.isovalue, .shell = shell};
       if (!has_shells(dataset_->info, level)) continue;
-      const double moved = error_bound(shell, dataset_->info.spacing, 1);
+      const double moved = error_bound(shell, dataset_->info, 1);
       methods.push_back({.name = "ours, samples",
                          .setting = name,
                          .certified = moved / voxel_length(dataset_->info),

@@ -25,7 +25,7 @@ const spacing = 4;
 let lastRequest = 0;
 const folder = path.join(scratch, `labels_${count}`);
 if (!existsSync(folder)) prepare();
-const server = new Server(program, folder, viewer);
+const server = new Server(program, folder, viewer, ["--max-requests-per-second", "0"]); // One address has all requests.
 let socket;
 await measure("alone", async (names) => {
   for (const name of names) await stream(previewOf([name]));

@@ -110,7 +110,7 @@ std::optional<std::string> shell_fault(const StepBegin& begin, const OpenStream&
   if (!are_disjoint(cubes)) return "the cubes of its sample shells overlap";
   // Other machines may round exponential functions differently.
   constexpr double kRounding = 1e-9;
-  const double bound = error_bound(*begin.shell, info.spacing, begin.finest_spacing);
+  const double bound = error_bound(*begin.shell, info, begin.finest_spacing);
   if (std::abs(begin.error_bound_world - bound) <= kRounding * bound) return std::nullopt;
   return "its stated error bound is " + std::to_string(begin.error_bound_world) +
          ", that of its shells is " + std::to_string(bound);

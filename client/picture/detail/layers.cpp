@@ -57,7 +57,7 @@ Pixel pixel_of(std::span<const Sample, kSamples> samples, std::span<const Mix> m
     for (std::size_t j = 0; j < 3; ++j) sum[j] += mix.light[j] + of_last * last[j];
   }
   if (seen == 0) return {0, 0, 0, 0};
-  return {srgb(sum[0] / seen), srgb(sum[1] / seen), srgb(sum[2] / seen),
+  return {srgb_from(sum[0] / seen), srgb_from(sum[1] / seen), srgb_from(sum[2] / seen),
           static_cast<std::uint8_t>(std::lround(255 * seen / kSamples))};
 }
 

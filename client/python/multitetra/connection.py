@@ -146,10 +146,10 @@ class Connection:
         return self._client.probe(dataset, np.asarray(places, float).reshape(-1, 3), coordinates)
 
     def _request(self, dataset, isovalue, **request):
-        """As surface_request; a ValueError where colors would be those of another world."""
+        """As surface_request; a ValueError where colors would be those of another world, unless color_anyway allows it."""
         asked, scalars = surface_request(isovalue, **request)
-        if scalars is not None and request.get("color_anyway") not in (True, "on", "true"):
-            _client.check_one_world(self._client.info(dataset), self._client.info(request["color_by"]))
+        if scalars is not None:
+            _client.check_same_world(scalars, self._client.info(dataset), self._client.info(request["color_by"]))
         return asked, scalars
 
     def _steps(self, dataset, request, scalars, final_only, display):

@@ -4,14 +4,13 @@ import { type Animation, recordVideo, recordPictures, turntable } from "./scene/
 import { savedFileText } from "./panel/downloads_section";
 import { labelTable, type MeasuredLabel } from "./panel/label_table";
 import type { DatasetInfo } from "./protocol/messages";
-import { boundOf } from "./shown_surface";
 import type { Settings } from "./state/settings";
 import { fileName, type NamedSurface, seriesName } from "./state/file_names";
 import { renamedLabel, timeOf, timeText, withLabelsBeside } from "./state/series";
 import { toAddress } from "./state/url_state";
 import { applied, latticeToWorld, type Vec3, voxelVolume } from "./stream/dataset";
 import type { PictureOptions, Viewer } from "./viewer";
-import type { ShownTiles } from "./surface_set";
+import { boundOf, type ShownTiles } from "./shown_surface";
 import type { MeshFormat } from "./workers/worker_messages";
 
 export class Downloads {

@@ -4,8 +4,9 @@ import { type DatasetInfo, ErrorMeasure } from "./protocol/messages";
 import type { StepFacts } from "./state/progress";
 import { type AssemblerEffect, type StepOfTiles } from "./stream/assembler";
 import type { StreamRequest } from "./stream/stream_request";
-import { longestCellDiagonal, voxelLength } from "./stream/dataset";
+import { latticeRoundingWorld, voxelLength } from "./stream/dataset";
 import { preservesTopology, shellModeOf } from "./stream/step_checks";
+import type { DrawnTiles } from "./workers/worker_messages";
 
 export type Committed = AssemblerEffect & { kind: "committed" };
 
@@ -16,14 +17,19 @@ export interface ShownSurface {
   facts: StepFacts;
 }
 
+// A shown surface, for measuring, cutting or saving.
+export interface ShownTiles {
+  at: number; // Index of the surface, 0 for the first.
+  shown: ShownSurface;
+  drawn: DrawnTiles;
+  color: string;
+  opacity: number; // 0 to 1.
+}
+
 // Returns the largest distance of its points to the full-resolution surface, in world units: the certified error plus
 // the rounding of vertices to the lattice, along their edges. Null: not certified.
 export function boundOf({ info, resolution, facts }: ShownSurface): number | null {
-  return facts.isCertified ? facts.errorWorld + roundingBound(info, resolution) : null;
-}
-
-function roundingBound(info: DatasetInfo, resolution: number): number {
-  return longestCellDiagonal(info) / 2 ** (resolution + 1);
+  return facts.isCertified ? facts.errorWorld + latticeRoundingWorld(info, resolution) : null;
 }
 
 // Returns whether the step is coarser than the shown one for the same isovalue; such steps are skipped.

@@ -13,7 +13,7 @@ import { FieldColors } from "./scene/field_colors";
 import type { Stage } from "./scene/stage";
 import { maxTriangles, Surface } from "./scene/surface";
 import { ShownReports } from "./shown_reports";
-import type { ShownSurface } from "./shown_surface";
+import type { ShownSurface, ShownTiles } from "./shown_surface";
 import { hiddenPartsOf } from "./state/hidden_parts";
 import { noDatasets, noProgress, type Progress, type ServedDatasets, type SurfacesStatus, type SurfaceSize } from "./state/progress";
 import { isSameData } from "./state/series";
@@ -27,22 +27,12 @@ import { SharedPreviews } from "./stream/shared_previews";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
 import type { ViewerEvents } from "./viewer_options";
 import type { TilePool } from "./workers/tile_pool";
-import type { DrawnTiles } from "./workers/worker_messages";
 
 interface Member {
   client: SurfaceClient;
   surface: Surface;
   prefetcher: Prefetcher;
   key: string; // Its key: dataset, isovalue and error.
-}
-
-// A shown surface, for measuring, cutting or saving.
-export interface ShownTiles {
-  at: number; // Index of the surface, 0 for the first.
-  shown: ShownSurface;
-  drawn: DrawnTiles;
-  color: string;
-  opacity: number; // 0 to 1.
 }
 
 export interface SurfaceSetEvents {

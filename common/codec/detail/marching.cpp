@@ -169,12 +169,11 @@ bool Marching::add_row_of_cells(int y, int z, ShellVertex* vertices, ShellTriang
       const uint32_t p = vertex(polygon.edges[0]);
       const uint32_t q = vertex(polygon.edges[1]);
       const uint32_t r = vertex(polygon.edges[2]);
+      const uint32_t s = polygon.corners == 3 ? r : vertex(polygon.edges[3]);
+      if (!has_room) return;
       if (polygon.corners == 3) {
         triangles[triangle_count_++] = {{p, q, r}};
-        continue;
-      }
-      const uint32_t s = vertex(polygon.edges[3]);
-      if (is_cut_along_first(vertices[p], vertices[q], vertices[r], vertices[s])) {
+      } else if (is_cut_along_first(vertices[p], vertices[q], vertices[r], vertices[s])) {
         triangles[triangle_count_++] = {{p, q, r}};
         triangles[triangle_count_++] = {{p, r, s}};
       } else {

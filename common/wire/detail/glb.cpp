@@ -5,7 +5,7 @@
 #include <limits>
 #include <system_error>
 
-#include "common/image/color_map.hpp"
+#include "common/image/srgb.hpp"
 #include "common/wire/scene_file.hpp"
 
 namespace multitetra {
@@ -27,10 +27,8 @@ nlohmann::json empty_gltf() {
 
 std::array<double, 3> color_of(const SurfaceName& name, std::size_t number) {
   if (!name.color) return part_color(number);
-  const auto light = [&](int shift) {
-    return double{linear_light(static_cast<int>(*name.color >> shift & 0xFF))};
-  };
-  return {light(16), light(8), light(0)};
+  const Light light = linear_light(rgb_from(*name.color));
+  return {light[0], light[1], light[2]};
 }
 
 nlohmann::json surface_material(const std::array<double, 3>& color) {

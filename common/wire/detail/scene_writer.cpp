@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/image/color_map.hpp"
+#include "common/image/srgb.hpp"
 #include "common/wire/detail/glb.hpp"
 #include "common/wire/detail/meshopt_arrays.hpp"
 #include "common/wire/detail/position_bounds.hpp"
@@ -176,9 +176,7 @@ std::size_t SceneWriter::add_colors(const PositionedMesh& mesh) {
   if (codec_ == MeshCodec::kNone) {
     std::vector<Triple> colors;
     colors.reserve(mesh.colors.size());
-    for (const auto& color : mesh.colors) {
-      colors.push_back({linear_light(color[0]), linear_light(color[1]), linear_light(color[2])});
-    }
+    for (const Rgb& color : mesh.colors) colors.push_back(linear_light(color));
     return add_attribute(
         {.bytes = bytes_of(colors), .component = kFloat, .stride = sizeof(Triple)});
   }

@@ -7,6 +7,7 @@ namespace multitetra::wire {
 void write(const ScalarRequest& request, v1::ScalarRequest& wire) {
   wire.set_dataset(request.dataset);
   wire.set_bits(static_cast<std::uint32_t>(request.bits));
+  wire.set_in_any_world(request.in_any_world);
   if (!request.limits) return;
   wire.set_low(request.limits->low);
   wire.set_high(request.limits->high);
@@ -16,7 +17,7 @@ ScalarRequest read(const v1::ScalarRequest& wire, FieldChecks& checks) {
   checks.dataset_name("ScalarRequest.dataset", wire.dataset());
   checks.require(wire.has_low() == wire.has_high(), "ScalarRequest.low",
                  "and high must be given together.");
-  ScalarRequest request{.dataset = wire.dataset()};
+  ScalarRequest request{.dataset = wire.dataset(), .in_any_world = wire.in_any_world()};
   // Larger numbers are out of range in any case.
   if (wire.bits() != 0) request.bits = static_cast<int>(std::min<std::uint32_t>(wire.bits(), 1000));
   if (wire.has_low()) request.limits = ScalarRequest::Limits{wire.low(), wire.high()};

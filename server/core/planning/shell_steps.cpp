@@ -38,7 +38,7 @@ std::optional<StepRequest> certified_shells(const IsosurfaceRequest& request,
   std::optional<StepRequest> cheapest;
   double bits = 0;
   for (const ShellStep& shell : kModes) {
-    if (error_bound(shell, info.spacing, 1) > least) continue;
+    if (error_bound(shell, info, 1) > least) continue;
     const StepRequest step = preview_step(request, {.finest_spacing = 1, .shell = shell}, info);
     if (!has_shells(info, level_of(step))) continue;
     const double bits_of_step = bits_per_vertex(shell, info.type, request.lattice_resolution);
@@ -53,7 +53,7 @@ bool is_enough_to_display(const StepRequest& step, const IsosurfaceRequest& requ
                           const DatasetInfo& info) {
   if (!step.shell || step.finest_spacing != 1 || has_budget(request)) return false;
   const double least = ThresholdMap(request, info).least();
-  return least < voxel_length(info) && error_bound(*step.shell, info.spacing, 1) <= least;
+  return least < voxel_length(info) && error_bound(*step.shell, info, 1) <= least;
 }
 
 }  // namespace multitetra

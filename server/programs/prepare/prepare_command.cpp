@@ -160,7 +160,7 @@ void add_prepare_command(Command& program, Run& run) {
                       "Name of the dataset; default: the input's name without its suffix");
   add_threads_option(*command, a->threads);
   command->add_flag("--json", a->json, "Print a JSON report");
-  command->add_flag("--quiet", a->quiet, "Print errors only");
+  command->add_flag("--quiet", a->quiet, "Print errors and notices about the data only");
   add_border_options(*command, a->outside, a->margin);
   a->series.add_to(*command);
   command->begin_group("Reading the volume");

@@ -73,7 +73,7 @@ ShellStream honest_stream() {
   stream.begin = {.request_id = kShellStreamId,
                   .is_final = true,
                   .request = to_display().request,
-                  .error_bound_world = error_bound(kShell, {1, 1, 1}, 1),
+                  .error_bound_world = error_bound(kShell, DatasetInfo{}, 1),
                   .shell = kShell};
   return stream;
 }

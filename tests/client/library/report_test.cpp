@@ -116,14 +116,14 @@ TEST(VolumeNotice, ExplainsHowToNarrowAWideBound) {
   EXPECT_TRUE(volume_notice({.area = 12, .volume = std::nullopt}, 0.11).empty());
 }
 
-TEST(MeshDistanceBound, AddsHalfALatticeStep) {
+TEST(MeshDistanceBound, AddsALatticeStep) {
   DatasetInfo info = testing::octahedra_info();
   info.index_to_world.columns = {Vec3{2, 0, 0}, Vec3{0, 3, 0}, Vec3{0, 0, 6}};
   StepBegin begin = octahedron_report().steps.back().step->begin;
   begin.error_bound_world = 0.25;
   EXPECT_DOUBLE_EQ(mesh_distance_bound(begin, info).value(),
-                   0.25 + 7 / std::exp2(begin.request.lattice_resolution + 1));  // The diagonal of
-                                                                                 // 2, 3 and 6 is 7.
+                   0.25 + 7 / std::exp2(begin.request.lattice_resolution))
+      << "the diagonal of 2, 3 and 6 is 7";
   begin.request.topology_tolerance = 2;
   EXPECT_FALSE(mesh_distance_bound(begin, info));
 }

@@ -282,7 +282,7 @@ class NestedBalls : public ::testing::Test {
   }
   [[nodiscard]] static Light middle_of(const Picture& picture) {
     const Pixel& pixel = picture.at(80, 60);
-    return {linear_light(pixel[0]), linear_light(pixel[1]), linear_light(pixel[2])};
+    return linear_light(Rgb{pixel[0], pixel[1], pixel[2]});
   }
 
   PositionedMesh inner_ = ball({0, 0, 0});

@@ -123,6 +123,20 @@ TEST(ShellDecoderRobustness, RejectsOrDecodesSoundlyNoiseAfterAHeader) {
   }
 }
 
+TEST(ShellDecoderRobustness, RejectsFewerVerticesThanTheSurfaceHas) {
+  constexpr std::ptrdiff_t kVertices = 10;  // Where the header has their number.
+  for (const auto& bytes : small_shells()) {
+    std::ptrdiff_t end = kVertices + 1;
+    while (bytes[static_cast<std::size_t>(end) - 1] >= 0x80) ++end;
+    for (const std::uint8_t vertices : {0, 1, 2, 40}) {
+      std::vector<std::uint8_t> changed(bytes.begin(), bytes.begin() + kVertices);
+      changed.push_back(vertices);
+      changed.insert(changed.end(), bytes.begin() + end, bytes.end());
+      EXPECT_EQ(decode_shell(changed).status, ShellStatus::kBadContents) << int{vertices};
+    }
+  }
+}
+
 // A header of the largest box and of the largest sizes, followed by streams that repeat one byte.
 TEST(ShellDecoderRobustness, DecodesTheLargestBoxInBoundedTime) {
   for (const int modes : {0x00, 0x10, 0x01, 0x11, 0x02, 0x1e}) {

@@ -67,12 +67,5 @@ TEST_F(ColorMapTest, ColorsNanSeparately) {
   EXPECT_EQ(scale(std::numeric_limits<double>::infinity()), scale(1));
 }
 
-TEST_F(ColorMapTest, ParsesColorsOfSixHexadecimalDigits) {
-  EXPECT_EQ(rgb_from("fF8000"), (Rgb{255, 128, 0}));
-  for (const char* const text : {"", "ff800", "ff80000", "-f8000", "0xff80", "ff80g0", " ff800"}) {
-    EXPECT_EQ(rgb_from(text), std::nullopt) << text;
-  }
-}
-
 }  // namespace
 }  // namespace multitetra

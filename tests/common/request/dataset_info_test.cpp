@@ -1,10 +1,12 @@
 #include "common/request/dataset_info.hpp"
 
+#include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
 
 #include "common/request/isosurface_request.hpp"
+#include "common/request/shell_step.hpp"
 
 namespace multitetra {
 namespace {
@@ -130,6 +132,25 @@ TEST(IsosurfaceRequest, RoundTripsNamesOfChoices) {
   EXPECT_EQ(error_measure_from("Paper"), std::nullopt);
   EXPECT_EQ(topology_rule_from(""), std::nullopt);
   EXPECT_EQ(length_unit_from("mm"), std::nullopt);
+}
+
+// Axes from files are at right angles only up to the rounding of their numbers.
+TEST(ShellStep, HasAnErrorBoundOfTheLongestDiagonal) {
+  DatasetInfo info;
+  info.index_to_world.columns = {Vec3{1, 1e-4, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
+  const double bound = error_bound(quantized_shells(1), info, 2);
+  EXPECT_DOUBLE_EQ(bound, 2 * longest_cell_diagonal(info) / 6);
+  EXPECT_GT(bound, 2 * std::sqrt(3.0) / 6 * (1 + 1e-5));
+  EXPECT_EQ(error_bound(ShellStep{}, info, 2), 0);
+}
+
+TEST(LatticeRounding, FollowsTheLongestDiagonal) {
+  DatasetInfo info;
+  EXPECT_DOUBLE_EQ(lattice_rounding_world(info, 5), std::sqrt(3.0) / 32);
+  info.index_to_world.columns = {Vec3{1, 0, 0}, Vec3{0, 2, 0}, Vec3{0, 0, 2}};
+  EXPECT_DOUBLE_EQ(lattice_rounding_world(info, 1), 1.5);
+  info.index_to_world.columns = {Vec3{1, 0, 0}, Vec3{1, 1, 0}, Vec3{0, 0, 1}};
+  EXPECT_DOUBLE_EQ(lattice_rounding_world(info, 1), std::sqrt(6.0) / 2) << "sheared";
 }
 
 }  // namespace

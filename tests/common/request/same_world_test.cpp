@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/request/scalar_request.hpp"
 #include "tests/support/texts.hpp"
 
 namespace multitetra {
@@ -42,6 +43,20 @@ TEST(SameWorld, IgnoresUnknownProperties) {
   DatasetInfo values = surface;
   values.meaning = {};
   EXPECT_EQ(world_mismatch(surface, values), "");
+}
+
+TEST(SameWorld, IsRequiredOfColorsUnlessAllowed) {
+  const DatasetInfo surface = cube_at({0, 0, 0});
+  DatasetInfo values = surface;
+  ScalarRequest request{.dataset = "cube"};
+  EXPECT_TRUE(check_same_world(request, surface, values));
+  values.meaning.length_unit = "cm";
+  const auto refused = check_same_world(request, surface, values);
+  ASSERT_FALSE(refused);
+  expect_contains(refused.error().text, "units of length");
+  expect_contains(refused.error().text, "color_anyway");
+  request.in_any_world = true;
+  EXPECT_TRUE(check_same_world(request, surface, values));
 }
 
 }  // namespace

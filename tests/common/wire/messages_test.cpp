@@ -263,7 +263,7 @@ TEST(OpenStream, RejectsValuesOutOfRange) {
   const auto scalars = [&](auto spoil, const char* text) {
     refuse(
         [=](OpenStream& o) {
-          o.scalars = ScalarRequest{.dataset = "heat"};
+          o.scalars = ScalarRequest{.dataset = "heat", .in_any_world = true};
           spoil(*o.scalars);
         },
         text);

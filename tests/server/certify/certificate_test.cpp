@@ -366,15 +366,6 @@ TEST(Certificate, CountsNonmanifoldVertices) {
   EXPECT_EQ(found.components, 1);
 }
 
-TEST(LatticeStep, FollowsTheLongestDiagonal) {
-  DatasetInfo info;
-  EXPECT_DOUBLE_EQ(lattice_step_world(info, 5), std::sqrt(3.0) / 32);
-  info.index_to_world.columns = {Vec3{1, 0, 0}, Vec3{0, 2, 0}, Vec3{0, 0, 2}};
-  EXPECT_DOUBLE_EQ(lattice_step_world(info, 1), 1.5);
-  info.index_to_world.columns = {Vec3{1, 0, 0}, Vec3{1, 1, 0}, Vec3{0, 0, 1}};
-  EXPECT_DOUBLE_EQ(lattice_step_world(info, 1), std::sqrt(6.0) / 2) << "sheared";
-}
-
 // ---- the report
 
 TEST(CertificateReport, StartsWithTheVerdictAndContainsTheNumbers) {

@@ -104,7 +104,7 @@ TEST_P(ExtractShells, MovesVerticesAtMostByTheReportedBound) {
     const auto exact = decoded(extract_shells(*dataset, level));
     for (const int levels : {1, 2, 4, 8}) {
       level.shell = quantized_shells(levels);
-      const double bound = error_bound(level.shell, voxel, spacing);
+      const double bound = error_bound(level.shell, dataset->info, spacing);
       const auto moved = decoded(extract_shells(*dataset, level));
       ASSERT_EQ(moved.size(), exact.size());
       double farthest = 0;

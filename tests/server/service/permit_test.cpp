@@ -18,6 +18,20 @@ AccessListPtr list_of(const std::string& token, const std::string& datasets) {
   return list;
 }
 
+// FakeSteps of a dataset with another description.
+class ChangedSteps : public FakeSteps {
+ public:
+  template <typename Change>
+  ChangedSteps(const std::string& name, const Change& change)
+      : FakeSteps(name), info_(FakeSteps(name).info()) {
+    change(info_);
+  }
+  [[nodiscard]] const DatasetInfo& info() const override { return info_; }
+
+ private:
+  DatasetInfo info_;
+};
+
 TEST(Permit, ShowsAllDatasetsWithoutAnAccessList) {
   const auto permit = Permit::of("whatever", nullptr, fake_catalogue("head"));
   ASSERT_TRUE(permit);
@@ -68,18 +82,30 @@ TEST(Permit, ChecksTheRightsOfColorDatasets) {
   EXPECT_EQ(refused.error().code, ErrorCode::kUnknownDataset);
 }
 
+TEST(Permit, RefusesColorsOfAnotherWorldUnlessAllowed) {
+  const auto catalogue = fake_catalogue("head");
+  catalogue->add(std::make_shared<ChangedSteps>("dose", [](DatasetInfo& info) {
+    info.index_to_world.translation = {1e6, 0, 0};
+  }));
+  OpenStream open = testing::open_fake(1, "head");
+  open.scalars = ScalarRequest{.dataset = "dose"};
+  const auto refused = Permit::of("", nullptr, catalogue)->accept(open);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().text.find("different positions"), std::string::npos);
+  open.scalars->in_any_world = true;
+  EXPECT_TRUE(Permit::of("", nullptr, catalogue)->accept(open));
+}
+
 TEST(Permit, ChecksRightsAndGridsOfFurtherDatasets) {
   const auto catalogue = fake_catalogue("head");
   catalogue->add(std::make_shared<FakeSteps>("dose"));
-  class OnAnotherGrid : public FakeSteps {
-   public:
-    OnAnotherGrid() : FakeSteps("embryo") { other_.dims[0] = 33; }
-    [[nodiscard]] const DatasetInfo& info() const override { return other_; }
-
-   private:
-    DatasetInfo other_ = FakeSteps("embryo").info();
+  const auto add_changed = [&](const char* name, auto change) {
+    catalogue->add(std::make_shared<ChangedSteps>(name, change));
   };
-  catalogue->add(std::make_shared<OnAnotherGrid>());
+  add_changed("embryo", [](DatasetInfo& info) { info.dims[0] = 33; });
+  add_changed("of floats", [](DatasetInfo& info) { info.type = SampleType::kF32; });
+  add_changed("in air", [](DatasetInfo& info) { info.outside = -1000; });
+  add_changed("with holes", [](DatasetInfo& info) { info.void_samples = 1; });
   const auto accept = [&](const Permit& permit, std::vector<std::string> further) {
     OpenStream open = testing::open_fake(1, "head", StepPolicy::kPreviewsOnly);
     open.resumed_previews = {{.finest_spacing = 4}};
@@ -89,7 +115,9 @@ TEST(Permit, ChecksRightsAndGridsOfFurtherDatasets) {
   const auto all = Permit::of("", nullptr, catalogue);
   EXPECT_EQ(accept(*all, {"dose", "head"})->further.size(), 2U);
   EXPECT_EQ(accept(*all, {"dose", "none"}).error().code, ErrorCode::kUnknownDataset);
-  EXPECT_EQ(accept(*all, {"embryo"}).error().code, ErrorCode::kInvalidArgument);
+  for (const char* const other : {"embryo", "of floats", "in air", "with holes"}) {
+    EXPECT_EQ(accept(*all, {other}).error().code, ErrorCode::kInvalidArgument) << other;
+  }
   const auto alone = Permit::of("good", list_of("good", "head"), catalogue);
   EXPECT_EQ(accept(*alone, {"dose"}).error().code, ErrorCode::kUnknownDataset);
 }

@@ -61,6 +61,12 @@ export function longestCellDiagonal({ indexToWorld: m }: DatasetInfo): number {
   return Math.max(...lengths);
 }
 
+// Returns the largest displacement of a vertex by rounding to the lattice, in world units: one lattice step along the
+// longest edge, since vertices are never at the ends of their edges.
+export function latticeRoundingWorld(info: DatasetInfo, resolution: number): number {
+  return longestCellDiagonal(info) / 2 ** resolution;
+}
+
 // "1.5 mm", or "1.5 units" if the unit is unknown.
 export function lengthText(
   length: number,

@@ -109,6 +109,8 @@ TEST(LatticeVertex, IsTheLatticePointNearestToTheCrossing) {
   EXPECT_EQ(lattice_vertex({0, 0, 0}, 0, {4, 0, 0}, 1, 0.25, 3), (LatticePoint{8, 0, 0}));
   EXPECT_EQ(lattice_vertex({0, 0, 0}, 0, {1, 1, 0}, 8, 3.4, 3), (LatticePoint{3, 3, 0}));
   EXPECT_EQ(lattice_vertex({0, 0, 0}, 0, {1, 1, 0}, 8, 3.6, 3), (LatticePoint{4, 4, 0}));
+  EXPECT_EQ(lattice_vertex({0, 0, 0}, 500, {1, 0, 0}, 3000, 500.5, 5), (LatticePoint{1, 0, 0}))
+      << "moved by almost a lattice step, since vertices are never at the ends";
 }
 
 }  // namespace
