@@ -17,7 +17,8 @@ void print(const EstimateReply& reply, const IsosurfaceRequest& request, const D
   std::cout << "isovalue " << shortest_text(request.isovalue) << ": "
             << (range.least < range.most ? human_count(range.least) + " to " : "")
             << human_count_of(range.most, "triangle") << ", about " << human_bytes(reply.bytes)
-            << ", at an error of at most " << human_error(reply.threshold_world, request.unit, info)
+            << ", at an error of at most "
+            << human_error(reply.error_bound_world, request.unit, info)
             << (request.max_triangles + request.max_bytes > 0
                     ? ", the smallest that fits the budget"
                     : "")
@@ -60,7 +61,7 @@ int estimate(const EstimateArguments& arguments) {
                          {"triangles_least", range.least},
                          {"triangles_most", range.most},
                          {"bytes", reply->bytes},
-                         {"threshold_world", reply->threshold_world}};
+                         {"error_bound_world", reply->error_bound_world}};
     std::cout << text_of(report);
   } else {
     print(*reply, surface.requests.front(), surface.info);

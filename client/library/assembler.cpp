@@ -52,12 +52,12 @@ HeldTiles named_in(HeldTiles held, const std::vector<ContentDigest>& digests) {
 }  // namespace
 
 bool preserves_topology(const StepBegin& begin) {
-  return begin.request.topology_tolerance == 0 && begin.finest_spacing == 1;
+  return (begin.request.topology_tolerance == 0 || begin.shell) && begin.finest_spacing == 1;
 }
 
 std::optional<double> distance_bound(const StepBegin& begin) {
-  const bool is_bounded =
-      preserves_topology(begin) && begin.request.measure == ErrorMeasure::kCertified;
+  const bool is_bounded = preserves_topology(begin) &&
+                          (begin.request.measure == ErrorMeasure::kCertified || begin.shell);
   if (!is_bounded) return std::nullopt;
   return begin.error_bound_world;
 }

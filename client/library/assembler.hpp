@@ -43,7 +43,8 @@ struct CommittedStep {
   // The largest TileScalars::largest_deviation of the tiles; 0 without scalars.
   double largest_scalar_deviation = 0;
 };
-// Returns whether the step promises the topology of the full-resolution surface.
+// Returns whether the step promises the topology of the full-resolution surface: sample shells of
+// all samples always do.
 [[nodiscard]] bool preserves_topology(const StepBegin& begin);
 // Bounds the distance to the full-resolution surface, in world units, before vertices are
 // rounded to the lattice. nullopt for previews, the paper's error measure, and where features may

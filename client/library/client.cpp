@@ -18,6 +18,8 @@ tl::unexpected<ClientError> unexpected_answer(const char* awaited) {
 template <typename Awaited>
 ClientResult<Awaited> receive(MessageSocket& socket, const char* awaited) {
   auto message = socket.receive();
+  // A late answer to a Ping of an earlier stream.
+  while (message && std::holds_alternative<Pong>(*message)) message = socket.receive();
   if (!message) return fail(ErrorSource::kNetwork, message.error());
   if (const auto* refused = std::get_if<ErrorReply>(&*message)) {
     return fail(ErrorSource::kServer, refused->error);

@@ -55,14 +55,14 @@ std::string accuracy_of(const StepBegin& begin, const DatasetInfo& info) {
     return "errors up to " + human_error(begin.error_bound_world, request.unit, info);
   }
   const double error = std::max(request.error, request.thresholds.at_least);
-  if (request.unit == LengthUnit::kWorld) {
+  if (request.unit == ErrorUnit::kWorld) {
     return "error " + human_length(error, info.meaning.length_unit);
   }
   return "error " + human_number(error) + (error == 1 ? " voxel" : " voxels");
 }
 
 // nullopt if there is no final step.
-std::optional<bool> area_is_exact(const FetchReport& report) {
+std::optional<bool> is_full_resolution(const FetchReport& report) {
   if (!report.measures || report.steps.empty()) return std::nullopt;
   return is_full_resolution(report.steps.back().step->begin);
 }
@@ -81,7 +81,7 @@ Json json_of(const FetchReport& report) {
       {"components_written", value_or_null(report.components_written)},
       {"triangles_written", value_or_null(report.triangles_written)},
   };
-  json.update(json_of(report.measures, report.distance_bound, area_is_exact(report)));
+  json.update(json_of(report.measures, report.distance_bound, is_full_resolution(report)));
   json["self_intersecting_triangles"] = value_or_null(report.self_intersecting_triangles);
   json["tiles_held"] = report.tiles_held;
   json["tiles_received"] = report.received.tiles;

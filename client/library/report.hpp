@@ -37,15 +37,16 @@ struct FetchReport {
 // Returns indented JSON that ends with a newline: server, dataset, parameters, notices, final_only,
 // coordinates, mesh_file, components_written and triangles_written (null: no file was written),
 // area and volume (of the written components, in world units; null: no final step, or the surface
-// has a border), area_is_exact (whether that step is the full-resolution surface), volume_reason
-// (why there is no volume; null: there is one), volume_bound (the largest difference from the
-// volume inside the full-resolution surface: area times the distance bound; null: no distance is
-// bounded), self_intersecting_triangles (null: not counted), tiles_held, tiles_received,
-// bytes_received, reconnections, steps and, for a failed fetch, error: {code, text}. A step has the
-// keys of json_report.hpp and: step, final, parameters, error_bound_world (null for previews),
-// finest_spacing, codec (draco, sample_shell), tetrahedra, active_tetrahedra, tiles,
-// tiles_received, bytes (of payload), first_byte_seconds, seconds, server_seconds, content_digest,
-// checks. After a lost connection, tiles_received and bytes of a step count from the reconnection.
+// has a border), is_full_resolution (whether that step is the full-resolution surface),
+// volume_reason (why there is no volume; null: there is one), volume_bound (the largest difference
+// from the volume inside the full-resolution surface: area times the distance bound; null: no
+// distance is bounded), self_intersecting_triangles (null: not counted), tiles_held,
+// tiles_received, bytes_received, reconnections, steps and, for a failed fetch, error: {code,
+// text}. A step has the keys of json_report.hpp and: step, final, parameters, error_bound_world
+// (null for previews), finest_spacing, codec (draco, sample_shell), tetrahedra, active_tetrahedra,
+// tiles, tiles_received, bytes (of payload), first_byte_seconds, seconds, server_seconds,
+// content_digest, checks. After a lost connection, tiles_received and bytes of a step count from
+// the reconnection.
 [[nodiscard]] std::string json_report(const FetchReport& report);
 // Returns the reports of several surfaces: {"surfaces": [...]}, each as above.
 [[nodiscard]] std::string json_report(std::span<const FetchReport> reports);

@@ -153,5 +153,6 @@ class MultiTetraIsosurface(VTKPythonAlgorithmBase):
         fields = output.GetFieldData()
         fields.AddArray(field_value("step", self._latest.number))
         fields.AddArray(field_value("is final", float(self._latest.is_final)))
-        fields.AddArray(field_value("largest error", self._latest.error_bound_world))
+        bound = self._latest.mesh.error_bound
+        fields.AddArray(field_value("largest error", float("nan") if bound is None else bound))
         return 1

@@ -23,7 +23,7 @@ void define_answers(py::module_& module) {
   py::class_<EstimateReply>(module, "Estimate", "The estimated size of a surface.")
       .def_readonly("triangles", &EstimateReply::triangles)
       .def_readonly("bytes", &EstimateReply::bytes)
-      .def_readonly("error_world", &EstimateReply::threshold_world,
+      .def_readonly("error_world", &EstimateReply::error_bound_world,
                     "The largest error that is allowed anywhere.");
   py::class_<SliceReply>(module, "SampledSlice")
       .def_readonly("sample_spacing", &SliceReply::sample_spacing,

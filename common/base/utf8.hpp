@@ -46,7 +46,7 @@ namespace multitetra {
   return true;
 }
 
-// Returns `text` with invalid UTF-8 and control characters (see above) written as \\xNN. Keeps line
+// Returns `text` with invalid UTF-8 and control characters (see above) written as \xNN. Keeps line
 // ends if `keeps_lines`.
 [[nodiscard]] inline std::string printable(std::string_view text, bool keeps_lines = true) {
   constexpr std::string_view kDigits = "0123456789abcdef";

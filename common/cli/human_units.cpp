@@ -61,9 +61,9 @@ std::string human_length(double length, const std::string& unit) {
   return number + " " + (!unit.empty() ? unit : number == "1" ? "unit" : "units");
 }
 
-std::string human_error(double world, LengthUnit unit, const DatasetInfo& info) {
+std::string human_error(double world, ErrorUnit unit, const DatasetInfo& info) {
   const std::string length = human_length(world, info.meaning.length_unit);
-  if (unit == LengthUnit::kWorld) return length;
+  if (unit == ErrorUnit::kWorld) return length;
   const std::string voxels = human_number(world / voxel_length(info));
   return voxels + (voxels == "1" ? " voxel (" : " voxels (") + length + ")";
 }

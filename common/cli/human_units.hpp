@@ -22,7 +22,7 @@ namespace multitetra {
 [[nodiscard]] std::string human_length(double length, const std::string& unit);
 // Formats a length in world units in the request's unit and in world units: "0.5 voxels (0.24 mm)",
 // or "0.24 mm".
-[[nodiscard]] std::string human_error(double world, LengthUnit unit, const DatasetInfo& info);
+[[nodiscard]] std::string human_error(double world, ErrorUnit unit, const DatasetInfo& info);
 
 // "-300.5 (skin), 300.5 (bone)", with what is known about them; "none".
 [[nodiscard]] std::string human_suggestions(const DatasetInfo& info);

@@ -72,7 +72,7 @@ template Json value_or_null(const std::optional<double>&);
 template Json value_or_null(const std::optional<std::uint64_t>&);
 
 Json json_of(const LocalThresholds& thresholds) {
-  Json json = {{"region_unit", name(thresholds.coordinates)},
+  Json json = {{"region_coordinates", name(thresholds.coordinates)},
                {"combine", name(thresholds.combination)},
                {"at_least", thresholds.at_least}};
   for (const ThresholdRegion& region : thresholds.regions) {
@@ -90,11 +90,11 @@ Json json_of(const IsosurfaceRequest& request) {
                {"bound", name(request.measure)},
                {"topology_rule", name(request.topology_rule)},
                {"topology_tolerance", request.topology_tolerance},
-               {"lattice", request.lattice_resolution}};
+               {"lattice", request.lattice_resolution},
+               {"simplify", request.simplify}};
   if (request.thresholds != LocalThresholds{}) json["thresholds"] = json_of(request.thresholds);
   if (request.max_triangles != 0) json["max_triangles"] = request.max_triangles;
   if (request.max_bytes != 0) json["max_bytes"] = request.max_bytes;
-  if (request.simplify) json["simplify"] = true;
   if (request.intersection_free) json["intersection_free"] = true;
   if (request.normal_bits != 0) json["normals"] = request.normal_bits;
   return json;
@@ -182,7 +182,7 @@ Json json_of(const std::optional<SurfaceMeasures>& measures, std::optional<doubl
              std::optional<bool> is_full_resolution) {
   if (!measures) {
     return {{"area", nullptr},
-            {"area_is_exact", nullptr},
+            {"is_full_resolution", nullptr},
             {"volume", nullptr},
             {"volume_reason", nullptr},
             {"volume_bound", nullptr}};
@@ -193,7 +193,7 @@ Json json_of(const std::optional<SurfaceMeasures>& measures, std::optional<doubl
                                 "the surface is open at the border of the data; `prepare` with "
                                 "--outside VALUE --margin 1 closes it");
   return {{"area", measures->area},
-          {"area_is_exact", value_or_null(is_full_resolution)},
+          {"is_full_resolution", value_or_null(is_full_resolution)},
           {"volume", value_or_null(measures->volume)},
           {"volume_reason", reason},
           {"volume_bound", value_or_null(volume_bound(*measures, distance_bound))}};

@@ -21,12 +21,12 @@ using Json = nlohmann::ordered_json;
 template <typename Value>
 [[nodiscard]] Json value_or_null(const std::optional<Value>& value);
 
-// Keys: isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice; if they differ
-// from their defaults also thresholds, max_triangles, max_bytes, simplify, intersection_free,
-// normals.
+// Keys: isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice, simplify; if they
+// differ from their defaults also thresholds, max_triangles, max_bytes, intersection_free, normals.
 [[nodiscard]] Json json_of(const IsosurfaceRequest& request);
 
-// Keys: region_unit, combine, at_least; if present regions, threshold_grid (a summary) and view.
+// Keys: region_coordinates, combine, at_least; if present regions, threshold_grid (a summary) and
+// view.
 [[nodiscard]] Json json_of(const LocalThresholds& thresholds);
 
 // Keys: is_empty, triangles, vertices, euler_characteristic, components, border_edges, open_edges,
@@ -38,7 +38,7 @@ template <typename Value>
 // suggested_isovalues, member (null: none), histogram.
 [[nodiscard]] Json json_of(const DatasetInfo& info);
 
-// Keys: area (in world units), area_is_exact (whether the surface is the full-resolution one),
+// Keys: area (in world units), is_full_resolution (whether the surface is the full-resolution one),
 // volume (null: the surface has a border), volume_reason (the reason for that; else null),
 // volume_bound (the largest difference from the volume of the full-resolution surface: area times
 // `distance_bound`; null without a bound). All null without measures.

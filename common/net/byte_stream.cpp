@@ -1,7 +1,10 @@
 #include "common/net/byte_stream.hpp"
 
 #include <linux/sockios.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <sys/ioctl.h>
+#include <sys/socket.h>
 
 #include <utility>
 
@@ -101,6 +104,15 @@ std::size_t ByteStream::unsent() {
   int bytes = 0;
   if (!socket().is_open() || ::ioctl(socket().native_handle(), SIOCOUTQNSD, &bytes) != 0) return 0;
   return bytes > 0 ? static_cast<std::size_t>(bytes) : 0;
+}
+
+bool ByteStream::is_ended_by_peer() {
+  tcp_info info{};
+  socklen_t size = sizeof info;
+  if (!socket().is_open()) return true;
+  if (::getsockopt(socket().native_handle(), IPPROTO_TCP, TCP_INFO, &info, &size) != 0) return true;
+  return info.tcpi_state != TCP_ESTABLISHED && info.tcpi_state != TCP_FIN_WAIT1 &&
+         info.tcpi_state != TCP_FIN_WAIT2;
 }
 
 asio::awaitable<error_code> ByteStream::shut_down() {

@@ -57,6 +57,9 @@ class ByteStream {
   // Returns the number of bytes written but not yet sent; 0 if unknown. Excludes bytes in flight,
   // whose acknowledgement may be late.
   [[nodiscard]] std::size_t unsent();
+  // Returns whether the peer has ended its sending direction or the connection, also if bytes from
+  // before are still unread.
+  [[nodiscard]] bool is_ended_by_peer();
   // Ends the sending direction with TLS's close_notify or TCP's FIN. With TLS it completes only
   // when the peer does the same, which browsers never do: limit the wait.
   [[nodiscard]] asio::awaitable<error_code> shut_down();

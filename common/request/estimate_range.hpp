@@ -7,8 +7,9 @@
 
 namespace multitetra {
 
-// Estimates are mostly within a third of the real number, as measured by tests/bench/budgets.py.
-// The viewer uses the same factors (client/web/src/shared/quantities.ts); a test compares them.
+// Most surfaces have 0.75 to 1.5 times the estimated triangles, as measured by
+// tests/bench/budgets.py. The viewer uses the same factors (client/web/src/shared/quantities.ts); a
+// test compares them.
 inline constexpr double kMinEstimateFactor = 0.75;
 inline constexpr double kMaxEstimateFactor = 1.5;
 

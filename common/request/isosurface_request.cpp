@@ -12,19 +12,19 @@ namespace {
 
 constexpr EnumNames<ErrorMeasure, 2> kMeasures = {{"certified", "paper"}};
 constexpr EnumNames<TopologyRule, 2> kRules = {{"exact", "paper"}};
-constexpr EnumNames<LengthUnit, 2> kUnits = {{"voxel", "world"}};
+constexpr EnumNames<ErrorUnit, 2> kUnits = {{"voxel", "world"}};
 
 }  // namespace
 
 std::string_view name(ErrorMeasure measure) { return kMeasures.of(measure); }
 std::string_view name(TopologyRule rule) { return kRules.of(rule); }
-std::string_view name(LengthUnit unit) { return kUnits.of(unit); }
+std::string_view name(ErrorUnit unit) { return kUnits.of(unit); }
 
 std::optional<ErrorMeasure> error_measure_from(std::string_view name) {
   return kMeasures.find(name);
 }
 std::optional<TopologyRule> topology_rule_from(std::string_view name) { return kRules.find(name); }
-std::optional<LengthUnit> length_unit_from(std::string_view name) { return kUnits.find(name); }
+std::optional<ErrorUnit> error_unit_from(std::string_view name) { return kUnits.find(name); }
 
 Result<IsosurfaceRequest> validated(const IsosurfaceRequest& request) {
   const auto reject = [](std::string text) {

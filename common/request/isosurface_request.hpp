@@ -24,17 +24,17 @@ enum class TopologyRule {
   kPaper,  // All of them (Zhou, Chen and Kaufman 1997).
 };
 
-enum class LengthUnit {
+enum class ErrorUnit {
   kVoxel,  // 1 is the smallest spacing of the dataset.
   kWorld,  // The unit of the dataset's spacing.
 };
 
 [[nodiscard]] std::string_view name(ErrorMeasure measure);  // "certified", "paper"
 [[nodiscard]] std::string_view name(TopologyRule rule);     // "exact", "paper"
-[[nodiscard]] std::string_view name(LengthUnit unit);       // "voxel", "world"
+[[nodiscard]] std::string_view name(ErrorUnit unit);        // "voxel", "world"
 [[nodiscard]] std::optional<ErrorMeasure> error_measure_from(std::string_view name);
 [[nodiscard]] std::optional<TopologyRule> topology_rule_from(std::string_view name);
-[[nodiscard]] std::optional<LengthUnit> length_unit_from(std::string_view name);
+[[nodiscard]] std::optional<ErrorUnit> error_unit_from(std::string_view name);
 
 inline constexpr int kMinNormalBits = 8;
 inline constexpr int kMaxNormalBits = 10;
@@ -45,7 +45,7 @@ struct IsosurfaceRequest {
   // full-resolution surface.
   double error = 1;
   // The unit of all thresholds.
-  LengthUnit unit = LengthUnit::kVoxel;
+  ErrorUnit unit = ErrorUnit::kVoxel;
   ErrorMeasure measure = ErrorMeasure::kCertified;
   TopologyRule topology_rule = TopologyRule::kExact;
   // In voxels, >= 0. Features up to this spacing may vanish; 0 preserves the topology.

@@ -144,9 +144,9 @@ std::vector<std::string> request_notices(const IsosurfaceRequest& request,
     const std::string& unit = info.meaning.length_unit;
     notices.push_back("The budget raised the error from " + rounded_text(request.error) + " to " +
                       rounded_text(raised) + " " +
-                      (request.unit == LengthUnit::kVoxel ? "voxels"
-                       : unit.empty()                     ? "units"
-                                                          : unit) +
+                      (request.unit == ErrorUnit::kVoxel ? "voxels"
+                       : unit.empty()                    ? "units"
+                                                         : unit) +
                       ".");
   }
   return notices;

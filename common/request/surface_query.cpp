@@ -124,7 +124,7 @@ constexpr std::array kFields = {
     F{"quality", "draft|normal|fine|exact", "", kSurface, kEveryday, kOnce,
       "Instead of an error: 2, 0.5, 0.25 or 0 voxels", set_quality},
     F{"unit", "voxel|world", "voxel", kSurface, kEveryday, kOnce,
-      "Errors in smallest spacings, or the file's unit", set_word<&R::unit, length_unit_from>},
+      "Errors in smallest spacings, or the file's unit", set_word<&R::unit, error_unit_from>},
     F{"bound", "certified|paper", "certified", kSurface, kRare, kOnce,
       "certified bounds the two-sided Hausdorff distance; paper is the estimate of 1997, which the "
       "distance may exceed",
@@ -144,7 +144,7 @@ constexpr std::array kFields = {
       "box:X0,Y0,Z0,X1,Y1,Z1=ERROR, ball:X,Y,Z,R=ERROR or halfspace:NX,NY,NZ,D=ERROR for the "
       "places with N.x >= D",
       add_region},
-    F{"region_unit", "world|index", "world", kThresholds, kRare, kOnce,
+    F{"region_coordinates", "world|index", "world", kThresholds, kRare, kOnce,
       "Coordinates of regions and view: world, or sample indices",
       set_word<&T::coordinates, coordinate_system_from>},
     F{"view", "VIEW", "", kThresholds, kRare, kOnce,
@@ -241,7 +241,7 @@ Result<std::vector<IsosurfaceRequest>> requests_for(const SurfaceQuery& query,
   if (query.has_error && query.has_quality) {
     return refuse("error and quality exclude each other: a quality is a named error.");
   }
-  if (query.has_quality && query.request.unit != LengthUnit::kVoxel) {
+  if (query.has_quality && query.request.unit != ErrorUnit::kVoxel) {
     return refuse("A quality is an error in voxels; with unit world give an error.");
   }
   if (query.isovalues.empty() && info.suggested_isovalues.empty()) {

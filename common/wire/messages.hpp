@@ -149,7 +149,7 @@ struct Welcome {
 
 struct DatasetList {
   std::uint64_t request_id = 0;
-  std::vector<DatasetInfo> datasets = {};  // Sorted by name.
+  std::vector<DatasetInfo> datasets = {};  // In natural order of names.
 };
 
 // A step is a complete conforming model. It replaces the previous step as a whole once its StepEnd
@@ -233,9 +233,9 @@ struct Pong {
 
 struct EstimateReply {
   std::uint64_t request_id = 0;
-  std::uint64_t triangles = 0;  // The estimated number of triangles of the final step.
-  std::uint64_t bytes = 0;      // The estimated number of payload bytes.
-  double threshold_world = 0;   // The largest threshold anywhere, in world units.
+  std::uint64_t triangles = 0;   // The estimated number of triangles of the final step.
+  std::uint64_t bytes = 0;       // The estimated number of payload bytes.
+  double error_bound_world = 0;  // The largest threshold anywhere, in world units.
 };
 
 struct SliceReply {

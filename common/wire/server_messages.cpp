@@ -247,15 +247,15 @@ void write(const EstimateReply& reply, v1::ServerMessage& message) {
   wire.set_request_id(reply.request_id);
   wire.set_triangles(reply.triangles);
   wire.set_bytes(reply.bytes);
-  wire.set_threshold_world(reply.threshold_world);
+  wire.set_error_bound_world(reply.error_bound_world);
 }
 
 EstimateReply read(const v1::EstimateReply& wire, FieldChecks& checks) {
-  checks.not_negative("EstimateReply.threshold_world", wire.threshold_world());
+  checks.not_negative("EstimateReply.error_bound_world", wire.error_bound_world());
   return {.request_id = wire.request_id(),
           .triangles = wire.triangles(),
           .bytes = wire.bytes(),
-          .threshold_world = wire.threshold_world()};
+          .error_bound_world = wire.error_bound_world()};
 }
 
 void write(const SliceReply& reply, v1::ServerMessage& message) {

@@ -127,7 +127,7 @@ class BudgetedSimplification {
     if (level_ == 0) return own;
     double bound = 0;
     for (const TileMesh& tile : surface_.tiles) bound = std::max(bound, tile.simplification_bound);
-    bound *= (1 + 1e-12) / (request_.unit == LengthUnit::kVoxel ? voxel_length(info_) : 1);
+    bound *= (1 + 1e-12) / (request_.unit == ErrorUnit::kVoxel ? voxel_length(info_) : 1);
     const double of_model = kModelShare * schedule_.at(first_level_).thresholds.at_least;
     const double of_both = std::max(bound / (1 - kModelShare), bound + of_model);
     return std::clamp(of_both, own, schedule_.at(level_).thresholds.at_least);

@@ -33,7 +33,7 @@ void simplify(std::vector<SurfacePatch>& patches, const SimplificationOptions& o
   const auto simplify_one = [&](std::size_t i) {
     simplify_patch(patches, order[i], options, [&stop] { throw_if_stopped(stop); });
   };
-  if (options.is_embedded) {
+  if (options.is_intersection_free) {
     for (std::size_t i = 0; i < order.size(); ++i) simplify_one(i);
   } else {
     in_parallel(order.size(), simplify_one, stop);

@@ -31,6 +31,7 @@ struct RequestContext {
   std::string reason = {};
   // Reserved for the answer's body until it is sent.
   ByteReservations::Reservation reservation = {};
+  bool has_left = false;  // The client, before there was an answer.
   // Called before a long operation; afterwards a disconnect of the client is detected.
   std::function<void()> watch = {};
 
@@ -43,6 +44,7 @@ struct RequestContext {
   [[nodiscard]] Answer refused(const Error& error);
   // Cancels the work of a client that has disconnected.
   void leave() {
+    has_left = true;
     stop.request_stop();
     if (caller) caller->close();
   }

@@ -75,7 +75,7 @@ void ConnectionContext::set_forwarded_share(std::string name, std::string client
   if (!client_address.empty()) facts_.peer = std::move(client_address);
 }
 
-void ConnectionContext::is_welcomed() {
+void ConnectionContext::record_welcome() {
   facts_.is_welcomed = true;
   admission_.observer().welcomed(facts_);
 }

@@ -85,7 +85,7 @@ class ConnectionContext {
   // Ignored unless the gateway is trusted.
   void set_forwarded_share(std::string name, std::string client_address);
   // Its Hello was accepted, and all that is above is known.
-  void is_welcomed();
+  void record_welcome();
   // Names the client's share of time and memory: its token's, else its address's (IPv6: its /64
   // network's). For clients of a trusted gateway it is the share that the gateway names; behind a
   // trusted proxy without an address, the connection has its own share.

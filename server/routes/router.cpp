@@ -176,7 +176,7 @@ asio::awaitable<Answer> Router::served(const Route& route, RouteArguments asked)
     }
   }
   context.caller = server_.service.open(context.client);
-  context.caller->is_request(context.number);
+  context.caller->set_request_id(context.number);
   const auto known = co_await context.caller->log_in(token);
   if (!known) co_return context.refused(known.error());
   if (has_known_token) {

@@ -111,7 +111,7 @@ asio::awaitable<Answer> TilesetRoute::answer(const TilesetFile& file, const Http
   const RequestedFilePtr wanted = *found;
   const TreeSettings& settings = wanted->tree.settings();
   context.record->set_surface(settings.isovalue, settings.error,
-                              multitetra::name(LengthUnit::kVoxel));
+                              multitetra::name(ErrorUnit::kVoxel));
   const bool is_lasting = wanted->is_known && !wanted->is_first;
   const std::string& tag = wanted->tag;
   Answer answer;

@@ -31,7 +31,7 @@ Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Estimate& 
   return EstimateReply{.request_id = asked.request_id,
                        .triangles = rounded(found->size.triangles),
                        .bytes = rounded(found->size.bytes),
-                       .threshold_world = largest_threshold(found->request, source.info())};
+                       .error_bound_world = largest_threshold(found->request, source.info())};
 }
 
 Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Slice& asked,

@@ -88,7 +88,7 @@ Result<void> Permit::renew(AccessListPtr access) {
   return {};
 }
 
-void Permit::decodes(const std::vector<PayloadCodec>& codecs) {
+void Permit::set_codecs(const std::vector<PayloadCodec>& codecs) {
   decodes_shells_ = std::count(codecs.begin(), codecs.end(), PayloadCodec::kSampleShell) > 0;
 }
 

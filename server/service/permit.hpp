@@ -55,7 +55,7 @@ class Permit {
   [[nodiscard]] Result<void> renew(AccessListPtr access);
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
   // Sets the codecs that the client decodes; initially Draco only.
-  void decodes(const std::vector<PayloadCodec>& codecs);
+  void set_codecs(const std::vector<PayloadCodec>& codecs);
   // Returns the codecs that payloads for this client may have.
   [[nodiscard]] std::vector<PayloadCodec> codecs() const;
   // Rejects all further streams and queries with this error.

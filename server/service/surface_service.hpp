@@ -72,7 +72,7 @@ class Caller {
   [[nodiscard]] const Permit& permit() const { return permit_; }
   // The id by which other servers that answer know the request; surfaces after the first have the
   // next ones.
-  void is_request(std::uint64_t id) { request_ = id; }
+  void set_request_id(std::uint64_t id) { request_ = id; }
 
   // Returns the final surface, or kLimitExceeded above `max_triangles`.
   [[nodiscard]] asio::awaitable<Result<Surface>> surface(SurfaceRequest query);

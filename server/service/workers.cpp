@@ -11,7 +11,8 @@ namespace multitetra {
 
 namespace {
 
-// The time assumed for unknown jobs, and the time above which a job counts as long.
+// A job counts as long above the first if its time is a forecast, above the second if jobs of its
+// kind took that long. They are also the times assumed for unknown kinds.
 constexpr double kShortSeconds = 0.1;
 constexpr double kLongSeconds = 0.5;
 constexpr double kForecastSeconds = 0.005;

@@ -96,7 +96,7 @@ Actions Session::answer(const Hello& hello) {
   auto permit = Permit::of(hello.token, access_, catalogue_, limits_);
   if (!permit) return end(permit.error());
   permit_ = *std::move(permit);
-  permit_.decodes(hello.codecs);
+  permit_.set_codecs(hello.codecs);
   is_welcomed_ = true;
   return {Send{Welcome{.version = kProtocolVersion,
                        .codecs = permit_.codecs(),

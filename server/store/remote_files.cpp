@@ -274,7 +274,7 @@ void RemoteFiles::prefetch_ranges(const OpenFilePtr& file, std::span<const FileR
   std::size_t added = 0;
   for (std::size_t i = 0; i < missing.size() && added < most;) {
     std::size_t blocks = 1;
-    while (i + blocks < missing.size() && blocks < kMaxBlocksPerRequest &&
+    while (i + blocks < missing.size() && blocks < kMaxBlocksPerPrefetch &&
            missing[i + blocks] == missing[i] + blocks) {
       ++blocks;
     }
@@ -284,7 +284,7 @@ void RemoteFiles::prefetch_ranges(const OpenFilePtr& file, std::span<const FileR
     i += blocks;
   }
   // Drops the oldest requests that have not started; they may not be needed anymore.
-  while (job_blocks_ > most + kMaxBlocksPerRequest) {
+  while (job_blocks_ > most + kMaxBlocksPerPrefetch) {
     job_blocks_ -= jobs_.front().blocks;
     jobs_.pop_front();
   }

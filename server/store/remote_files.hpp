@@ -60,7 +60,7 @@ class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
   static constexpr std::size_t kBlockBytes = std::size_t{128} << 10;
   static constexpr std::size_t kOpeningBlocks = 3;  // Fetched by the request that opens a file.
   // Maximum number of blocks per prefetch request.
-  static constexpr std::size_t kMaxBlocksPerRequest = 8;
+  static constexpr std::size_t kMaxBlocksPerPrefetch = 8;
 
   // Throws std::filesystem::filesystem_error if the folder cannot be created.
   explicit RemoteFiles(const RemoteFilesOptions& options = {});

@@ -248,7 +248,7 @@ class TriangleLimit {
     if (!fits(size_of_request({.request = fitting}), request)) return text + ".";
     const double error = std::max(fitting.error, fitting.thresholds.at_least);
     text += "; it fits with an error of " + shortest_text(error) + " " +
-            std::string(name(request.unit)) + (request.unit == LengthUnit::kVoxel ? "s" : " units");
+            std::string(name(request.unit)) + (request.unit == ErrorUnit::kVoxel ? "s" : " units");
     return text + ", or set a budget with max_triangles.";
   }
 

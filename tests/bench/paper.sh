@@ -94,7 +94,7 @@ done
 [ -n "$url" ] || { cat serve.log >&2; exit 1; }
 
 paper_rule=(--bound paper --topology-rule paper --simplify off)
-halves=(--error 4 --region halfspace:-1,0,0,-64=0 --region-unit index)
+halves=(--error 4 --region halfspace:-1,0,0,-64=0 --region-coordinates index)
 # counted FILE DATASET WORDS...: the exact model and the checks of its surface.
 counted() {
   local name=$2

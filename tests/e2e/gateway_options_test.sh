@@ -10,11 +10,11 @@ cat >gateway.toml <<'TOML'
 upstream = ["tcp://127.0.0.1:1", "tls://localhost:2"]
 max-connections = 11
 max-regions = 12
-max-estimates = 13
+max-queries = 13
 TOML
 MULTITETRA_MAX_REGIONS=22 MULTITETRA_MAX_ESTIMATES=23 MULTITETRA_TRUSTED_PROXY=192.0.2.1,192.0.2.2 \
-  "$gateway" --config gateway.toml --max-estimates 33 --print-config >config
-for line in max-connections=11 max-regions=22 max-estimates=33 'upstream=\["tcp://127.0.0.1:1", "tls://localhost:2"\]' \
+  "$gateway" --config gateway.toml --max-queries 33 --print-config >config
+for line in max-connections=11 max-regions=22 max-queries=33 'upstream=\["tcp://127.0.0.1:1", "tls://localhost:2"\]' \
   'trusted-proxy=\["192.0.2.1", "192.0.2.2"\]'; do
   grep -qx "$line" config || fail "$line is not in: $(cat config)"
 done

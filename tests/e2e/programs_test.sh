@@ -167,7 +167,7 @@ ls steps/step_0.ply >/dev/null || fail "no saved step"
 # Threshold maps with parts of all kinds, on both command lines.
 { printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\nspace dimension: 3\n'
   printf 'space directions: (12,0,0) (0,90,0) (0,0,90)\nspace origin: (6,45,45)\n\n1.5 nan\n'; } >grid.nrrd
-map=(--error 3 --region ball:9,9,9,7=0.1 --region box:9,9,25,30,30,30=0.6 --region-unit index
+map=(--error 3 --region ball:9,9,9,7=0.1 --region box:9,9,25,30,30,30=0.6 --region-coordinates index
   --view eye=-20,10,10,fov=50,height=400,pixels=8,look=20,10,10,outside=4 --threshold-grid grid.nrrd)
 for combine in order minimum; do
   "$client" fetch --server "$url" --dataset gyroid "${map[@]}" --combine "$combine" -o fetched.ply --report report.json --quiet
@@ -266,9 +266,9 @@ ends 6 'empty' "$client" fetch --server "$url" --dataset gyroid --isovalue 1e9 -
 grep -q 'topology preserved *empty' out || fail "an empty mesh preserves a topology"
 ends 0  '"notices": [' "$client" estimate --server "$url" --dataset gyroid --isovalue 1e9 --json
 # Notices for regions without data; errors for invalid boxes.
-ends 0 "Region 2 is outside" "$client" fetch --server "$url" --dataset gyroid --region-unit index --region ball:9,9,9,3=0 \
+ends 0 "Region 2 is outside" "$client" fetch --server "$url" --dataset gyroid --region-coordinates index --region ball:9,9,9,3=0 \
   --region ball:90,90,90,3=0 -o x.ply
-ends 0 "from (0, 0, 0) to (32, 32, 32) in sample indices" "$server" extract gyroid.mtd --region-unit index \
+ends 0 "from (0, 0, 0) to (32, 32, 32) in sample indices" "$server" extract gyroid.mtd --region-coordinates index \
   --region halfspace:0,0,1,40=0 -o x.ply
 ends 2 "low corner above its high corner along y" "$client" fetch --server "$url" --dataset gyroid --region box:1,9,1,9,1,9=0 -o x.ply
 ends 2 "1280x960" "$client" snapshot --server "$url" --dataset gyroid --size 12by9 -o x.png
@@ -316,7 +316,7 @@ END
 python3 - own.json large.json <<'END' || fail "extract reports other measures than fetch"
 import json, math, sys
 own, fetched = (json.load(open(name)) for name in sys.argv[1:])
-for key in "area", "area_is_exact", "volume", "volume_reason", "volume_bound":
+for key in "area", "is_full_resolution", "volume", "volume_reason", "volume_bound":
     # The order of summation differs.
     same = math.isclose(own[key], fetched[key], rel_tol=1e-12) if isinstance(own[key], float) else own[key] == fetched[key]
     assert same, (key, own[key], fetched[key])

@@ -13,12 +13,12 @@ cat >server.toml <<'TOML'
 datasets = ["v.mtd"]
 max-connections = 11
 max-regions = 12
-max-estimates = 13
+max-queries = 13
 allow-origin = ["https://a.example", "https://b.example"]
 TOML
 MULTITETRA_MAX_REGIONS=22 MULTITETRA_MAX_ESTIMATES=23 \
-  "$server" serve --config server.toml --max-estimates 33 --print-config >config
-for line in max-connections=11 max-regions=22 max-estimates=33; do
+  "$server" serve --config server.toml --max-queries 33 --print-config >config
+for line in max-connections=11 max-regions=22 max-queries=33; do
   grep -qx "$line" config || fail "$line is not in: $(cat config)"
 done
 grep -q 'b.example' config || fail "a list in the file is not taken: $(cat config)"

@@ -449,7 +449,7 @@ int main(int argc, char** argv) {
   for (const char* request :
        {"GET /v1/datasets/a%20b/isosurface?isovalue=-3e2&error=0.5&unit=world&bound=paper&"
         "topology_rule=exact&topology_tolerance=1&lattice=4&region=box:0,0,0,1,1,1=0.5&"
-        "region_unit=index&view=eye=1,2,3,fov=40,height=1080,pixels=1&combine=minimum&"
+        "region_coordinates=index&view=eye=1,2,3,fov=40,height=1080,pixels=1&combine=minimum&"
         "max_triangles=10&max_bytes=20&normals=8&coordinates=index&format=glb HTTP/1.1\r\n"
         "Host: a\r\nAccept: model/*;q=0.5, */*\r\nIf-None-Match: W/\"1\", \"2\"\r\n\r\n",
         "GET /v1/datasets/a/slice?normal=0,1,1&center=1,2,3&up=1,0,0&extent=4,5&width=6&"

@@ -88,7 +88,7 @@ class ReferenceIsosurfaces {
       key_ = key;
     }
     const IsosurfaceRequest request{
-        .error = c.threshold, .unit = LengthUnit::kWorld, .thresholds = c.thresholds};
+        .error = c.threshold, .unit = ErrorUnit::kWorld, .thresholds = c.thresholds};
     return {errors_,
             {.thresholds = ThresholdMap(request, info()),
              .topology_tolerance = c.topology_tolerance,

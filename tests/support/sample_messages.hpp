@@ -110,7 +110,7 @@ inline IsosurfaceRequest request(Random& random) {
   IsosurfaceRequest request = {
       .isovalue = number(random),
       .error = std::abs(number(random)),
-      .unit = one_of<LengthUnit>(0, 1, random),
+      .unit = one_of<ErrorUnit>(0, 1, random),
       .measure = one_of<ErrorMeasure>(0, 1, random),
       .topology_rule = one_of<TopologyRule>(0, 1, random),
       .topology_tolerance = std::abs(number(random)),
@@ -399,7 +399,7 @@ inline ServerMessage server_message(std::size_t kind, Random& random) {
       return EstimateReply{.request_id = random(),
                            .triangles = random(),
                            .bytes = random(),
-                           .threshold_world = std::abs(number(random))};
+                           .error_bound_world = std::abs(number(random))};
   }
 }
 
@@ -476,8 +476,8 @@ inline bool same(const ProbeReply& a, const ProbeReply& b) {
   return std::tie(a.request_id, a.places) == std::tie(b.request_id, b.places);
 }
 inline bool same(const EstimateReply& a, const EstimateReply& b) {
-  return std::tie(a.request_id, a.triangles, a.bytes, a.threshold_world) ==
-         std::tie(b.request_id, b.triangles, b.bytes, b.threshold_world);
+  return std::tie(a.request_id, a.triangles, a.bytes, a.error_bound_world) ==
+         std::tie(b.request_id, b.triangles, b.bytes, b.error_bound_world);
 }
 
 template <typename... Alternatives>

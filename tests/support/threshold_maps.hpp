@@ -193,7 +193,7 @@ inline double view_says(const ThresholdView& view, const Vec3& world, double uni
 inline double threshold_at(const IsosurfaceRequest& request, const DatasetInfo& info,
                            const Vec3& place) {
   const LocalThresholds& thresholds = request.thresholds;
-  const double unit = request.unit == LengthUnit::kVoxel ? voxel_length(info) : 1.0;
+  const double unit = request.unit == ErrorUnit::kVoxel ? voxel_length(info) : 1.0;
   const Vec3 world = grid_to_world(info)(place);
   const bool is_in_world = thresholds.coordinates == CoordinateSystem::kWorld;
   const Vec3 in_regions = is_in_world ? world : grid_to_index(info)(place);

@@ -1,5 +1,6 @@
 """A connection with a server: lists, samples, and surfaces step by step."""
 
+import ast
 import inspect
 import warnings
 
@@ -22,12 +23,15 @@ def connect(url, token="", ca=None, insecure=False, timeout=60.0):
     return Connection(_client.Connection(stream_address(url), token or "", ca or "", insecure, timeout))
 
 
-def default_of(text):
+def default_of(text, form):
     """The default of a keyword, which the table of fields has as text, as a value of Python."""
+    known = {"": None, "on": True, "off": False}
+    if text in known:
+        return known[text]
     try:
-        return {"": None, "on": True, "off": False}[text]
-    except KeyError:
-        return float(text) if text[0].isdigit() else text
+        return text if form == "RRGGBB" else ast.literal_eval(text)
+    except (ValueError, SyntaxError):  # A name.
+        return text
 
 
 def takes_a_request(method):
@@ -38,7 +42,7 @@ def takes_a_request(method):
     fields = [("threshold_grid", "", "", "Errors at the samples of an array, as multitetra.grid() makes them"), *keywords]
     method.__signature__ = own.replace(
         parameters=named
-        + [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default_of(usual)) for name, _, usual, _ in fields]
+        + [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default_of(usual, form)) for name, form, usual, _ in fields]
     )
     method.__doc__ += "\n" + "".join(f"\n        {name}: {help} ({form or 'on|off'})" for name, form, _, help in fields)
     return method

@@ -26,7 +26,7 @@ class Mesh:
     normals: Optional[np.ndarray] = None
     scalars: Optional[np.ndarray] = None  # (n,) float32, the values of the color_by dataset; NaN where it has none.
     error_bound: Optional[float] = None  # Bounds the distance to the full-resolution surface, rounding included; None: no bound.
-    area_is_exact: bool = False  # Whether this is the full-resolution surface, as at error 0; then `area` is exact.
+    is_full_resolution: bool = False  # Whether this is the full-resolution surface, as at error 0; then `area` is exact.
 
     def __repr__(self):
         within = "" if self.error_bound is None else f", within {self.error_bound:.3g}"
@@ -49,7 +49,7 @@ class Mesh:
 
     @property
     def area(self):
-        """The area of this mesh in square world units. If `area_is_exact` is false, the area of the full-resolution surface differs, and no distance bounds the difference."""
+        """The area of this mesh in square world units. If `is_full_resolution` is false, the area of the full-resolution surface differs, and no distance bounds the difference."""
         a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
         return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
@@ -94,7 +94,7 @@ class Mesh:
     def _part(self, is_in):
         kept, faces = np.unique(self.faces[is_in], return_inverse=True)
         values = [None if one is None else one[kept] for one in (self.normals, self.scalars)]
-        return Mesh(self.vertices[kept], faces.reshape(-1, 3).astype(np.uint32), *values, self.error_bound, self.area_is_exact)
+        return Mesh(self.vertices[kept], faces.reshape(-1, 3).astype(np.uint32), *values, self.error_bound, self.is_full_resolution)
 
     def save(self, path):
         """Writes a .ply, .stl, .obj, .glb, .drc or .vtp file, in world coordinates (rounded to 32 bits)."""

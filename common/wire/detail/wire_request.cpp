@@ -117,7 +117,7 @@ ThresholdView read(const v1::ThresholdView& wire, FieldChecks& checks) {
 // Omits defaults, to keep requests without a map short.
 void write(const LocalThresholds& thresholds, v1::ThresholdMap& wire) {
   if (thresholds.coordinates != CoordinateSystem{}) {
-    wire.set_region_unit(to_wire<v1::CoordinateSystem>(thresholds.coordinates));
+    wire.set_region_coordinates(to_wire<v1::CoordinateSystem>(thresholds.coordinates));
   }
   if (thresholds.combination != Combination{}) {
     wire.set_combine(to_wire<v1::Combination>(thresholds.combination));
@@ -135,8 +135,8 @@ void write(const LocalThresholds& thresholds, v1::ThresholdMap& wire) {
 LocalThresholds read(const v1::ThresholdMap& wire, FieldChecks& checks) {
   LocalThresholds thresholds;
   thresholds.coordinates = checks.enumerator<CoordinateSystem>(
-      "IsosurfaceRequest.threshold.region_unit", wire.region_unit(), CoordinateSystem::kIndex,
-      CoordinateSystem::kWorld);
+      "IsosurfaceRequest.threshold.region_coordinates", wire.region_coordinates(),
+      CoordinateSystem::kIndex, CoordinateSystem::kWorld);
   thresholds.combination =
       checks.enumerator<Combination>("IsosurfaceRequest.threshold.combine", wire.combine(),
                                      Combination::kMinimum, Combination::kInOrder);
@@ -182,7 +182,7 @@ SurfaceCell read(const v1::SurfaceCell& wire) {
 void write_request(const IsosurfaceRequest& request, v1::IsosurfaceRequest& wire) {
   wire.set_isovalue(request.isovalue);
   wire.mutable_threshold()->set_error(request.error);
-  wire.mutable_threshold()->set_unit(to_wire<v1::LengthUnit>(request.unit));
+  wire.mutable_threshold()->set_unit(to_wire<v1::ErrorUnit>(request.unit));
   write(request.thresholds, *wire.mutable_threshold());
   wire.set_bound(to_wire<v1::ErrorMeasure>(request.measure));
   wire.set_topology_rule(to_wire<v1::TopologyRule>(request.topology_rule));
@@ -201,8 +201,8 @@ IsosurfaceRequest read_request(const v1::IsosurfaceRequest& wire, FieldChecks& c
   request.isovalue = wire.isovalue();
   request.error = wire.threshold().has_error() ? wire.threshold().error() : kDefaultError;
   request.unit =
-      checks.enumerator<LengthUnit>("IsosurfaceRequest.threshold.unit", wire.threshold().unit(),
-                                    LengthUnit::kWorld, LengthUnit::kVoxel);
+      checks.enumerator<ErrorUnit>("IsosurfaceRequest.threshold.unit", wire.threshold().unit(),
+                                   ErrorUnit::kWorld, ErrorUnit::kVoxel);
   request.thresholds = read(wire.threshold(), checks);
   request.measure = checks.enumerator<ErrorMeasure>("IsosurfaceRequest.bound", wire.bound(),
                                                     ErrorMeasure::kPaper, ErrorMeasure::kCertified);

@@ -84,7 +84,7 @@ Received receive_from(ConnectionContext& client, Session& session,
     if (hello) {
       client.set_forwarded_share(hello->on_behalf_of, hello->client_address);
     }
-    client.is_welcomed();
+    client.record_welcome();
   }
   return received;
 }

@@ -12,8 +12,6 @@
 
 namespace multitetra {
 
-// Vectors of up to twelve numbers. Comparisons and selections give the same bits on every machine.
-// Real is float if arithmetic on the values is exact in it (16-bit integers), else double.
 template <typename Vector>
 [[nodiscard]] inline Vector larger(Vector a, Vector b) {
   return a > b ? a : b;
@@ -30,6 +28,8 @@ struct VectorOf<double> {
   using Type = double __attribute__((vector_size(16)));
 };
 
+// Vectors of up to twelve numbers. Comparisons and selections give the same bits on every machine.
+// Real is float if arithmetic on the values is exact in it (16-bit integers), else double.
 template <typename Real>
 struct Lanes {
   static constexpr std::size_t kWidth = 16 / sizeof(Real);

@@ -53,7 +53,7 @@ double part_of_budget(const SurfaceSize& size, const IsosurfaceRequest& request)
 
 ErrorSchedule::ErrorSchedule(const IsosurfaceRequest& request, const DatasetInfo& info)
     : request_(request),
-      unit_(request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length(info)),
+      unit_(request.unit == ErrorUnit::kVoxel ? 1.0 : voxel_length(info)),
       floors_(kLevelsPerOctave * (info.grid_exponent - kFirstOctave) + 1) {
   const double least = least_threshold(request);
   while (below_ + 1 < floors_ && unit_ * floor_of(below_) <= least) ++below_;

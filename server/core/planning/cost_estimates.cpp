@@ -13,10 +13,10 @@ constexpr double kMaxChangeFactor = 3;  // Limits the effect of a single delayed
 
 void MeasuredCosts::record(StepForm form, double extracted, double seconds) {
   if (extracted < kMinTriangles) return;
-  double& known = form == StepForm::kShells       ? costs_.shells
-                  : form == StepForm::kSimplified ? costs_.simplified
-                  : form == StepForm::kEmbedded   ? costs_.embedded
-                                                  : costs_.plain;
+  double& known = form == StepForm::kShells             ? costs_.shells
+                  : form == StepForm::kSimplified       ? costs_.simplified
+                  : form == StepForm::kIntersectionFree ? costs_.embedded
+                                                        : costs_.plain;
   const double found = std::max(seconds - CostEstimates::kSecondsPerStep, 0.0) / extracted;
   known +=
       kWeight * (std::clamp(found, known / kMaxChangeFactor, known * kMaxChangeFactor) - known);

@@ -15,10 +15,10 @@ struct SurfaceSize {
 inline constexpr double kDefaultBytesPerSecond = 1.25e6;
 
 // The form of a step's tiles.
-enum class StepForm { kPlain, kSimplified, kEmbedded, kShells };
+enum class StepForm { kPlain, kSimplified, kIntersectionFree, kShells };
 
 [[nodiscard]] inline bool is_simplified(StepForm form) {
-  return form == StepForm::kSimplified || form == StepForm::kEmbedded;
+  return form == StepForm::kSimplified || form == StepForm::kIntersectionFree;
 }
 
 // Seconds per extracted triangle, summed over all threads.
@@ -37,7 +37,7 @@ struct CostEstimates {
     switch (form) {
       case StepForm::kSimplified:
         return simplified;
-      case StepForm::kEmbedded:
+      case StepForm::kIntersectionFree:
         return embedded;
       case StepForm::kShells:
         return shells;

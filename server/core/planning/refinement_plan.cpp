@@ -231,7 +231,7 @@ std::optional<StepRequest> certified_preview(const Candidates& candidates,
 StepRequest preview_step(const IsosurfaceRequest& request, const Preview& preview,
                          const DatasetInfo& info) {
   const std::int32_t finest = preview.finest_spacing;
-  const double unit = request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length(info);
+  const double unit = request.unit == ErrorUnit::kVoxel ? 1.0 : voxel_length(info);
   StepRequest step{.request = request, .finest_spacing = finest};
   step.request.simplify = request.simplify && !preview.is_unsimplified && !preview.shell;
   step.shell = preview.shell;

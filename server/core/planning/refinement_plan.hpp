@@ -56,7 +56,7 @@ struct StepRequest {
 [[nodiscard]] inline StepForm form_of(const StepRequest& step) {
   if (step.shell) return StepForm::kShells;
   if (!step.request.simplify) return StepForm::kPlain;
-  return step.request.intersection_free ? StepForm::kEmbedded : StepForm::kSimplified;
+  return step.request.intersection_free ? StepForm::kIntersectionFree : StepForm::kSimplified;
 }
 
 // Returns the request itself as a step.

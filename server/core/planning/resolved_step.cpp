@@ -29,7 +29,7 @@ ModelOptions ResolvedStep::model() const {
 SimplificationOptions ResolvedStep::simplification() const {
   return {.lattice_step = lattice_step_,
           .max_distance = {thresholds_, 1 - kModelShare},
-          .is_embedded = step_.request.intersection_free};
+          .is_intersection_free = step_.request.intersection_free};
 }
 
 bool ResolvedStep::has_send_order() const { return thresholds_.least() != thresholds_.largest(); }

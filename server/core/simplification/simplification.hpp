@@ -54,12 +54,12 @@ struct SimplificationOptions {
   AllowedDistance max_distance = 0;  // In the unit of `lattice_step`.
   // Keeps embedded surfaces embedded: takes 2 to 3 times as long, leaves a few percent more
   // triangles.
-  bool is_embedded = false;
+  bool is_intersection_free = false;
   // Keeps the data to simplify tiles further or to restore their state after the first stage.
   bool is_resumable = false;
 
   [[nodiscard]] std::optional<Obstacles> embedded() const {
-    return is_embedded ? std::optional(Obstacles()) : std::nullopt;
+    return is_intersection_free ? std::optional(Obstacles()) : std::nullopt;
   }
 };
 

@@ -19,12 +19,12 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
                                const SimplifiedTileLimits& limits,
                                const std::function<void()>& checkpoint, Obstacles obstacles) {
   SimplifiedCube joined{.cube = cube, .tiles = {}, .rest = {}};
-  // With `is_embedded`: obstacles other than the pieces themselves.
+  // With `is_intersection_free`: obstacles other than the pieces themselves.
   std::vector<LatticeTriangle> others(obstacles.begin(), obstacles.end());
   const auto embedded = [&] {
-    return options.is_embedded ? std::optional(Obstacles(others)) : std::nullopt;
+    return options.is_intersection_free ? std::optional(Obstacles(others)) : std::nullopt;
   };
-  if (options.is_embedded) {
+  if (options.is_intersection_free) {
     for (const SimplifiedCube& child : children) {
       for (const SimplifiedTile& tile : child.tiles) tile.piece.append_triangles(others);
     }
@@ -34,7 +34,7 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
   const int stage = 2 * cube.exponent;
   const bool is_begun = own && own->is_new();
   if (own) {
-    if (options.is_embedded) {
+    if (options.is_intersection_free) {
       for (const SimplifiedCube& child : children) child.rest.append_triangles(others);
     }
     if (is_begun) own->begin(options.max_distance, embedded(), checkpoint);
@@ -59,7 +59,7 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
     if (is_too_much) {
       triangles -= child.rest.triangles();
       vertices_before -= child.rest.vertices_before();
-      if (options.is_embedded) child.rest.append_triangles(others);
+      if (options.is_intersection_free) child.rest.append_triangles(others);
       if (!options.is_resumable) child.rest.finish();
       cut_off(child, joined.tiles);
     } else if (child.rest.triangles() > 0) {

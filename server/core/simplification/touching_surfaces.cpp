@@ -96,7 +96,7 @@ void simplify_patch(std::vector<SurfacePatch>& patches, std::size_t index,
   if (options.max_distance.largest() == 0) return;
   std::vector<LatticeTriangle> around;
   std::optional<Obstacles> obstacles;
-  if (options.is_embedded) {
+  if (options.is_intersection_free) {
     around = triangles_around(patches, index);
     obstacles = around;
   }

@@ -39,8 +39,8 @@ struct SurfacePatch {
 // by their surfaces.
 [[nodiscard]] std::vector<SurfacePatch> patches_of(std::span<const LatticeMesh> surfaces);
 
-// Simplifies one patch. With `options.is_embedded` it then intersects none of the other patches
-// that it did not intersect before.
+// Simplifies one patch. With `options.is_intersection_free` it then intersects none of the other
+// patches that it did not intersect before.
 void simplify_patch(
     std::vector<SurfacePatch>& patches, std::size_t index, const SimplificationOptions& options,
     const std::function<void()>& checkpoint = [] {});

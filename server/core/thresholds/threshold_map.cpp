@@ -15,7 +15,7 @@ namespace multitetra {
 namespace {
 
 double unit_of(const IsosurfaceRequest& request, const DatasetInfo& info) {
-  return request.unit == LengthUnit::kVoxel ? voxel_length(info) : 1.0;
+  return request.unit == ErrorUnit::kVoxel ? voxel_length(info) : 1.0;
 }
 
 // Converts a threshold to world units; finite even if the product overflows.

@@ -193,7 +193,7 @@ SimplificationWork SurfaceSimplifier::simplify(const SimplificationOptions& opti
   const int resolution = tiles_.front().piece.resolution();
   std::vector<CubesOfLevel> cubes = cubes_around(std::move(tiles_), root_exponent_);
   std::vector<ObstaclesOfLevel> obstacles(cubes.size());
-  if (options.is_embedded) obstacles = obstacles_in(cubes, resolution);
+  if (options.is_intersection_free) obstacles = obstacles_in(cubes, resolution);
   SimplifiedTileLimits here = limits;
   here.root_exponent = root_exponent_;
   CubeInTree root = joined(std::move(cubes), obstacles, options, here, stop);

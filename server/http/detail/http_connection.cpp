@@ -13,6 +13,9 @@
 namespace multitetra {
 namespace {
 
+// The status of requests without an answer in log and metrics, as in nginx.
+constexpr int kClientHasLeft = 499;
+
 // Returns an id for answers and the log. The first one is random, to avoid repetition between
 // runs; a JSON number holds it exactly.
 std::uint64_t new_request_number() {
@@ -31,7 +34,8 @@ HttpConnection::HttpConnection(std::unique_ptr<ByteStream> stream, ConnectionCon
       refusal_(std::move(refusal)),
       handler_(handler),
       options_(options),
-      requests_(options.max_header_bytes) {
+      requests_(options.max_header_bytes),
+      watch_timer_(stream_->executor()) {
   set_socket_options(stream_->socket());
   if (options_.connection.send_buffer_bytes) {
     error_code ignored;
@@ -121,7 +125,7 @@ asio::awaitable<void> HttpConnection::run() {
       co_return;
     }
     const bool keep_alive = admitted && request->keep_alive() && !is_ending_;
-    const bool is_written = co_await write(*answer, with_body, keep_alive);
+    const bool is_written = !context->has_left && co_await write(*answer, with_body, keep_alive);
     if (context->record && is_written) {
       context->record->sent_body(with_body ? answer->body.length : 0);
       context->record->end(outcome_of(*answer));
@@ -155,7 +159,7 @@ void HttpConnection::send(const HttpRequest* request, const RequestContext& cont
                          .method = request ? view_of(request->method_string()) : std::string_view(),
                          .target = target,
                          .dataset = context.record ? context.record->facts().dataset : "",
-                         .status = answer.status,
+                         .status = context.has_left ? kClientHasLeft : answer.status,
                          .bytes = with_body ? answer.body.length : 0,
                          .seconds = taken.count(),
                          .outcome = outcome,
@@ -245,21 +249,19 @@ asio::awaitable<bool> HttpConnection::write_file(const ScratchFile& file, std::u
 void HttpConnection::watch() {
   if (std::exchange(is_watching_, true)) return;
   stream_->socket().async_wait(tcp::socket::wait_read,
-                               [self = shared_from_this()](error_code error) {
-                                 self->is_watching_ = false;
-                                 if (self->context_ && (error || self->is_disconnected()))
-                                   self->context_->leave();
-                               });
+                               [self = shared_from_this()](error_code) { self->watch_unread(); });
 }
 
-// Readable bytes are the next request; end of file or an error is a disconnect.
-bool HttpConnection::is_disconnected() {
-  char byte = 0;
-  error_code error;
-  stream_->socket().non_blocking(true, error);
-  const std::size_t size =
-      stream_->socket().receive(asio::buffer(&byte, 1), tcp::socket::message_peek, error);
-  return error != asio::error::would_block && (error || size == 0);
+// What can be read is the end of the connection, or bytes that hide it: the next request, or TLS's
+// close_notify.
+void HttpConnection::watch_unread() {
+  constexpr auto kPause = std::chrono::milliseconds(100);
+  const bool is_ended = context_ && stream_->is_ended_by_peer();
+  if (is_ended) context_->leave();
+  is_watching_ = context_ && !is_ended;
+  if (!is_watching_) return;
+  watch_timer_.expires_after(kPause);
+  watch_timer_.async_wait([self = shared_from_this()](error_code) { self->watch_unread(); });
 }
 
 // Reads and drops remaining input for a while: closing with unread bytes would reset the

@@ -50,7 +50,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
             bool with_body, std::string_view outcome);
   // Cancels the request if the client closes the connection meanwhile.
   void watch();
-  [[nodiscard]] bool is_disconnected();
+  void watch_unread();
 
   std::unique_ptr<ByteStream> stream_;
   ConnectionContextPtr client_;
@@ -63,6 +63,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   RequestReader requests_;
   std::shared_ptr<RequestContext> context_;         // Set while answering.
   Clock::time_point resting_since_ = Clock::now();  // Valid while idle.
+  asio::steady_timer watch_timer_;
   bool is_watching_ = false;
   bool is_answering_ = false;
   bool has_asked_ = false;

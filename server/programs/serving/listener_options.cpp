@@ -94,7 +94,7 @@ void add_limits_on_clients(Command& command, ListenerOptions& o) {
                   "seconds' worth are allowed")
       ->within(0.0, 1e9)
       ->capture_default_str();
-  add_count(command, "--max-estimates", o.session.max_queries,
+  add_count(command, "--max-queries", o.session.max_queries,
             "Most concurrent estimates, slices and probes of one connection")
       ->within(1, 64);
   add_count(command, "--max-regions", o.requests.max_regions, "Most regions of one threshold map")

@@ -444,7 +444,7 @@ TEST(Assembler, RejectsPreviewsThatDifferInMoreThanAccuracy) {
   const std::vector<std::function<void(StepBegin&)>> lies = {
       [](StepBegin& b) { b.request.error = 0.5; },
       [](StepBegin& b) { b.request.isovalue = 101; },
-      [](StepBegin& b) { b.request.unit = LengthUnit::kWorld; },
+      [](StepBegin& b) { b.request.unit = ErrorUnit::kWorld; },
       [](StepBegin& b) { b.request.lattice_resolution = 6; },
       [](StepBegin& b) { b.finest_spacing = 3; },
       [](StepBegin& b) { b.step = 1; }};

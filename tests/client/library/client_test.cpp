@@ -130,6 +130,15 @@ TEST(Client, RejectsServersWithAnotherProtocolVersion) {
   }
 }
 
+// A stream may end while a Ping is under way.
+TEST(Client, IgnoresALatePong) {
+  const ScriptedServer server(framed_messages(
+      Messages{Welcome{.version = kProtocolVersion}, Pong{1}, DatasetList{.request_id = 1}}));
+  auto client = Client::connect(server.endpoint(), {});
+  ASSERT_TRUE(client);
+  EXPECT_TRUE(client->list_datasets());
+}
+
 TEST(Retries, WaitForTheServersDelay) {
   std::vector<std::chrono::milliseconds> waits;
   Retries retries({.most = 2,

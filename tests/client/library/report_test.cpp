@@ -84,14 +84,14 @@ TEST(Report, ExplainsAMissingVolume) {
 
 TEST(Report, CallsOnlyTheAreaOfTheFullResolutionExact) {
   FetchReport report = octahedron_report();
-  EXPECT_TRUE(json::parse(json_report(report)).at("area_is_exact").is_null());
+  EXPECT_TRUE(json::parse(json_report(report)).at("is_full_resolution").is_null());
   report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
   const auto is_exact_at = [&](double error, double topology_tolerance) {
     auto step = std::make_shared<CommittedStep>(*report.steps.back().step);
     step->begin.error_bound_world = error;
     step->begin.request.topology_tolerance = topology_tolerance;
     report.steps.back().step = step;
-    return json::parse(json_report(report)).at("area_is_exact").get<bool>();
+    return json::parse(json_report(report)).at("is_full_resolution").get<bool>();
   };
   EXPECT_TRUE(is_exact_at(0, 0));
   EXPECT_FALSE(is_exact_at(0.25, 0));
@@ -126,6 +126,8 @@ TEST(MeshDistanceBound, AddsALatticeStep) {
       << "the diagonal of 2, 3 and 6 is 7";
   begin.request.topology_tolerance = 2;
   EXPECT_FALSE(mesh_distance_bound(begin, info));
+  begin.shell = ShellStep{};
+  EXPECT_TRUE(mesh_distance_bound(begin, info)) << "sample shells ignore the tolerance";
 }
 
 TEST(Report, ContainsTheCountOfSelfIntersectingTriangles) {

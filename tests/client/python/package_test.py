@@ -248,12 +248,12 @@ class Package(unittest.TestCase):
             self.assertEqual(last.components()[0].error_bound, last.error_bound)
             self.assertRegex(repr(last), r"^<Mesh: \d+ vertices, \d+ triangles, within ")
 
-    def test_area_is_exact_only_at_full_resolution(self):
+    def test_is_full_resolution_only_at_full_resolution(self):
         with multitetra.connect(self.urls[0]) as server:
-            self.assertFalse(server.isosurface("gyroid", 0.1, error=0.5).area_is_exact)
+            self.assertFalse(server.isosurface("gyroid", 0.1, error=0.5).is_full_resolution)
             full = server.isosurface("gyroid", 0.1, error=0)
-        self.assertTrue(full.area_is_exact)
-        self.assertTrue(full.components()[0].area_is_exact)
+        self.assertTrue(full.is_full_resolution)
+        self.assertTrue(full.components()[0].is_full_resolution)
 
     def test_napari_reads_a_viewer_address(self):
         page = self.urls[1].replace("ws://", "http://")
@@ -360,9 +360,10 @@ class Package(unittest.TestCase):
     def test_signatures_name_every_request_option(self):
         for method in (Connection.isosurface, Connection.steps):
             parameters = inspect.signature(method).parameters
-            for name in ("error", "unit", "quality", "regions", "region_unit", "threshold_grid", "normals", "simplify", "intersection_free", "color_by"):
+            for name in ("error", "unit", "quality", "regions", "region_coordinates", "threshold_grid", "normals", "simplify", "intersection_free", "color_by"):
                 self.assertIn(name, parameters)
             self.assertNotIn("request", parameters)
+            self.assertEqual([parameters[name].default for name in ("error", "lattice", "no_value_color", "simplify", "view")], [0.25, 5, "808080", True, None])
             self.assertIn("such as 500KiB", method.__doc__)
         with multitetra.connect(self.urls[0]) as server, self.assertRaises(TypeError):
             server.isosurface("gyroid", 0.1, normal_bits=8)
@@ -389,7 +390,7 @@ class Package(unittest.TestCase):
         with multitetra.connect(self.urls[1]) as server:
             coarse = server.isosurface("gyroid", 0.1, error=2)
             region = multitetra.box([0, 0, 0], [16, 16, 16], error=0)
-            fine = server.isosurface("gyroid", 0.1, error=2, regions=[region], region_unit="index")
+            fine = server.isosurface("gyroid", 0.1, error=2, regions=[region], region_coordinates="index")
         self.assertGreater(len(fine.faces), len(coarse.faces))
         self.assertEqual(fine.euler_characteristic, coarse.euler_characteristic)
 

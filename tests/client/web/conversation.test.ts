@@ -170,7 +170,7 @@ describe("Conversation", () => {
       effects.flatMap((e) => (e.kind === "send" && e.message.case === "estimate" ? [e.message.value] : []))[0];
     const reply = (requestId: bigint) => ({
       case: "estimateReply",
-      value: { requestId, triangles: 12n, bytes: 34n, thresholdWorld: 0.5 },
+      value: { requestId, triangles: 12n, bytes: 34n, errorBoundWorld: 0.5 },
     });
     const first = query(conversation.requestSize(order(0.1)));
     expect(conversation.requestSize(order(0.2))).toEqual([]);

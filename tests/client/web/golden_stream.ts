@@ -46,7 +46,7 @@ export function dataset(): DatasetInfo {
 export function request(): IsosurfaceRequest {
   return create(IsosurfaceRequestSchema, {
     isovalue: 0.1,
-    threshold: create(ThresholdMapSchema, { error: 0.5, unit: 1, regionUnit: 1, combine: 1 }),
+    threshold: create(ThresholdMapSchema, { error: 0.5, unit: 1, regionCoordinates: 1, combine: 1 }),
     bound: 1,
     topologyRule: 1,
     lattice: 5,

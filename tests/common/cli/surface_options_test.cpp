@@ -84,12 +84,13 @@ TEST(SurfaceOptions, NameAnErrorByItsQuality) {
 }
 
 TEST(SurfaceOptions, ParseEveryPartOfAThresholdMap) {
-  const auto asked = request({"--error", "4", "--unit", "world", "--region", "ball:1,2,3,4=0.5",
-                              "--region", "box:0,0,0,9,9,9=1", "--region-unit", "index", "--view",
-                              "eye=1,2,3,fov=45,height=600,pixels=0.5", "--combine", "minimum"});
+  const auto asked =
+      request({"--error", "4", "--unit", "world", "--region", "ball:1,2,3,4=0.5", "--region",
+               "box:0,0,0,9,9,9=1", "--region-coordinates", "index", "--view",
+               "eye=1,2,3,fov=45,height=600,pixels=0.5", "--combine", "minimum"});
   ASSERT_TRUE(asked) << asked.error().text;
   EXPECT_EQ(asked->error, 4);
-  EXPECT_EQ(asked->unit, LengthUnit::kWorld);
+  EXPECT_EQ(asked->unit, ErrorUnit::kWorld);
   const LocalThresholds& thresholds = asked->thresholds;
   EXPECT_EQ(thresholds.coordinates, CoordinateSystem::kIndex);
   EXPECT_EQ(thresholds.combination, Combination::kMinimum);
@@ -121,7 +122,7 @@ TEST(SurfaceOptions, RejectValuesOutOfRangeByRegionAndField) {
       refusal({"--view", "eye=0,0,0,fov=180,height=1,pixels=1"}).find("view.field_of_view is 180"),
       std::string::npos);
   EXPECT_THROW((void)request({"--combine", "maximum"}), CLI::ParseError);
-  EXPECT_THROW((void)request({"--region-unit", "voxel"}), CLI::ParseError);
+  EXPECT_THROW((void)request({"--region-coordinates", "voxel"}), CLI::ParseError);
 }
 
 TEST(SurfaceOptions, ReadTheThresholdGrid) {
@@ -164,7 +165,7 @@ TEST(JsonReport, IncludesAnExistingThresholdMap) {
   const Json json = json_of(*asked);
   EXPECT_EQ(json["max_bytes"], 7);
   const Json& map = json["thresholds"];
-  EXPECT_EQ(map["region_unit"], "world");
+  EXPECT_EQ(map["region_coordinates"], "world");
   EXPECT_EQ(map["combine"], "order");
   EXPECT_EQ(map["regions"][0]["ball"]["radius"], 4);
   EXPECT_EQ(map["regions"][1]["halfspace"]["offset"], 4);

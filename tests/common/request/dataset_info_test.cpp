@@ -126,12 +126,12 @@ TEST(IsosurfaceRequest, RoundTripsNamesOfChoices) {
   for (const auto rule : {TopologyRule::kExact, TopologyRule::kPaper}) {
     EXPECT_EQ(topology_rule_from(name(rule)), rule);
   }
-  for (const auto unit : {LengthUnit::kVoxel, LengthUnit::kWorld}) {
-    EXPECT_EQ(length_unit_from(name(unit)), unit);
+  for (const auto unit : {ErrorUnit::kVoxel, ErrorUnit::kWorld}) {
+    EXPECT_EQ(error_unit_from(name(unit)), unit);
   }
   EXPECT_EQ(error_measure_from("Paper"), std::nullopt);
   EXPECT_EQ(topology_rule_from(""), std::nullopt);
-  EXPECT_EQ(length_unit_from("mm"), std::nullopt);
+  EXPECT_EQ(error_unit_from("mm"), std::nullopt);
 }
 
 // Axes from files are at right angles only up to the rounding of their numbers.

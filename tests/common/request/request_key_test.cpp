@@ -37,7 +37,7 @@ TEST(RequestKey, DiffersForDifferentRequests) {
       [](auto&) {},
       [](auto& r) { r.isovalue = std::nextafter(r.isovalue, 100); },
       [](auto& r) { r.error = 2; },
-      [](auto& r) { r.unit = LengthUnit::kWorld; },
+      [](auto& r) { r.unit = ErrorUnit::kWorld; },
       [](auto& r) { r.measure = ErrorMeasure::kPaper; },
       [](auto& r) { r.topology_rule = TopologyRule::kPaper; },
       [](auto& r) { r.topology_tolerance = 4; },

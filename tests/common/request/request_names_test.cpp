@@ -145,7 +145,7 @@ TEST(RequestNames, MatchTheViewersAddress) {
   Names viewer;
   for (const std::string& name : matches(url_state, "set\\(\"(\\w+)\"")) viewer.insert(snake(name));
   viewer.merge(matches(url_state, "parameters\\.get\\(\"(quality)\"\\)"));
-  const Names not_in_viewer = {"color_anyway", "unit",        "lattice",     "region_unit",
+  const Names not_in_viewer = {"color_anyway", "unit",        "lattice",     "region_coordinates",
                                "view",         "combine",     "max_bytes",   "intersection_free",
                                "normals",      "color_range", "color_scale", "coordinates",
                                "codec"};

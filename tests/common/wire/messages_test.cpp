@@ -239,7 +239,7 @@ TEST(OpenStream, RejectsValuesOutOfRange) {
   refuse([](OpenStream& o) { o.request.topology_tolerance = kNaN; }, "topology tolerance");
   refuse([](OpenStream& o) { o.request.lattice_resolution = 9; }, "lattice resolution");
   refuse([](OpenStream& o) { o.request.lattice_resolution = -1; }, "lattice resolution");
-  refuse([](OpenStream& o) { o.request.unit = static_cast<LengthUnit>(2); }, "threshold.unit");
+  refuse([](OpenStream& o) { o.request.unit = static_cast<ErrorUnit>(2); }, "threshold.unit");
   refuse([](OpenStream& o) { o.request.measure = static_cast<ErrorMeasure>(2); }, "bound");
   refuse([](OpenStream& o) { o.request.topology_rule = static_cast<TopologyRule>(-3); },
          "topology_rule");
@@ -361,7 +361,7 @@ TEST(ThresholdMaps, RejectRegionsOutOfRangeByIndexAndField) {
   expect_map_refused([](Map& m) { std::get<HalfSpaceShape>(m.regions[2].shape).normal = {}; },
                      "regions[2].half_space.normal");
   expect_map_refused([](Map& m) { m.coordinates = static_cast<CoordinateSystem>(2); },
-                     "threshold.region_unit");
+                     "threshold.region_coordinates");
   expect_map_refused([](Map& m) { m.combination = static_cast<Combination>(-2); },
                      "threshold.combine");
 }
@@ -682,7 +682,8 @@ TEST(ProbeReply, RejectsNonfiniteNumbers) {
 TEST(EstimateReply, RejectsValuesOutOfRange) {
   for (const double wrong : {-1.0, kNaN, kInfinity}) {
     expect_refused<EstimateReply>(
-        {.request_id = 9}, [=](EstimateReply& e) { e.threshold_world = wrong; }, "threshold_world");
+        {.request_id = 9}, [=](EstimateReply& e) { e.error_bound_world = wrong; },
+        "error_bound_world");
   }
 }
 

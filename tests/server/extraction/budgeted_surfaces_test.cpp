@@ -146,7 +146,7 @@ TEST_P(BudgetedSurfaces, RespectThresholdMapsAndStayEmbedded) {
     SCOPED_TRACE(i);
     IsosurfaceRequest request{.isovalue = kIsovalue,
                               .error = between(0, 1, random),
-                              .unit = LengthUnit::kWorld,
+                              .unit = ErrorUnit::kWorld,
                               .thresholds = random_thresholds(info_, random),
                               .simplify = true,
                               .intersection_free = i % 2 == 1};

@@ -40,9 +40,9 @@ TEST_P(EmbeddedSurfaces, HaveNoSelfIntersections) {
     for (const double error : {0.5, 4.0}) {
       for (const std::size_t triangles : {std::size_t{64'000}, std::size_t{500}}) {
         SCOPED_TRACE(::testing::Message() << model_error << " " << error << " " << triangles);
-        const auto simplified = [&](bool is_embedded) {
+        const auto simplified = [&](bool is_intersection_free) {
           SimplificationOptions options{.max_distance = error * voxel_length(info),
-                                        .is_embedded = is_embedded};
+                                        .is_intersection_free = is_intersection_free};
           for (std::size_t axis = 0; axis < 3; ++axis) {
             options.lattice_step[axis] = info.spacing[axis] / (1 << kDefaultLatticeResolution);
           }

@@ -52,7 +52,7 @@ TEST_P(LocallySimplified, StaysWithinTheLocalThresholds) {
     SCOPED_TRACE(i);
     const IsosurfaceRequest request{.isovalue = isovalue,
                                     .error = between(0, 4, random),
-                                    .unit = LengthUnit::kWorld,
+                                    .unit = ErrorUnit::kWorld,
                                     .thresholds = random_thresholds(info, random),
                                     .simplify = true};
     const LatticeMesh small = mesh_of(extractor.extract({.request = request}));

@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(Fields, MappedSurfaces, ::testing::ValuesIn(settings())
 IsosurfaceRequest request_of(const Case& c) {
   return {.isovalue = c.isovalue,
           .error = c.threshold,
-          .unit = LengthUnit::kWorld,
+          .unit = ErrorUnit::kWorld,
           .measure = c.measure,
           .topology_rule = c.rule,
           .thresholds = c.thresholds};

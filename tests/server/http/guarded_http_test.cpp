@@ -9,12 +9,14 @@
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/running_http_server.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/texts.hpp"
 
 namespace multitetra {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::catalogue_of;
+using testing::expect_contains;
 using testing::fake_catalogue;
 using testing::FakeSteps;
 using testing::HttpClient;
@@ -117,6 +119,51 @@ TEST(GuardedHttp, ClosesAfterCloseNotify) {
   context.send(kAskWhetherAlive);
   (void)context.read_to_end();
   EXPECT_TRUE(context.parts_well());
+}
+
+constexpr std::string_view kAskForASurface =
+    "GET /v1/datasets/octahedron/isosurface?isovalue=1 HTTP/1.1\r\nHost: x\r\n\r\n";
+
+// Returns the metrics when one request has been counted with status 499, otherwise the last ones.
+std::string metrics_with_a_client_that_left(const RunningHttpServer& server) {
+  std::string metrics;
+  for (int i = 0; i < 500; ++i) {
+    metrics = HttpClient(server.http()).get("/metrics").body();
+    if (metrics.find("status=\"499\"") != std::string::npos) break;
+    std::this_thread::sleep_for(10ms);
+  }
+  return metrics;
+}
+
+// The next request's bytes hide the end of the connection.
+TEST(GuardedHttp, StopsTheWorkOfAClientThatLeaves) {
+  testing::Count running;
+  RunningHttpServer server(
+      catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))), {},
+      {.metrics = std::make_shared<PrometheusMetrics>()});
+  {
+    HttpClient client(server.http());
+    client.send(kAskForASurface);
+    ASSERT_TRUE(running.reaches(1));
+    client.send(kAskForASurface);
+  }
+  EXPECT_TRUE(running.reaches(0));
+  expect_contains(metrics_with_a_client_that_left(server),
+                  R"(http_answers_total{kind="isosurface",status="499"} 1)");
+}
+
+// TLS's close_notify hides it.
+TEST(GuardedHttp, StopsTheWorkOfATlsClientThatLeaves) {
+  testing::Count running;
+  const ListenerCertificate certificate;
+  RunningHttpServer server(
+      catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))), {},
+      {.admission = {.tls = certificate.files()}});
+  TlsRequest client(server.http().port, certificate);
+  client.send(kAskForASurface);
+  ASSERT_TRUE(running.reaches(1));
+  client.leave();
+  EXPECT_TRUE(running.reaches(0));
 }
 
 TEST(GuardedHttp, IsNotReadyWhileDraining) {

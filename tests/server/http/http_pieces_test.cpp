@@ -153,7 +153,7 @@ MeshQuery query_of(std::string_view query) {
 TEST(MeshQuery, HasEveryOptionOfTheCommandLine) {
   const auto [query, format] = query_of(
       "isovalue=-3e%2B2&error=0.25&unit=world&bound=paper&topology_rule=paper&topology_tolerance=2&"
-      "lattice=4&region=ball:1,2,3,4=0.5&region=box:0,0,0,1,1,1=0&region_unit=index&"
+      "lattice=4&region=ball:1,2,3,4=0.5&region=box:0,0,0,1,1,1=0&region_coordinates=index&"
       "combine=minimum&max_triangles=1000&max_bytes=2000&simplify=off&intersection_free=true&"
       "normals=8&"
       "coordinates=index&"
@@ -161,7 +161,7 @@ TEST(MeshQuery, HasEveryOptionOfTheCommandLine) {
       "view=eye=1,2,3,fov=40,height=1080,pixels=1");
   EXPECT_EQ(query.isovalues, std::vector<double>{-300.0});
   EXPECT_EQ(query.request.error, 0.25);
-  EXPECT_EQ(query.request.unit, LengthUnit::kWorld);
+  EXPECT_EQ(query.request.unit, ErrorUnit::kWorld);
   EXPECT_EQ(query.request.measure, ErrorMeasure::kPaper);
   EXPECT_EQ(query.request.topology_rule, TopologyRule::kPaper);
   EXPECT_EQ(query.request.topology_tolerance, 2);

@@ -46,6 +46,12 @@ class TlsRequest {
     if (error != asio::error::eof) throw boost::system::system_error(error);
     return answer;
   }
+  // Sends close_notify and closes the connection, without awaiting the listener's.
+  void leave() {
+    stream_->async_shutdown([](boost::system::error_code) {});
+    io_.poll();
+    stream_->next_layer().close();
+  }
   // Sends close_notify as well; returns whether the listener has closed the connection.
   [[nodiscard]] bool parts_well() {
     boost::system::error_code error;

@@ -132,7 +132,7 @@ TEST(Permit, AllowsShellsForClientsThatDecodeThemAndMaySeeSamples) {
   list->add({.digest = digest_of_token("surfaces"), .rights = meshes_alone});
   const auto permit_of = [&](const std::string& token, const std::vector<PayloadCodec>& codecs) {
     auto permit = Permit::of(token, list, fake_catalogue("head")).value();
-    permit.decodes(codecs);
+    permit.set_codecs(codecs);
     return permit;
   };
   const auto with_shells = permit_of("samples", both);
@@ -201,7 +201,7 @@ TEST(Permit, RejectsSamplesForSurfacesOnlyTokens) {
 
 TEST(Permit, RejectsShellPreviewsThatTheDatasetCannotHave) {
   auto permit = Permit::of("", nullptr, fake_catalogue("head")).value();
-  permit.decodes({PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell});
+  permit.set_codecs({PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell});
   OpenStream open = testing::open_fake(1, "head");
   // The grid has 64 steps per side.
   open.resumed_previews = {{.finest_spacing = 64, .shell = quantized_shells(2)}};

@@ -183,8 +183,7 @@ TEST(StreamMessages, ReportBoundsInWorldUnits) {
   info.spacing = {3, 0.5, 1};
   OpenStream open = progressive();
   open.steps = StepPolicy::kFinalOnly;
-  for (const auto& [unit, bound] :
-       {std::pair(LengthUnit::kVoxel, 1.0), {LengthUnit::kWorld, 2.0}}) {
+  for (const auto& [unit, bound] : {std::pair(ErrorUnit::kVoxel, 1.0), {ErrorUnit::kWorld, 2.0}}) {
     open.request.error = 2;
     open.request.unit = unit;
     StreamMessages stream(open, info);

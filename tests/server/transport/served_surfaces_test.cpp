@@ -226,7 +226,7 @@ TEST(ServedSurfaces, HaveSizesNearTheEstimates) {
     }
     EXPECT_NEAR(static_cast<double>(estimate->triangles), triangles, triangles / 3);
     EXPECT_NEAR(static_cast<double>(estimate->bytes), bytes, bytes / 3) << normal_bits << " bits";
-    EXPECT_EQ(estimate->threshold_world, 0.5);
+    EXPECT_EQ(estimate->error_bound_world, 0.5);
   }
 }
 

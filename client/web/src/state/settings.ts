@@ -65,7 +65,7 @@ export interface Settings {
   dataset: string; // Or a series of datasets: its first member.
   t: number | null; // The time within a series; the nearest one is shown. Null: the dataset's own.
   isovalue: number | null; // Null: the dataset's own suggestion.
-  error: number; // Voxels, 0 to 8.
+  error: number; // Voxels.
   bound: "certified" | "paper";
   topologyRule: "exact" | "paper";
   topologyTolerance: number; // Voxels.

@@ -255,10 +255,10 @@ export class Conversation {
     return [...ready, { kind: "send", message: { case: "listDatasets", value } }];
   }
 
-  private receiveEstimate({ requestId, triangles, bytes, thresholdWorld }: EstimateReply): Effect[] {
+  private receiveEstimate({ requestId, triangles, bytes, errorBoundWorld }: EstimateReply): Effect[] {
     const { query } = this;
     if (requestId !== query?.id) return [];
-    const size = { triangles: Number(triangles), bytes: Number(bytes), errorWorld: thresholdWorld };
+    const size = { triangles: Number(triangles), bytes: Number(bytes), errorWorld: errorBoundWorld };
     return [{ kind: "size", order: query.order, ...size }, ...this.sendNextQuery()];
   }
 

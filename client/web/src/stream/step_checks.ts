@@ -111,7 +111,7 @@ export function parameterFault(begin: StepBegin, requested: IsosurfaceRequest): 
       ...(mayDiffer ? { atLeast: least.requested } : {}),
       ...(begin.isFinal ? {} : { error: requested.threshold.error }),
       combine: given.threshold.combine || 1,
-      regionUnit: given.threshold.regionUnit || 1,
+      regionCoordinates: given.threshold.regionCoordinates || 1,
     }),
     ...(begin.isFinal ? {} : { lattice: requested.lattice }),
   });

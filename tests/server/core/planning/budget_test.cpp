@@ -66,7 +66,7 @@ TEST(Budget, LimitsBytes) {
 
 TEST(Budget, GivesTheSameResultInWorldUnits) {
   IsosurfaceRequest world = request_for(300'000);
-  world.unit = LengthUnit::kWorld;
+  world.unit = ErrorUnit::kWorld;
   world.error = 0.25 * 0.5;
   const auto size_of = [](StepRequest step) {  // One voxel is half a world unit.
     step.request.error /= 0.5;

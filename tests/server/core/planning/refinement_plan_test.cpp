@@ -298,8 +298,8 @@ TEST(RefinementPlan, HasFiniteErrorsForHugeRequests) {
 
 TEST(RefinementPlan, IsTheSameInVoxelsAndWorldUnits) {
   const DatasetInfo info = dataset(257, 0.25);
-  const auto voxels = stream({.error = 0.5, .unit = LengthUnit::kVoxel}, info);
-  const auto world = stream({.error = 0.5 * 0.25, .unit = LengthUnit::kWorld}, info);
+  const auto voxels = stream({.error = 0.5, .unit = ErrorUnit::kVoxel}, info);
+  const auto world = stream({.error = 0.5 * 0.25, .unit = ErrorUnit::kWorld}, info);
   ASSERT_EQ(voxels.size(), world.size());
   for (std::size_t i = 0; i < voxels.size(); ++i) {
     EXPECT_DOUBLE_EQ(voxels[i].step.request.thresholds.at_least * 0.25,
@@ -486,7 +486,7 @@ TEST(MeasuredCosts, LearnTheCostOfTrianglesOnThisMachine) {
   for (int i = 0; i < 30; ++i) {
     learned.record(StepForm::kPlain, 1e5, CostEstimates::kSecondsPerStep + 0.02);
     learned.record(StepForm::kSimplified, 1e5, CostEstimates::kSecondsPerStep + 0.5);
-    learned.record(StepForm::kEmbedded, 1e5, CostEstimates::kSecondsPerStep + 1);
+    learned.record(StepForm::kIntersectionFree, 1e5, CostEstimates::kSecondsPerStep + 1);
   }
   EXPECT_NEAR(learned.costs().plain, 2e-7, 1e-9);
   EXPECT_NEAR(learned.costs().simplified, 5e-6, 1e-8);

@@ -73,7 +73,8 @@ TEST_P(HausdorffJudge, FindsNoPointFartherThanTheBound) {
   }
 }
 
-// Without surfaces that touch themselves: the judge is given doubled vertices there, which intersect.
+// Without surfaces that touch themselves: the judge is given doubled vertices there, which
+// intersect.
 class IntersectionJudge : public SimplificationGuarantees {};
 std::vector<Setting> untouching_settings() {
   std::vector<Setting> some = judged_settings();
@@ -87,17 +88,18 @@ INSTANTIATE_TEST_SUITE_P(Fields, IntersectionJudge, ::testing::ValuesIn(untouchi
 
 TEST_P(IntersectionJudge, FindsExactlyTheIntersectingPairs) {
   std::size_t pairs = 0;
-  for (const bool is_embedded : {false, true}) {
+  for (const bool is_intersection_free : {false, true}) {
     for (const double max_distance : {0.5, 4.0}) {
       SCOPED_TRACE(max_distance);
-      const Simplified small = simplified(
-          surface_.mesh,
-          {.lattice_step = step_, .max_distance = max_distance, .is_embedded = is_embedded});
+      const Simplified small =
+          simplified(surface_.mesh, {.lattice_step = step_,
+                                     .max_distance = max_distance,
+                                     .is_intersection_free = is_intersection_free});
       const CgalMesh mesh = cgal_mesh_of(small.mesh, {1, 1, 1});
       std::vector<std::pair<CgalMesh::Face_index, CgalMesh::Face_index>> found;
       pmp::self_intersections(mesh, std::back_inserter(found));
       EXPECT_EQ(lattice_intersections(small.mesh).pairs, found.size());
-      if (is_embedded) {
+      if (is_intersection_free) {
         EXPECT_EQ(found.size(), 0U);
       }
       pairs += found.size();

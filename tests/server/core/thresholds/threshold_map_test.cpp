@@ -37,7 +37,7 @@ DatasetInfo random_info(std::mt19937_64& random) {
 
 IsosurfaceRequest random_request(const DatasetInfo& info, std::mt19937_64& random) {
   IsosurfaceRequest request{.error = between(0.5, 5, random),
-                            .unit = random() % 2 == 0 ? LengthUnit::kVoxel : LengthUnit::kWorld,
+                            .unit = random() % 2 == 0 ? ErrorUnit::kVoxel : ErrorUnit::kWorld,
                             .thresholds = random_thresholds(info, random)};
   EXPECT_TRUE(validated(request)) << validated(request).error().text;
   return request;
