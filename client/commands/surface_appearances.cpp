@@ -49,9 +49,9 @@ Result<std::vector<DrawnSurface>> appearances_of(const SnapshotArguments& argume
         return wrong("--surface-color: \"" + text +
                      "\" is not a color; write for example #dd8265.");
       }
-      appearances[i].color = linear_light(rgb_from(*color));
+      appearances[i].color = linear_light(unpacked(*color));
     } else if (own_colors[i]) {
-      appearances[i].color = linear_light(rgb_from(*own_colors[i]));
+      appearances[i].color = linear_light(unpacked(*own_colors[i]));
     } else if (count > 1) {
       const auto color = part_color(i);
       appearances[i].color = Light{static_cast<float>(color[0]), static_cast<float>(color[1]),

@@ -7,15 +7,15 @@
 
 namespace multitetra {
 
-Rgb rgb_from(std::uint32_t packed) {
-  return {static_cast<std::uint8_t>(packed >> 16 & 0xff),
-          static_cast<std::uint8_t>(packed >> 8 & 0xff), static_cast<std::uint8_t>(packed & 0xff)};
+Rgb unpacked(std::uint32_t color) {
+  return {static_cast<std::uint8_t>(color >> 16 & 0xff),
+          static_cast<std::uint8_t>(color >> 8 & 0xff), static_cast<std::uint8_t>(color & 0xff)};
 }
 
 std::optional<Rgb> rgb_from(std::string_view text) {
   const auto value = parse_number<std::uint32_t>(text, 16);
   if (text.size() != 6 || !value) return std::nullopt;
-  return rgb_from(*value);
+  return unpacked(*value);
 }
 
 std::uint32_t packed(const Rgb& color) {

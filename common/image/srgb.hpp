@@ -12,7 +12,7 @@ using Rgb = std::array<std::uint8_t, 3>;  // Red, green, blue in sRGB.
 using Light = std::array<float, 3>;       // Linear red, green and blue, 0 to 1.
 
 // Converts 0xRRGGBB; ignores higher bits.
-[[nodiscard]] Rgb rgb_from(std::uint32_t packed);
+[[nodiscard]] Rgb unpacked(std::uint32_t color);
 
 // Parses red, green and blue as hexadecimal digits of either case, "ff8000".
 [[nodiscard]] std::optional<Rgb> rgb_from(std::string_view text);

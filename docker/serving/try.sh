@@ -5,7 +5,7 @@
 #   bash docker/serving/try.sh FOLDER-OF-PROGRAMS
 #
 # repeats      nginx answers repeated requests from its cache and merges concurrent ones
-# hashing      through HAProxy as many tiles are cached as with one server; files that are computed
+# hashing      through HAProxy as many meshes come from caches as with one server; files that are computed
 #              together are on one server
 # streams      a WebSocket through each proxy gives the mesh that `extract` gives
 # lost server  kill -9 of one of three servers under load: no client loses a result, no HTTP request fails
@@ -69,7 +69,7 @@ metric() {
   shift
   for one in "$@"; do curl -sf "$one/metrics"; done | awk -v name="$name" '$1 == name { sum += $2 } END { print sum + 0 }'
 }
-mesh() { echo "/v1/datasets/head/isosurface?isovalue=$1&error=2&format=${2:-glb}"; }
+mesh() { echo "/v1/datasets/head/isosurface?isovalue=$1&error=2&format=glb"; }
 made='multitetra_requests_total{kind="isosurface",outcome="complete",transport="http"}'
 
 # ---- repeats
@@ -93,30 +93,28 @@ times=$(($(metric "$made" "${servers[@]}") - before))
 [ "$times" = 1 ] || fail "what eight asked for at once was made $times times"
 echo "repeats: 3 of 3 meshes from nginx; what 8 asked for at once was made $times time"
 
-# ---- hashing: four files per surface, in random order
+# ---- hashing: each mesh four times, in random order
 
-asked=$(for isovalue in $(seq -300.5 100 800); do for format in glb ply stl obj; do echo "$isovalue $format"; done; done |
+asked=$(for isovalue in $(seq -300.5 100 800); do for _ in 1 2 3 4; do echo "$isovalue"; done; done |
   python3 -c 'import random, sys; all = sys.stdin.readlines(); random.Random(1).shuffle(all); sys.stdout.writelines(all)')
-# rate_of WHERE SERVER...: requests all files from WHERE and prints the percentage of tiles that the servers had cached.
+# rate_of WHERE SERVER...: requests all meshes from WHERE and prints the percentage that the servers had cached.
 rate_of() {
-  local where=$1 hits misses isovalue format
+  local where=$1 times isovalue
   shift
-  hits=$(metric multitetra_cache_hits_total "$@")
-  misses=$(metric multitetra_cache_misses_total "$@")
-  while read -r isovalue format; do
-    curl -sf -o out "$where$(mesh "$isovalue" "$format")" || fail "$where: no $format at $isovalue"
+  times=$(metric "$made" "$@")
+  while read -r isovalue; do
+    curl -sf -o out "$where$(mesh "$isovalue")" || fail "$where: no mesh at $isovalue"
   done <<<"$asked"
-  hits=$(($(metric multitetra_cache_hits_total "$@") - hits))
-  misses=$(($(metric multitetra_cache_misses_total "$@") - misses))
-  echo $((100 * hits / (hits + misses)))
+  times=$(($(metric "$made" "$@") - times))
+  echo $((100 - 100 * times / $(wc -l <<<"$asked")))
 }
 one_server=$(rate_of "$alone" "$alone")
 three_servers=$(rate_of "$haproxy" "${servers[@]}")
 shares=()
 for one in "${servers[@]}"; do shares+=("$(metric "$made" "$one")"); done
 [ "$one_server" -gt 0 ] && [ $((10 * three_servers)) -ge $((9 * one_server)) ] ||
-  fail "three servers have $three_servers % of the tiles in memory, one alone $one_server %"
-echo "hashing: $three_servers % of the tiles in the memory of three servers (${shares[*]} meshes), $one_server % of one alone"
+  fail "three servers had $three_servers % of the meshes in their caches, one alone $one_server %"
+echo "hashing: $three_servers % of the meshes in the caches of three servers (${shares[*]} made), $one_server % of one alone"
 
 # A neuroglancer mesh is computed for its first file, and its other file is on the same server.
 for listener in "$haproxy" "$nginx"; do

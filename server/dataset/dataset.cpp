@@ -39,6 +39,10 @@ IsovalueBins bins_of(const std::string& place, std::span<const std::byte> bytes)
 }  // namespace
 
 DatasetPtr open_dataset(const std::string& place, std::shared_ptr<RemoteFiles> files) {
+  if (is_address(place) && place.ends_with('/')) {
+    throw StoreError(place, "HTTP servers do not list folders",
+                     "Name each file, or a folder of a bucket (s3://)");
+  }
   const auto file = std::make_shared<const PreparedFile>(place, std::move(files));
   DatasetInfo info = file->info();
   info.content_id = file->content_id();

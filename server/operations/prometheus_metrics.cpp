@@ -60,6 +60,8 @@ struct PrometheusMetrics::Families {
   Family<Counter>& errors = counter(registry, "multitetra_errors_total", "Error replies, by code.");
   Family<Counter>& http_answers = counter(registry, "multitetra_http_answers_total",
                                           "HTTP replies, by kind of request and by status.");
+  Family<Histogram>& http_seconds = histogram(
+      registry, "multitetra_http_answer_seconds", "Time from an HTTP request to its reply, by kind.");
   Family<Histogram>& first_tile = histogram(registry, "multitetra_first_tile_seconds",
                                             "Time from a request to its first tile.");
   Family<Histogram>& last_tile =
@@ -189,6 +191,7 @@ void PrometheusMetrics::error_answered(const ClientFacts& client, const Error& e
 void PrometheusMetrics::http_answered(const ClientFacts&, const HttpFacts& facts) {
   families_->http_answers.Add({{"kind", facts.kind}, {"status", std::to_string(facts.status)}})
       .Increment();
+  families_->http_seconds.Add({{"kind", facts.kind}}, kSeconds).Observe(facts.seconds);
 }
 
 void PrometheusMetrics::step_made(double seconds) { families_->steps.Observe(seconds); }

@@ -12,7 +12,7 @@ max-connections = 11
 max-regions = 12
 max-queries = 13
 TOML
-MULTITETRA_MAX_REGIONS=22 MULTITETRA_MAX_ESTIMATES=23 MULTITETRA_TRUSTED_PROXY=192.0.2.1,192.0.2.2 \
+MULTITETRA_MAX_REGIONS=22 MULTITETRA_MAX_QUERIES=23 MULTITETRA_TRUSTED_PROXY=192.0.2.1,192.0.2.2 \
   "$gateway" --config gateway.toml --max-queries 33 --print-config >config
 for line in max-connections=11 max-regions=22 max-queries=33 'upstream=\["tcp://127.0.0.1:1", "tls://localhost:2"\]' \
   'trusted-proxy=\["192.0.2.1", "192.0.2.2"\]'; do

@@ -35,6 +35,17 @@ fetched() {  # fetched NAME: prints the digest of its surface.
 reload_failed() { curl -s "$http/metrics" | sed -n 's/^multitetra_last_reload_failed{what="datasets"} //p'; }
 tag() { curl -sI "$http/v1/datasets/$1/isosurface?isovalue=0" | tr -d '\r' | sed -n 's/^ETag: //Ip'; }
 
+# SIGHUP while it waits for a store, before it has begun to serve, does not end it.
+store=$(free_port)
+start silent python3 -c 'import socket, sys, time; s = socket.create_server(("127.0.0.1", int(sys.argv[1]))); print("ready", flush=True); time.sleep(60)' "$store"
+for _ in $(seq 200); do grep -q ready silent.log && break; sleep 0.05; done
+start waiting "$server" serve "http://127.0.0.1:$store/v.mtd" --store-seconds 60 --tcp 127.0.0.1:0 --http off
+sleep 1
+kill -HUP "$pid"
+sleep 0.2
+kill -0 "$pid" || fail "SIGHUP ended a server that was starting"
+kill -9 "$pid"
+
 mkdir served
 dataset sphere served/a.mtd
 start server "$server" serve served --tcp 127.0.0.1:0 --http 127.0.0.1:0
@@ -87,6 +98,16 @@ mv served away
 reload
 [ "$(names)" = "volume " ] || fail "without its folder the server offers: $(names)"
 mv away served
+
+# Nor does an empty one, as of a file system that is not mounted.
+mkdir away
+mv served/*.mtd away/
+reload
+[ "$(names)" = "volume " ] || fail "with an empty folder the server offers: $(names)"
+[ "$(reload_failed)" = 1 ] || fail "metrics do not show that all datasets are gone"
+mv away/*.mtd served/
+reload
+[ "$(reload_failed)" = 0 ] || fail "metrics show a failure that is over"
 
 # Running streams receive the surface of the dataset they began with, repeatedly.
 for round in 1 2 3; do

@@ -16,7 +16,7 @@ max-regions = 12
 max-queries = 13
 allow-origin = ["https://a.example", "https://b.example"]
 TOML
-MULTITETRA_MAX_REGIONS=22 MULTITETRA_MAX_ESTIMATES=23 \
+MULTITETRA_MAX_REGIONS=22 MULTITETRA_MAX_QUERIES=23 \
   "$server" serve --config server.toml --max-queries 33 --print-config >config
 for line in max-connections=11 max-regions=22 max-queries=33; do
   grep -qx "$line" config || fail "$line is not in: $(cat config)"
@@ -50,6 +50,8 @@ ends 2 'both are off' "$server" serve v.mtd --tcp off --http off
 ends 4 'nowhere.pem does not exist' "$server" serve v.mtd --tls-cert nowhere.pem --tls-key nowhere.key
 ends 4 'tokens file' "$server" serve v.mtd --tokens nowhere
 ends 5 'no dataset' "$server" serve nowhere.mtd
+ends 1 'No dataset can be read from its store' "$server" serve http://127.0.0.1:1/v.mtd --store-seconds 1
+ends 1 'HTTP servers do not list folders' "$server" serve http://127.0.0.1:1/volumes/
 
 # With a log in JSON, they are lines of it.
 for options in "v.mtd --tokens nowhere" nowhere.mtd; do

@@ -27,7 +27,7 @@ nlohmann::json empty_gltf() {
 
 std::array<double, 3> color_of(const SurfaceName& name, std::size_t number) {
   if (!name.color) return part_color(number);
-  const Light light = linear_light(rgb_from(*name.color));
+  const Light light = linear_light(unpacked(*name.color));
   return {light[0], light[1], light[2]};
 }
 

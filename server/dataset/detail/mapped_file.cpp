@@ -102,13 +102,13 @@ MappedFile::State MappedFile::state() const {
 void MappedFile::check() const {
   if (guard_ != nullptr && guard_->has_lost) {
     throw DatasetFileError(file_.file_,
-                           "a part of it is missing, or the disk cannot read it. Restore the file "
-                           "and restart the server.");
+                           "a part of it is missing, or the disk cannot read it. Restore the file; "
+                           "a server then needs SIGHUP or a restart.");
   }
   if (state() == opened_) return;
   throw DatasetFileError(file_.file_,
-                         "it was overwritten while it was open. Replace it with a good file (by "
-                         "renaming) and restart the server.");
+                         "it was overwritten while it was open. Replace it with a good file, by "
+                         "renaming; a server then needs SIGHUP or a restart.");
 }
 
 }  // namespace multitetra

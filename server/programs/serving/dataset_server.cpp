@@ -47,6 +47,9 @@ int serve_until_stopped(const ServeOptions& options, const BackgroundTask& besid
   const auto files = std::make_shared<RemoteFiles>(file_options(options));
   ServedDatasets datasets(options.datasets, cache, files);
   const CataloguePtr catalogue = datasets.read();
+  if (catalogue->size() == 0 && datasets.is_store_failing()) {
+    throw ExitError(kFailed, "No dataset can be read from its store; the lines above say why.");
+  }
   if (catalogue->size() == 0) {
     throw ExitError(kNoDataset,
                     "There is no dataset to serve; create one with: multitetra-server prepare "

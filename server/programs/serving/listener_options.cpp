@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -309,6 +310,7 @@ void raise_open_file_limit(const ListenerOptions& o) {
 }  // namespace
 
 void begin_serving(const ListenerOptions& o, const std::string& without_tokens) {
+  std::signal(SIGHUP, SIG_IGN);  // Until the server reloads on it.
   configure_allocator();
   start_log({.format = log_format_from(o.log_format).value(),
              .level = log_level_from(o.log_level).value()});

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <stdexcept>
 #include <utility>
 
 #include "common/base/number_text.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/operations/log.hpp"
 #include "server/service/extracted_surfaces.hpp"
+#include "server/store/store_error.hpp"
 
 namespace multitetra {
 namespace {
@@ -78,6 +80,7 @@ ServedDatasets::Opened* ServedDatasets::opened(const std::string& place) {
                  error.what(),
              {{"file", place}});
     is_complete_ = false;
+    is_store_failing_ |= dynamic_cast<const StoreError*>(&error) != nullptr;
     return was_served ? &before->second : nullptr;
   }
 }
@@ -86,7 +89,12 @@ CataloguePtr ServedDatasets::read() {
   auto catalogue = std::make_shared<DatasetCatalogue>();
   std::set<std::string> there;
   const std::vector<std::string> paths = dataset_paths();
+  if (paths.empty() && !opened_.empty()) {
+    throw std::runtime_error(
+        "All datasets are gone. Is a folder no longer mounted? To serve none, stop the server.");
+  }
   is_complete_ = true;
+  is_store_failing_ = false;
   std::map<std::string, std::size_t> new_members;  // Per series.
   for (const std::string& place : paths) {
     if (!there.insert(place).second) continue;

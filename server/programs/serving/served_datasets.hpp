@@ -29,11 +29,14 @@ class ServedDatasets {
 
   // Returns all datasets that can be served now. Unchanged files stay open. A dataset that cannot
   // be read is logged and omitted, or keeps its previous version if it has one. Logs new and
-  // removed datasets. Throws std::filesystem::filesystem_error or StoreError if a folder cannot be
-  // read, without any effect.
+  // removed datasets. Without any effect, throws std::filesystem::filesystem_error or StoreError if a
+  // folder cannot be read, and std::runtime_error if all datasets are gone, as from a folder that is
+  // no longer mounted.
   [[nodiscard]] CataloguePtr read();
   // Returns whether the last read() has served the current version of every file.
   [[nodiscard]] bool is_complete() const { return is_complete_; }
+  // Returns whether the last read() has omitted a dataset because of its store, which may recover.
+  [[nodiscard]] bool is_store_failing() const { return is_store_failing_; }
 
  private:
   struct Input {
@@ -68,6 +71,7 @@ class ServedDatasets {
   std::shared_ptr<CubeMemoryPool> pool_;
   std::map<std::string, Opened> opened_;
   bool is_complete_ = true;
+  bool is_store_failing_ = false;
 };
 
 }  // namespace multitetra

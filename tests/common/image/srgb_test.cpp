@@ -13,7 +13,7 @@ TEST(Srgb, ParsesColorsOfSixHexadecimalDigits) {
 }
 
 TEST(Srgb, PacksAndUnpacksInTheOrderRedGreenBlue) {
-  EXPECT_EQ(rgb_from(std::uint32_t{0xdd8265}), (Rgb{0xdd, 0x82, 0x65}));
+  EXPECT_EQ(unpacked(0xdd8265), (Rgb{0xdd, 0x82, 0x65}));
   EXPECT_EQ(packed(Rgb{0xdd, 0x82, 0x65}), 0xdd8265U);
 }
 
