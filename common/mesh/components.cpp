@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "common/mesh/detail/disjoint_sets.hpp"
+#include "common/mesh/disjoint_sets.hpp"
 
 namespace multitetra {
 namespace {

@@ -6,7 +6,7 @@
 #include <set>
 #include <vector>
 
-#include "common/mesh/detail/disjoint_sets.hpp"
+#include "common/mesh/disjoint_sets.hpp"
 #include "common/mesh/detail/edge_uses.hpp"
 #include "common/mesh/vertex_numbers.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "common/mesh/detail/disjoint_sets.hpp"
+#include "common/mesh/disjoint_sets.hpp"
 #include "common/mesh/detail/edge_uses.hpp"
 
 namespace multitetra {

@@ -68,6 +68,10 @@ struct IsosurfaceRequest {
   friend bool operator==(const IsosurfaceRequest&, const IsosurfaceRequest&) = default;
 };
 
+[[nodiscard]] inline bool has_budget(const IsosurfaceRequest& request) {
+  return request.max_triangles > 0 || request.max_bytes > 0;
+}
+
 // Returns the request. Fails if a field is out of its documented range, naming the field, its value
 // and the range: with kLimitExceeded for excessive counts, otherwise with kInvalidArgument.
 [[nodiscard]] Result<IsosurfaceRequest> validated(const IsosurfaceRequest& request);

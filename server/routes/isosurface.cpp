@@ -243,8 +243,9 @@ asio::awaitable<Answer> IsosurfaceRoute::answer(const std::string& dataset, cons
   const auto wanted = this->requested_file(dataset, target, request, context);
   if (!wanted) {
     const bool is_unacceptable = wanted.error().code == ErrorCode::kUnsupportedVersion;
-    co_return is_unacceptable ? error_answer(406, wanted.error(), context.request_id)
-                              : context.refused(wanted.error());
+    co_return is_unacceptable
+        ? error_answer(406, {ErrorCode::kInvalidArgument, wanted.error().text}, context.request_id)
+        : context.refused(wanted.error());
   }
   Answer answer;
   add_field(answer, "Content-Type", media_type(wanted->form.format));

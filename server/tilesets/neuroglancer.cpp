@@ -25,9 +25,7 @@ constexpr std::array<std::int32_t, 3> kChunk = {64, 64, 16};
 // The coarsest scale has at least this many voxels along the longest side.
 constexpr std::int32_t kMinVoxels = 64;
 
-double nanometres_a_unit(const DatasetInfo& info) {
-  return 1e9 * metres_of(info.meaning.length_unit).value_or(1);
-}
+double nanometres_a_unit(const DatasetInfo& info) { return 1e9 * metres_a_unit(info); }
 
 std::int32_t voxels(const DatasetInfo& info, std::size_t axis, std::int32_t step) {
   return (info.dims[axis] + step - 1) / step;

@@ -14,10 +14,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-double metres_a_unit(const DatasetInfo& info) {
-  return metres_of(info.meaning.length_unit).value_or(1);
-}
-
 double length_of(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
 
 // The bounds of all possible surfaces, in grid coordinates.

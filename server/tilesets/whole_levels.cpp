@@ -61,7 +61,7 @@ std::vector<WholeLevel> whole_levels(const DatasetInfo& info, const TreeSettings
 
 std::string whole_levels_glb(std::span<const LevelMesh> levels, const DatasetInfo& info,
                              MeshCodec codec) {
-  const double metres = metres_of(info.meaning.length_unit).value_or(1);
+  const double metres = metres_a_unit(info);
   std::vector<PositionedMesh> meshes;
   meshes.reserve(levels.size());
   for (const LevelMesh& level : levels) {

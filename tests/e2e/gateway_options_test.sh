@@ -34,7 +34,7 @@ except ImportError:
 compose = yaml.safe_load(open(sys.argv[1]))
 for name, service in compose["services"].items():
     networks = service["networks"]
-    assert set(networks) <= set(compose["networks"]) and set(service.get("secrets", [])) <= set(compose["secrets"]), name
+    assert set(networks) <= set(compose["networks"]), name
     assert set(service.get("depends_on", [])) <= set(compose["services"]), name
     if service["image"] == "multitetra":
         command = " ".join(service.get("entrypoint", ["multitetra-server", "serve"]))

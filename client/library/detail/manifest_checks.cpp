@@ -10,10 +10,6 @@
 namespace multitetra {
 namespace {
 
-bool has_budget(const IsosurfaceRequest& request) {
-  return request.max_triangles > 0 || request.max_bytes > 0;
-}
-
 std::optional<std::string> budget_fault(const StepBegin& begin, const IsosurfaceRequest& asked) {
   ManifestTotals totals;
   for (const TileSummary& tile : begin.tiles) totals.add(tile);

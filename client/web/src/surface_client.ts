@@ -69,7 +69,7 @@ export class SurfaceClient implements PreviewClient {
   constructor(private readonly parts: SurfaceClientParts, private readonly events: SurfaceClientEvents) {
     const { number, address, token, surface, speed, isPrefetch, connectionPool } = parts;
     this.conversation = new Conversation({
-      agent: `multitetra-viewer/0.1${isPrefetch ? " ahead" : ""}`,
+      part: isPrefetch ? "prefetch" : "",
       token,
       cachedTiles: (order) => {
         const prefix = tileIdPrefix(number, order);

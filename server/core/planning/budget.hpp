@@ -17,10 +17,6 @@
 
 namespace multitetra {
 
-[[nodiscard]] inline bool has_budget(const IsosurfaceRequest& request) {
-  return request.max_triangles > 0 || request.max_bytes > 0;
-}
-
 // Returns whether the step enforces its request's budget itself: a simplified final step.
 [[nodiscard]] inline bool has_own_budget(const StepRequest& step) {
   return step.request.simplify && step.finest_spacing == 1 && has_budget(step.request);

@@ -53,4 +53,8 @@ std::optional<double> metres_of(std::string_view unit) {
   return std::nullopt;
 }
 
+double metres_a_unit(const DatasetInfo& info) {
+  return metres_of(info.meaning.length_unit).value_or(1);
+}
+
 }  // namespace multitetra

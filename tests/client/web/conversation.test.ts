@@ -22,7 +22,7 @@ function opened(effects: Effect[]) {
 }
 
 function connected(held: string[] = []) {
-  const conversation = new Conversation({ agent: "test", token: () => "secret", cachedTiles: () => held });
+  const conversation = new Conversation({ part: "test", token: () => "secret", cachedTiles: () => held });
   conversation.opened();
   conversation.received(welcome);
   conversation.received(list);
@@ -31,7 +31,7 @@ function connected(held: string[] = []) {
 
 describe("Conversation", () => {
   test("SendsHelloThenListDatasets", () => {
-    const conversation = new Conversation({ agent: "test", token: () => "", cachedTiles: () => [] });
+    const conversation = new Conversation({ part: "test", token: () => "", cachedTiles: () => [] });
     expect(sent(conversation.opened())).toEqual(["hello"]);
     expect(sent(conversation.received(welcome))).toEqual(["listDatasets"]);
     expect(conversation.received(list)).toMatchObject([{ kind: "datasets" }]);
@@ -52,7 +52,7 @@ describe("Conversation", () => {
     before.cancel();
     expect(before.handOver()).toBe(last);
     expect(before.handOver()).toBeNull(); // It has been handed over.
-    const after = new Conversation({ agent: "test", token: () => "secret", cachedTiles: () => [] });
+    const after = new Conversation({ part: "test", token: () => "secret", cachedTiles: () => [] });
     expect(after.handOver()).toBeNull();
     expect(after.request(order)).toEqual([]); // It is not connected.
     const effects = after.adopted(last);
@@ -90,7 +90,7 @@ describe("Conversation", () => {
   test("SendsTheMeasuredSpeed", () => {
     let trianglesPerSecond = 3e5;
     const conversation = new Conversation({
-      agent: "test", token: () => "", cachedTiles: () => [], trianglesPerSecond: () => trianglesPerSecond,
+      part: "test", token: () => "", cachedTiles: () => [], trianglesPerSecond: () => trianglesPerSecond,
     });
     conversation.opened();
     conversation.received(welcome);
@@ -134,7 +134,7 @@ describe("Conversation", () => {
 
   test("SendsBackgroundPriority", () => {
     const conversation = new Conversation({
-      agent: "test",
+      part: "test",
       token: () => "",
       cachedTiles: () => [],
       priority: Priority.BACKGROUND,
@@ -155,7 +155,7 @@ describe("Conversation", () => {
   });
 
   test("DoublesTheRetryDelayUpToALimit", () => {
-    const conversation = new Conversation({ agent: "test", token: () => "", cachedTiles: () => [] });
+    const conversation = new Conversation({ part: "test", token: () => "", cachedTiles: () => [] });
     const waits = Array.from({ length: 8 }, () => {
       const [effect] = conversation.closed();
       return effect.kind === "phase" ? effect.retryInMilliseconds! : NaN;

@@ -37,7 +37,7 @@ describe("AssemblerScalars", () => {
   const step = begin.value as StepBegin;
 
   function colored() {
-    const conversation = new Conversation({ agent: "test", token: () => "", cachedTiles: () => [] });
+    const conversation = new Conversation({ part: "test", token: () => "", cachedTiles: () => [] });
     conversation.opened();
     conversation.received(welcome);
     conversation.received(list);

@@ -64,7 +64,7 @@ export class Thumbnails {
 
   private connect(): void {
     const conversation = new Conversation({
-      agent: "multitetra-viewer/0.1 thumbnails",
+      part: "thumbnails",
       token: this.token,
       cachedTiles: () => [],
       priority: Priority.BACKGROUND,

@@ -12,7 +12,6 @@ import {
   type ErrorReply,
   EstimateSchema,
   type EstimateReply,
-  HelloSchema,
   ListDatasetsSchema,
   MeshUse,
   OpenStreamSchema,
@@ -28,6 +27,7 @@ import {
   type StepBegin,
   StepPolicy,
 } from "../protocol/messages";
+import { helloFrom } from "./hello";
 import { coarsePreview } from "./coarse_preview";
 import { manifestTile } from "./step_checks";
 import type { StreamRequest } from "./stream_request";
@@ -60,7 +60,7 @@ export interface TileValues {
 }
 
 export interface ConversationOptions {
-  agent: string;
+  part: string; // Of the viewer: see helloFrom().
   token: () => string;
   // Keys of cached tiles that fit this request, the most useful first.
   cachedTiles: (order: StreamRequest) => string[];
@@ -190,13 +190,7 @@ export class Conversation {
   opened(): Effect[] {
     this.lastRequestId = 0n;
     this.query = this.nextQuery = null;
-    const value = create(HelloSchema, {
-      minVersion: 1,
-      maxVersion: 1,
-      codecs: [PayloadCodec.SAMPLE_SHELL, PayloadCodec.DRACO_LATTICE],
-      token: this.options.token(),
-      agent: this.options.agent,
-    });
+    const value = helloFrom(this.options.part, this.options.token());
     return [...this.setPhase("greeting"), { kind: "send", message: { case: "hello", value } }];
   }
 

@@ -2,8 +2,9 @@
 // query, so that tiles do not delay replies. Queries without a reply are repeated after a lost connection, also if the
 // server closed it because the page was too busy to send its first message in time.
 import {
-  create, HelloSchema, type ProbedPlace, ProbeSchema, type ServerKind, SliceSchema, PayloadCodec,
+  create, type ProbedPlace, ProbeSchema, type ServerKind, SliceSchema,
 } from "../protocol/messages";
+import { helloFrom } from "./hello";
 import { firstRetry, isTemporary, maxRetry } from "./conversation";
 import type { Vec3 } from "./dataset";
 import { Link } from "./link";
@@ -106,10 +107,7 @@ export class DatasetQueries {
   }
 
   private sendHello(): void {
-    const value = create(HelloSchema, {
-      minVersion: 1, maxVersion: 1, codecs: [PayloadCodec.DRACO_LATTICE], token: this.token(), agent: "multitetra-viewer/0.1 queries",
-    });
-    this.link.send({ case: "hello", value });
+    this.link.send({ case: "hello", value: helloFrom("queries", this.token(), false) });
   }
 
   private receive(message: ServerKind): void {

@@ -5,9 +5,10 @@
 import { toBinary } from "@bufbuild/protobuf";
 
 import {
-  CancelSchema, create, HelloSchema, IsosurfaceRequestSchema, MeshUse, OpenStreamSchema, PayloadCodec, type Preview, type ServerKind,
+  CancelSchema, create, IsosurfaceRequestSchema, MeshUse, OpenStreamSchema, PayloadCodec, type Preview, type ServerKind,
   StepPolicy, StreamEndSchema, StreamOutcome,
 } from "../protocol/messages";
+import { helloFrom } from "./hello";
 import { coarsePreview } from "./coarse_preview";
 import { Link } from "./link";
 import type { StreamRequest } from "./stream_request";
@@ -86,10 +87,8 @@ export class SharedPreviews {
   // ----
 
   private sendHello(): void {
-    const codecs = [PayloadCodec.SAMPLE_SHELL, PayloadCodec.DRACO_LATTICE];
-    const value = create(HelloSchema, { minVersion: 1, maxVersion: 1, codecs, token: this.token(), agent: "multitetra-viewer/0.1 previews" });
     this.lastRequestId = 0n;
-    this.link.send({ case: "hello", value });
+    this.link.send({ case: "hello", value: helloFrom("previews", this.token()) });
   }
 
   private sendNext(): void {

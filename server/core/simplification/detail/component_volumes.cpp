@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <numeric>
 #include <optional>
 #include <unordered_map>
+
+#include "common/mesh/disjoint_sets.hpp"
 
 namespace multitetra {
 namespace {
@@ -56,23 +57,13 @@ ComponentVolumes::ComponentVolumes(const CollapsingMesh& mesh,
 }
 
 void ComponentVolumes::find_components() {
-  std::iota(component_of_.begin(), component_of_.end(), 0U);
-  const auto root_of = [&](std::uint32_t vertex) {
-    while (component_of_[vertex] != vertex) {
-      component_of_[vertex] = component_of_[component_of_[vertex]];
-      vertex = component_of_[vertex];
-    }
-    return vertex;
-  };
+  DisjointSets sets(component_of_.size());
   for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
     const TriangleIndices& triangle = mesh_.triangle(t);
-    for (const std::uint32_t other : {triangle[1], triangle[2]}) {
-      const std::uint32_t a = root_of(triangle[0]);
-      const std::uint32_t b = root_of(other);
-      component_of_[std::max(a, b)] = std::min(a, b);
-    }
+    sets.join(triangle[0], triangle[1]);
+    sets.join(triangle[0], triangle[2]);
   }
-  for (std::uint32_t v = 0; v < component_of_.size(); ++v) component_of_[v] = root_of(v);
+  for (std::uint32_t v = 0; v < component_of_.size(); ++v) component_of_[v] = sets.root(v);
 }
 
 void ComponentVolumes::find_volumes() {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "server/core/framework/rounding.hpp"
 #include "server/core/simplification/detail/changed_triangles.hpp"
 #include "server/core/simplification/detail/collapse_checks.hpp"
 #include "server/core/simplification/detail/component_volumes.hpp"
@@ -114,12 +115,6 @@ class Sweeps {
     std::uint8_t pass_as_goal = 0;  // The last pass in which another vertex was collapsed onto it.
     bool is_closed = false;         // Rejected, and its surroundings have not changed since.
   };
-
-  static float rounded_up(double error) {
-    const auto rounded = static_cast<float>(error);
-    return rounded < error ? std::nextafter(rounded, std::numeric_limits<float>::infinity())
-                           : rounded;
-  }
 
   [[nodiscard]] double own_limit(double limit) const {
     return first_stage_share(limit_.in_voxels(limit)) * limit;
