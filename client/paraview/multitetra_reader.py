@@ -53,7 +53,7 @@ class MultiTetraIsosurface(VTKPythonAlgorithmBase):
         self._token = ""
         self._dataset = ""
         self._isovalue = 0.0
-        self._error = 1.0
+        self._error = 0.25
         self._steps = 1
         self._stream = None  # The stream of steps,
         self._taken = 0  # the number of steps taken from it,
@@ -78,7 +78,7 @@ class MultiTetraIsosurface(VTKPythonAlgorithmBase):
     def SetIsovalue(self, value):
         self._set("_isovalue", value)
 
-    @smproperty.doublevector(name="Error", default_values=1.0)
+    @smproperty.doublevector(name="Error", default_values=0.25)
     @smdomain.doublerange(min=0.0, max=64.0)
     def SetError(self, value):
         """Voxels."""

@@ -4,7 +4,8 @@
 //
 //   const CallerPtr caller = service.open(client);
 //   if (auto known = co_await caller->log_in(token); !known) co_return refusal(known.error());
-//   auto surface = co_await caller->surface({.dataset = "head", .request = {.isovalue = 500.5}});
+//   auto surface = co_await caller->surface(
+//       {.dataset = "head", .request = {.isovalue = 500.5, .error = 0.5}});
 //
 // These functions cover admission, the fair queue, memory, caches and time limits. Arguments and
 // results are values; within one process nothing is serialized.

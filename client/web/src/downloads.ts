@@ -9,7 +9,8 @@ import { fileName, type NamedSurface, seriesName } from "./state/file_names";
 import { renamedLabel, timeOf, timeText, withLabelsBeside } from "./state/series";
 import { toAddress } from "./state/url_state";
 import { applied, latticeToWorld, type Vec3, voxelVolume } from "./stream/dataset";
-import type { PictureOptions, Viewer } from "./viewer";
+import type { Viewer } from "./viewer";
+import type { PictureOptions } from "./viewer_options";
 import { boundOf, type ShownTiles } from "./shown_surface";
 import type { MeshFormat } from "./workers/worker_messages";
 

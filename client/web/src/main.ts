@@ -6,6 +6,7 @@ import "./style/bar.css";
 import "./style/touch.css";
 
 import { AddressSync } from "./address_sync";
+import { EmbeddedViewer } from "./embedded_viewer";
 import { Embedding } from "./embedding";
 import { Token, serverAddress } from "./server_address";
 import { DatasetList } from "./panel/dataset_list";
@@ -110,7 +111,7 @@ app.classList.toggle("is-embedded", new URLSearchParams(location.search).has("em
 if (window.parent !== window) {
   const isFree = fromAddress(location.hash).maxTriangles === undefined;
   if (isFree && isWeak(thisDevice(viewer.stage.renderer.getContext()))) viewer.set({ maxTriangles: maxTrianglesOfWeakDevices });
-  new Embedding(viewer, window.parent, ignoredParts(location.hash).map((part) => part.split("=")[0]));
+  new Embedding(new EmbeddedViewer(viewer), window.parent, ignoredParts(location.hash).map((part) => part.split("=")[0]));
 }
 installTooltips();
 installKeyboard(viewer, actions);

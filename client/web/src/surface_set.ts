@@ -25,7 +25,7 @@ import type { RequestedSteps } from "./stream/stream_request";
 import { ConnectionPool } from "./stream/connection_pool";
 import { SharedPreviews } from "./stream/shared_previews";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
-import type { ViewerEvents } from "./viewer_options";
+import type { ViewerEvents } from "./viewer_events";
 import type { TilePool } from "./workers/tile_pool";
 
 interface Member {

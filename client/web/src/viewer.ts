@@ -1,10 +1,5 @@
-// Surfaces of one dataset in an element of a page: the scene with its overlays, without a panel. This is the module
-// `multitetra-viewer`, on which the page (main.ts) is built.
-//
-//   import { Viewer } from "multitetra-viewer";
-//   const viewer = new Viewer(element, { server: "https://example.org/", dataset: "head", isovalue: 500.5 });
-//   viewer.on("shown", ({ isovalue, triangles }) => ...);
-//   viewer.set({ error: 1, surfaces: [{ isovalue: 1200.5, error: null, color: "#ffffff", opacity: 1, visible: true }] });
+// Surfaces of one dataset in an element of a page: the scene with its overlays, without a panel. The page (main.ts) and
+// the module (module.ts) are built on it.
 import "./style/colors.css";
 import "./style/picture.css";
 
@@ -45,11 +40,9 @@ import { suggestedIsovalue, type View } from "./stream/request";
 import { type PartsChange, withoutPart } from "./surface_parts";
 import { SurfaceSet } from "./surface_set";
 import { type PlaybackState, neighboringTime, TimePlayer } from "./time_player";
-import { tokenInMemory, type PictureOptions, type TokenStorage, type ViewerEvents, type ViewerOptions } from "./viewer_options";
+import type { ViewerEvents } from "./viewer_events";
+import { tokenInMemory, type PictureOptions, type TokenStorage, type ViewerOptions } from "./viewer_options";
 import { TilePool } from "./workers/tile_pool";
-
-export type { Settings } from "./state/settings";
-export type { PictureOptions, TokenStorage, ViewerEvents, ViewerOptions } from "./viewer_options";
 
 export class Viewer {
   readonly settings: Store<Settings>;
@@ -96,7 +89,7 @@ export class Viewer {
       useToken: (typed) => this.useToken(typed),
       confirmSize: () => this.surfaces.confirmSize(),
       focusScene: () => this.canvas.focus(),
-    });
+    }, new URL(address).host !== location.host);
     this.decorations = new SceneDecorations(this.stage);
     this.orientation = new Orientation(this.stage, (direction) => this.lookFrom(direction), (up) => this.turnUp(up));
     this.handles = new Handles(this.stage, this.canvas, (changes, isDragging) => this.set(changes, isDragging));

@@ -1,7 +1,4 @@
-// The options and events of a viewer.
-import type { DatasetInfo } from "./protocol/messages";
-import type { Picked } from "./scene/picking";
-import type { ShownComponents, StepFacts } from "./state/progress";
+// The options of a viewer.
 import type { Settings } from "./state/settings";
 
 export interface ViewerOptions extends Partial<Settings> {
@@ -22,17 +19,6 @@ export interface PictureOptions {
   isTransparent?: boolean; // Without a background.
   signal?: AbortSignal; // Ends the wait for the surface, with the signal's reason.
   isVideoFrame?: boolean; // A video frame, which always shows its time.
-}
-
-export interface ViewerEvents {
-  settings: Settings; // All of them, after any change.
-  dataset: DatasetInfo; // Another dataset is selected, or the current one was prepared again.
-  // A drawn step of a visible surface (0 for the first) and its visible components; null: all. Again when the surface
-  // becomes visible or moves to another place.
-  shown: StepFacts & { surface: number; components: ShownComponents | null };
-  progress: { surface: number };
-  failed: string; // A nonexistent dataset was named: the reason in a sentence. Failures of a surface are in its progress.
-  picked: Picked;
 }
 
 // A token kept only in memory.

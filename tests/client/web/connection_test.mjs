@@ -2,7 +2,8 @@
 //
 //   node connection_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
-import { rmSync } from "node:fs";
+import { execFileSync } from "node:child_process";
+import { readFileSync, rmSync } from "node:fs";
 import net from "node:net";
 import path from "node:path";
 
@@ -22,6 +23,7 @@ await test("SendsATokenToItsServerOnly", keepsItsToken);
 await test("AppliesAnEditedAddress", appliesAnEditedAddress);
 await test("ReportsAndIgnoresUnreadableSettings", reportsIgnoredSettings);
 await test("OffersNoSlicesOfSurfacesOnly", offersNoSlices);
+await test("LivesAsAModuleInAnotherPage", livesInAnotherPage);
 await finish();
 
 // ----
@@ -175,4 +177,59 @@ async function edit(page, hash) {
 function saysSettings(page, settings) {
   return page.waitForFunction(
     (wanted) => location.hash.slice(1).replace(/&(eye|target|follow_view)=[^&]*/g, "") === wanted, settings);
+}
+
+// The npm module, in a page of another origin, which has styles of its own.
+async function livesInAnotherPage(page) {
+  const web = new URL("../../../client/web/", import.meta.url).pathname;
+  const built = path.join(scratch, "module");
+  execFileSync(path.join(web, "node_modules/.bin/vite"), ["build", "--config", "vite.module.config.ts", "--outDir", built, "--emptyOutDir", "--logLevel", "error"], { cwd: web });
+  const host = "http://journal.example";
+  const allowing = await serve("--allow-origin", host);
+  const types = { html: "text/html", js: "text/javascript", css: "text/css", wasm: "application/wasm" };
+  await page.route(`${host}/**`, (route) => {
+    const name = new URL(route.request().url()).pathname.slice(1);
+    if (name === "") {
+      return route.fulfill({ contentType: "text/html", body: `<title>journal</title><link rel="icon" href="data:,"><link rel="stylesheet" href="/style.css">
+        <script type="importmap">{ "imports": { "multitetra-viewer": "/multitetra-viewer.js" } }</script>
+        <p class="notice">A word of the page.</p><div id="place" style="width: 600px; height: 400px"></div>` });
+    }
+    return route.fulfill({ contentType: types[name.split(".").pop()], body: readFileSync(path.join(built, name)) });
+  });
+  page.mayBeAt(new URL(host).host);
+  await page.emulateMedia({ colorScheme: "dark" });
+  await page.goto(`${host}/`);
+  const said = await page.evaluate(async (server) => {
+    const { Viewer } = await import("multitetra-viewer");
+    const place = document.getElementById("place");
+    const thrown = (act) => { try { act(); return ""; } catch (error) { return `${error.name}: ${error.message}`; } };
+    const refused = [thrown(() => new Viewer(place, { server, error: -3 }))];
+    const viewer = new Viewer(place, { server, dataset: "gyroid", isovalue: 0, error: 1, simplify: true });
+    refused.push(thrown(() => viewer.on("state of things", () => {})));
+    const heard = [];
+    for (const kind of ["dataset", "shown", "error"]) viewer.on(kind, (what) => heard.push([kind, what]));
+    const until = (test) => new Promise((resolve) => {
+      const look = () => (heard.some(test) ? resolve() : setTimeout(look, 50));
+      look();
+    });
+    const ignored = viewer.set({ isovalue: 0.25, error: "small", nonsense: 1, surfaces: [{ isovalue: -0.5, opacity: 0.4 }] });
+    for (const at of [0, 1]) await until(([kind, what]) => kind === "shown" && what.surface === at && what.isFinal);
+    const png = await viewer.picture();
+    viewer.set({ dataset: "nosuch" });
+    await until(([kind]) => kind === "error");
+    const { color, position } = getComputedStyle(document.querySelector(".notice"));
+    const told = { heard: JSON.parse(JSON.stringify(heard)), ignored, refused, png: png.type, surfaces: viewer.get().surfaces, style: { color, position } };
+    viewer.dispose();
+    return told;
+  }, allowing.page);
+  assert.match(said.refused[0], /TypeError: Unknown or invalid: error/);
+  assert.match(said.refused[1], /TypeError: No event "state of things"; the events are state,/);
+  assert.deepEqual(said.ignored, ["error", "nonsense"]);
+  assert.equal(said.heard.find(([kind]) => kind === "dataset")[1].name, "gyroid");
+  const previews = said.heard.filter(([kind, { spacing }]) => kind === "shown" && spacing > 1);
+  assert(previews.every(([, { errorWorld, errorVoxels }]) => errorWorld === null && errorVoxels === null), "previews have no bound");
+  assert.match(said.heard.find(([kind]) => kind === "error")[1], /nosuch/);
+  assert.equal(said.png, "image/png");
+  assert.equal(said.surfaces[0].visible, true, "fields of a surface have defaults");
+  assert.deepEqual(said.style, { color: "rgb(0, 0, 0)", position: "static" }, "the page keeps its styles");
 }

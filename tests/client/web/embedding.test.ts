@@ -1,3 +1,4 @@
+import { EmbeddedViewer } from "../../../client/web/src/embedded_viewer";
 import { Embedding } from "../../../client/web/src/embedding";
 import { defaults } from "../../../client/web/src/state/settings";
 import type { Viewer } from "../../../client/web/src/viewer";
@@ -15,7 +16,8 @@ function framed(parts: object = {}, ignoredInAddress: string[] = []) {
   const said: { multitetra: string; [name: string]: unknown }[] = [];
   const page = { postMessage: (message: (typeof said)[number]) => said.push(message) } as unknown as Window;
   const frame = Object.assign(new EventTarget(), { setTimeout, clearTimeout });
-  new Embedding(viewer as unknown as Viewer, page, ignoredInAddress, frame as unknown as Window);
+  const embedded = new EmbeddedViewer(viewer as unknown as Viewer, frame as unknown as Window);
+  new Embedding(embedded, page, ignoredInAddress, frame as unknown as Window);
   const say = (message: object) => frame.dispatchEvent(Object.assign(new Event("message"), { source: page, origin: "https://a.example", data: message }));
   return { set, say, said, emit: (kind: string, what: unknown) => listeners.forEach(([one, listener]) => one === kind && listener(what)) };
 }

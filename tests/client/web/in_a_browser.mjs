@@ -49,6 +49,7 @@ export async function test(name, act, device = {}) {
   const page = await browser.newPage({ viewport: { width: 900, height: 640 }, ...device });
   page.setDefaultTimeout(patience);
   const failure = [];
+  page.mayBeAt = (host) => hosts.add(host); // A page of another site that the test itself serves.
   page.on("console", (message) => {
     // The browser logs failed requests, including the page's icon, while the server is down.
     const isAway = /WebSocket|ERR_CONNECTION_REFUSED/.test(message.text());

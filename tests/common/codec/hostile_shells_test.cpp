@@ -128,11 +128,11 @@ TEST(ShellDecoderRobustness, RejectsFewerVerticesThanTheSurfaceHas) {
   for (const auto& bytes : small_shells()) {
     std::ptrdiff_t end = kVertices + 1;
     while (bytes[static_cast<std::size_t>(end) - 1] >= 0x80) ++end;
-    for (const std::uint8_t vertices : {0, 1, 2, 40}) {
+    for (const int vertices : {0, 1, 2, 40}) {
       std::vector<std::uint8_t> changed(bytes.begin(), bytes.begin() + kVertices);
-      changed.push_back(vertices);
+      changed.push_back(static_cast<std::uint8_t>(vertices));
       changed.insert(changed.end(), bytes.begin() + end, bytes.end());
-      EXPECT_EQ(decode_shell(changed).status, ShellStatus::kBadContents) << int{vertices};
+      EXPECT_EQ(decode_shell(changed).status, ShellStatus::kBadContents) << vertices;
     }
   }
 }

@@ -30,7 +30,8 @@ export class Notices {
   private readonly words = h("span");
   private form: TokenForm | null = null;
 
-  constructor(private readonly actions: NoticeActions) {}
+  // `isElsewhere`: the page is not the server's own.
+  constructor(private readonly actions: NoticeActions, private readonly isElsewhere = false) {}
 
   // Stays until clear(); a temporary notice stays as long as it takes to read, or until nothing is visible.
   announce(text: string, isTemporary = false): void {
@@ -104,9 +105,10 @@ export class Notices {
 
   private drawLost(progress: Progress): void {
     this.countDown("Retrying", progress.retryAt);
+    const permission = this.isElsewhere ? ` and allows this page (--allow-origin ${location.origin})` : "";
     this.words.textContent = progress.shown
       ? "The picture stays; the missing parts follow. "
-      : "Check that the server is running. ";
+      : `Check that the server is running${permission}. `;
     this.showKind("lost", () => [
       h("b", {}, "No connection to the server. "),
       this.words,

@@ -1,0 +1,40 @@
+// What a page around a viewer is told, by events of the module (module.ts) and by messages of a frame (embedding.ts).
+import type { ShownComponents, StepFacts } from "./state/progress";
+import type { Settings } from "./state/settings";
+
+// A dataset, or another time of a series.
+export interface EmbeddedDataset {
+  name: string;
+  dims: number[];
+  spacing: number[];
+  min: number;
+  max: number;
+  lengthUnit: string; // Empty: unknown.
+  valueUnit: string;
+  suggestedIsovalues: number[];
+  member: { series: string; field: string; time: number | null; timeUnit: string; label: { value: number; name: string } | null } | null;
+  times: readonly number[];
+}
+
+// A drawn step of a visible surface: 0 is the main one, 1 the first of `surfaces`. Errors are null for previews, whose
+// distance to the surface is not bounded.
+export type EmbeddedStep = Omit<StepFacts, "errorWorld" | "errorVoxels"> & {
+  surface: number;
+  components: ShownComponents | null; // Null: all are visible.
+  errorWorld: number | null;
+  errorVoxels: number | null;
+};
+
+export interface EmbeddedPick {
+  world: readonly number[];
+  index: readonly number[]; // In samples.
+  isovalue: number | null; // Null: on a slice.
+}
+
+export interface EmbeddedEvents {
+  state: Settings; // All settings, after changes.
+  dataset: EmbeddedDataset;
+  shown: EmbeddedStep;
+  picked: EmbeddedPick;
+  error: string; // Why what is set cannot be shown.
+}
