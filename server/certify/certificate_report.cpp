@@ -179,9 +179,16 @@ std::string missing_text(const Certificate& certificate) {
   return text + "\n";
 }
 
-// Suggests a cause if vertices lie where the volume cannot have a surface.
+// Suggests a cause of a failure.
 std::string hint(const Certificate& certificate, const CertifyOptions& options) {
   if (certificate.missing) return missing_text(certificate);
+  const double rounded = lattice_rounding_world(certificate.grid, kDefaultLatticeResolution);
+  if (certificate.error == ErrorVerdict::kExceeded && !options.lattice &&
+      certificate.maximum() <= *options.error + rounded + certificate.rounding_allowance) {
+    return "\nThe excess is less than the rounding of vertices in meshes of a server, which "
+           "--lattice " +
+           std::to_string(kDefaultLatticeResolution) + " allows.\n";
+  }
   if (certificate.passes() || options.outside || certificate.vertices_beyond_data == 0) return {};
   return "\n" + human_count(certificate.vertices_beyond_data) +
          " vertices lie beyond the samples. If the dataset was prepared with --outside, --margin "
@@ -229,7 +236,7 @@ Json missing_json(const Certificate& certificate) {
 
 const char* headline(const Certificate& certificate) {
   if (!certificate.passes()) return "NOT certified: ";
-  return certificate.error == ErrorVerdict::kUndecided ? "Neither refuted nor proven: "
+  return certificate.error == ErrorVerdict::kUndecided ? "Kept where measured, not proven between: "
                                                        : "Certified: ";
 }
 

@@ -18,12 +18,12 @@ namespace multitetra {
 namespace {
 
 // Increase it when a cell's content changes for the same dataset.
-constexpr const char* kTreeForm = "2 ";
+constexpr const char* kTreeForm = "3 ";
 
-constexpr int kLeafExponent = 6;            // Smaller cells would be mostly border.
-constexpr int kLargestWholeExponent = 8;    // Larger cells would cost more than a first preview.
-constexpr int kStepsOfPreview = 6;          // At most 2^6 steps of its spacing a side.
-constexpr double kMinDoubledError = 0.125;  // The base of error doubling if leaves have less.
+constexpr int kLeafExponent = 6;          // Smaller cells would be mostly border.
+constexpr int kLargestWholeExponent = 8;  // Larger cells would cost more than a first preview.
+constexpr int kStepsOfPreview = 6;        // At most 2^6 steps of its spacing a side.
+constexpr double kMinCoarseError = 0.25;  // What the coarse levels multiply if leaves have less.
 constexpr int kTreeNormalBits = 8;
 
 }  // namespace
@@ -116,9 +116,10 @@ int CellTree::lattice_resolution(int exponent) const {
 
 double CellTree::threshold(int exponent) const {
   if (exponent == leaf_exponent()) return settings_.error;
-  const double doubled =
-      std::ldexp(std::max(settings_.error, kMinDoubledError), exponent - leaf_exponent());
-  return is_preview(exponent) ? std::max(doubled, finest_spacing(exponent) / 2.0) : doubled;
+  // Four times as much for each level, so that cells of all levels have about as many triangles.
+  const double coarse =
+      std::ldexp(std::max(settings_.error, kMinCoarseError), 2 * (exponent - leaf_exponent()));
+  return is_preview(exponent) ? std::max(coarse, finest_spacing(exponent) / 2.0) : coarse;
 }
 
 double CellTree::error_bound(int exponent) const {

@@ -3,7 +3,7 @@
 //
 //   const CellTree tree(info, {.isovalue = 500.5, .error = 0.25});
 //   root       2^N grid steps a side        a preview, fast for data of any size
-//   ...        half as large each           half the error each
+//   ...        half as large each           a quarter of the error each
 //   leaf       2^6 grid steps a side        the requested error
 //
 // The cells of one level form one complete conforming surface: their triangles meet in the same

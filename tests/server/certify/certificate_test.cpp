@@ -393,7 +393,7 @@ TEST(CertificateReport, StartsWithTheVerdictAndContainsTheNumbers) {
   open.error = ErrorVerdict::kUndecided;
   open.distance.mesh_to_reference.undecided = 1234;
   const std::string text = text_of(open, files, options);
-  EXPECT_TRUE(text.starts_with("Neither refuted nor proven: balls.ply")) << text;
+  EXPECT_TRUE(text.starts_with("Kept where measured, not proven between: balls.ply")) << text;
   EXPECT_NE(text.find("1 234 pieces of triangles are undecided"), std::string::npos) << text;
   EXPECT_EQ(json_of(open, files, options)["distances"]["mesh_to_full"]["undecided_pieces"], 1234);
   options.error = 0.01;
@@ -401,6 +401,9 @@ TEST(CertificateReport, StartsWithTheVerdictAndContainsTheNumbers) {
   const Certificate exceeded = certify(mesh, volume, options);
   EXPECT_TRUE(text_of(exceeded, files, options).starts_with("NOT certified: balls.ply"));
   EXPECT_EQ(json_of(exceeded, files, options)["error"]["kept"], false);
+  options.error = exceeded.maximum() - 1e-3;
+  const std::string barely = text_of(certify(mesh, volume, options), files, options);
+  EXPECT_NE(barely.find("which --lattice 5 allows"), std::string::npos) << barely;
 }
 
 }  // namespace

@@ -152,8 +152,8 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
                        arguments_.volume.orient.empty() && arguments_.volume.space.empty();
   if (may_lie && !std::exchange(has_noted_axes_, true)) {
     options.notice("'" + job.input +
-                   "' does not say which axis is up; where z is not, --orient turns the volume: "
-                   "x,-y,-z one that is upside down.");
+                   "' does not say which axis is up, so z is. If it is upside down, add: --orient "
+                   "x,-y,-z");
   }
   std::string pass;
   PrepareOptions how{.name = job.name,
