@@ -127,7 +127,7 @@ Result<Route> route_of(const Target& target) {
       if (path.size() == 3) return DatasetDescription{path[2]};
       if (path.size() == 4 && path[3] == "isosurface") return SurfaceFile{path[2]};
       if (path.size() == 4 && path[3] == "slice") return SliceOfSamples{path[2]};
-      if (path.size() == 4 && path[3] == "value") return ValueAtPlaces{path[2]};
+      if (path.size() == 4 && path[3] == "probe") return ValueAtPlaces{path[2]};
     }
     if (path[1] == "tiles" && path.size() == 3) {
       const auto digest = ContentDigest::from_hex(path[2]);

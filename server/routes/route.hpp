@@ -27,7 +27,7 @@ struct SurfaceFile {  // /v1/datasets/{name}/isosurface
 struct SliceOfSamples {  // /v1/datasets/{name}/slice
   std::string dataset;
 };
-struct ValueAtPlaces {  // /v1/datasets/{name}/value
+struct ValueAtPlaces {  // /v1/datasets/{name}/probe
   std::string dataset;
 };
 struct TileBytes {  // /v1/tiles/{hash}

@@ -260,7 +260,7 @@ trial_hoarding_http() {
   before=$(resident "$pid")
   watch_memory "$pid" hoarding_http.memory &
   local watcher=$!
-  paths=(/v1/datasets/head/slice?format=raw\&width=2048\&height=1024 "/v1/datasets/head/value?at=1,2,3" /v1/datasets/head
+  paths=(/v1/datasets/head/slice?format=raw\&width=2048\&height=1024 "/v1/datasets/head/probe?at=1,2,3" /v1/datasets/head
     "/v1/datasets/head/isosurface?error=0.5&format=stl" "/v1/3dtiles/head/iso/500/$(value tileset.json root content uri)")
   python3 "$here/unread_answers.py" "$http" --clients "$many" --addresses 4 --seconds "$duration" "${paths[@]}" >hoarding_http.json ||
     fail "hoarding-http: they did not come in"

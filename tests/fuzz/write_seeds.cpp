@@ -455,7 +455,7 @@ int main(int argc, char** argv) {
         "GET /v1/datasets/a/slice?normal=0,1,1&center=1,2,3&up=1,0,0&extent=4,5&width=6&"
         "coordinates=index&detail=full&window=7&level=8&colors=viridis&format=raw HTTP/1.1\r\n"
         "Host: a\r\n\r\n",
-        "GET /v1/datasets/a/value?at=1,2,3&at=4,5,6&coordinates=index HTTP/1.1\r\nHost: a\r\n\r\n",
+        "GET /v1/datasets/a/probe?at=1,2,3&at=4,5,6&coordinates=index HTTP/1.1\r\nHost: a\r\n\r\n",
         "HEAD /v1/tiles/00112233445566778899aabbccddeeff HTTP/1.1\r\nHost: a\r\n"
         "Range: bytes=1-2\r\nIf-Range: \"1\"\r\nOrigin: https://a.example\r\n\r\n"
         "GET / HTTP/1.0\r\n\r\n"}) {

@@ -82,7 +82,7 @@ export class SurfaceClient implements PreviewClient {
     this.steps = new SurfaceSteps(parts, this.progress, {
       decoded: (stream, key) => this.perform(this.conversation.decoded(stream, key)),
       damaged: (stream, text) => this.perform(this.conversation.damaged(stream, text)),
-      certified: (stream, step, topology) => this.perform(this.conversation.certified(stream, step, topology)),
+      checked: (stream, step, topology) => this.perform(this.conversation.checked(stream, step, topology)),
     }, events);
     this.connection = new SurfaceConnection({
       address, pool: connectionPool, conversation: this.conversation, progress: this.progress,
@@ -360,8 +360,8 @@ export class SurfaceClient implements PreviewClient {
       case "decode":
         void steps.decode(order, effect);
         break;
-      case "certify":
-        void steps.certify(order, effect.step);
+      case "check":
+        void steps.check(order, effect.step);
         break;
       case "committed":
         steps.offerStep(order, this.requested, effect, isNew);

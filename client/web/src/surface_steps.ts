@@ -43,7 +43,7 @@ export interface SurfaceStepsEvents {
 export interface StepChecks {
   decoded: (stream: number, key: string) => void;
   damaged: (stream: number, text: string) => void;
-  certified: (stream: number, step: StepOfTiles, topology: MeshTopology) => void;
+  checked: (stream: number, step: StepOfTiles, topology: MeshTopology) => void;
 }
 
 // The request and its moment.
@@ -65,7 +65,7 @@ export class SurfaceSteps {
   private readonly arrived = new Map<number, { triangles: number; lastAt: number }>(); // Tiles, by step of the stream.
   private readonly scalars = new Map<string, NonNullable<Progress["scalars"]>>(); // By tile id.
   private coloring: Promise<void>[] = []; // Pending uploads of scalars of the running stream.
-  private certified: { result: CheckedStep; visible: VisibleComponents } | null = null;
+  private checked: { result: CheckedStep; visible: VisibleComponents } | null = null;
 
   constructor(
     private readonly parts: SurfaceStepsParts,
@@ -187,7 +187,7 @@ export class SurfaceSteps {
     this.coloring.push(done);
   }
 
-  async certify(order: StreamRequest, step: StepOfTiles): Promise<void> {
+  async check(order: StreamRequest, step: StepOfTiles): Promise<void> {
     const { stream } = this;
     const { begin } = step;
     const ids = tileIds(this.parts.number, order, step);
@@ -195,7 +195,7 @@ export class SurfaceSteps {
     const { lattice: resolution, topologyTolerance } = begin.request!;
     const border = dataBorder(order.info, resolution, topologyTolerance, begin.finestSpacing || 1);
     const [result, visible] = await Promise.all([
-      this.parts.pool.certify(ids, border).catch(() => null),
+      this.parts.pool.check(ids, border).catch(() => null),
       this.selectComponents(ids, { info: order.info, resolution }).catch(() => null),
       this.parts.surface.uploaded(ids),
       ...this.coloring,
@@ -203,8 +203,8 @@ export class SurfaceSteps {
     // Tiles of a replaced stream may be gone.
     if (stream !== this.stream || !result || !visible) return;
     this.parts.speed.record(triangles, performance.now() - lastAt);
-    this.certified = { result, visible };
-    this.checks.certified(stream, step, result.topology);
+    this.checked = { result, visible };
+    this.checks.checked(stream, step, result.topology);
   }
 
   // Offers a complete step if it is new, and caches the final one for `asked`.
@@ -213,11 +213,11 @@ export class SurfaceSteps {
     const { begin } = committed.step;
     const facts = factsOf(order, committed);
     // Even for a skipped step: the mesh worker reports each change of normals once.
-    for (const { id, normals } of this.certified?.result.normals ?? []) surface.setNormals(id, normals);
+    for (const { id, normals } of this.checked?.result.normals ?? []) surface.setNormals(id, normals);
     const step: CachedStep = {
       ids: tileIds(number, order, committed.step),
       shown: { info: order.info, resolution: begin.request!.lattice, request: begin.request!, facts },
-      visible: this.certified?.visible ?? allComponents,
+      visible: this.checked?.visible ?? allComponents,
     };
     if (facts.isFinal && asked) stepCache.keep({ ...asked.order, info: order.info }, step);
     if (isPrefetch || !asked || !isNew || isRegression(this.shown, order, facts)) return;

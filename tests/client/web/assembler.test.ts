@@ -21,10 +21,10 @@ async function played(all: readonly ServerKind[], assembler = newAssembler()) {
         } catch (error) {
           await perform(assembler.damaged((error as Error).message));
         }
-      } else if (effect.kind === "certify") {
+      } else if (effect.kind === "check") {
         const { tiles, begin } = effect.step;
         const seams = matchBoundaries(tiles.map(({ key }) => boundaries.get(key)!), dataBorder(dataset(), 5, 0, 1));
-        await perform(assembler.certified(begin.step, seams.topology));
+        await perform(assembler.checked(begin.step, seams.topology));
       } else {
         seen.push(effect);
       }

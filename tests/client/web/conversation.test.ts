@@ -70,7 +70,7 @@ describe("Conversation", () => {
     expect(conversation.handOver()).not.toBeNull();
     const keys = decode.map((one) => (one as unknown as { effect: { tile: { key: string } } }).effect.tile.key);
     const after = keys.flatMap((key) => conversation.decoded(1, key));
-    expect(after).toMatchObject([{ kind: "stream", effect: { kind: "certify" } }]);
+    expect(after).toMatchObject([{ kind: "stream", effect: { kind: "check" } }]);
     conversation.request({ info: dataset(), request: request() }); // Replaces the previous request.
     expect(conversation.decoded(1, keys[0])).toEqual([]);
   });

@@ -253,13 +253,13 @@ TEST_F(OpenApiTest, MatchesTheServer) {
   ask(slice, of_noise, 416, "Range: bytes=9999999-\r\n");
   ask(slice, of_noise + "?width=2000000", 422);
   ask(slice, "/v1/datasets/a%20b/slice", 500);
-  const std::string value = "/v1/datasets/{name}/value";
-  ask(value, "/v1/datasets/noise/value?at=1,2,3&at=-1,0,0", 200);
-  ask(value, "/v1/datasets/noise/value?at=1,2", 400);
-  ask(value, "/v1/datasets/noise/value?at=1,2,3", 401, kBad);
-  ask(value, "/v1/datasets/none/value?at=1,2,3", 404);
-  ask(value, "/v1/datasets/a%20b/value?at=1,2,3", 500);
-  std::string many = "/v1/datasets/noise/value?at=0,0,0";
+  const std::string value = "/v1/datasets/{name}/probe";
+  ask(value, "/v1/datasets/noise/probe?at=1,2,3&at=-1,0,0", 200);
+  ask(value, "/v1/datasets/noise/probe?at=1,2", 400);
+  ask(value, "/v1/datasets/noise/probe?at=1,2,3", 401, kBad);
+  ask(value, "/v1/datasets/none/probe?at=1,2,3", 404);
+  ask(value, "/v1/datasets/a%20b/probe?at=1,2,3", 500);
+  std::string many = "/v1/datasets/noise/probe?at=0,0,0";
   for (int i = 0; i < 1024; ++i) many += "&at=0,0,0";
   ask(value, many, 422);
 

@@ -144,7 +144,7 @@ INSTANTIATE_TEST_SUITE_P(
                       "/v1/datasets/head", "/v1/datasets", "/v1/openapi.json", "/metrics",
                       "a cell of 3D Tiles",
                       "/v1/tiles/" + testing::fine_tiles().front().summary.digest.hex(),
-                      "/v1/datasets/head/value?at=1,2,3&at=4,5,6", "/", "/assets/app.js"));
+                      "/v1/datasets/head/probe?at=1,2,3&at=4,5,6", "/", "/assets/app.js"));
 
 }  // namespace
 }  // namespace multitetra

@@ -126,13 +126,13 @@ export class Thumbnails {
         this.tried.add(order.info);
         if (this.current === order.info) this.finish(null);
       }
-    } else if (effect.kind === "certify") {
+    } else if (effect.kind === "check") {
       const { begin, tiles } = effect.step;
       const triangles = tiles.reduce((n, tile) => n + tile.triangles, 0);
       if (triangles < plenty && !begin.isFinal) {
         // Too coarse to recognize; the next step's checks do not depend on this one.
         const sound = { ...nothing, triangles };
-        this.perform(conversation!.certified(stream, effect.step, sound));
+        this.perform(conversation!.checked(stream, effect.step, sound));
       } else {
         const picture = await this.drawn(order.info, tiles.map(({ key }) => key)).catch(() => null);
         if (stream === this.stream) this.finish(picture);

@@ -34,7 +34,7 @@ export interface StepOfTiles {
 export type AssemblerEffect =
   | { kind: "begun"; begin: StepBegin; tiles: ManifestTile[]; missing: number }
   | { kind: "decode"; tile: ManifestTile; payload: Uint8Array; begin: StepBegin }
-  | { kind: "certify"; step: StepOfTiles }
+  | { kind: "check"; step: StepOfTiles }
   // `sameAs`: the earlier step that it was compared with, if its topology had to be the same.
   | { kind: "committed"; step: StepOfTiles; topology: MeshTopology; sameAs: number | null }
   | { kind: "ended"; outcome: StreamOutcome }
@@ -48,7 +48,7 @@ interface Pending {
   received: Set<number>;
   bytes: number;
   end: StepEnd | null;
-  certifying: StepOfTiles | null;
+  checking: StepOfTiles | null;
 }
 
 const maxSteps = 64;
@@ -118,17 +118,17 @@ export class Assembler {
     return this.fail(text);
   }
 
-  // Called with the result of a "certify" effect.
-  certified(step: number, topology: MeshTopology): AssemblerEffect[] {
+  // Called with the result of a "check" effect.
+  checked(step: number, topology: MeshTopology): AssemblerEffect[] {
     const first = this.pending[0];
-    if (this.isOver || !first?.certifying || first.begin.step !== step) return [];
+    if (this.isOver || !first?.checking || first.begin.step !== step) return [];
     const fault = this.topologyFault(first.begin, topology);
     if (fault) return this.fail(`Step ${step}: ${fault}.`);
-    const { certifying } = first;
+    const { checking } = first;
     this.pending.shift();
-    const compared = preservesTopology(certifying.begin) ? this.invariants!.step : step;
+    const compared = preservesTopology(checking.begin) ? this.invariants!.step : step;
     const sameAs = compared === step ? null : compared;
-    return [{ kind: "committed", step: certifying, topology, sameAs }, ...this.advance()];
+    return [{ kind: "committed", step: checking, topology, sameAs }, ...this.advance()];
   }
 
   private ofThisStream(id: bigint, act: () => AssemblerEffect[]): AssemblerEffect[] {
@@ -163,7 +163,7 @@ export class Assembler {
       received: new Set(),
       bytes: 0,
       end: null,
-      certifying: null,
+      checking: null,
     };
     this.pending.push(pending);
     this.missing.set(begin.step, new Set(missing.map(({ key }) => key)));
@@ -233,7 +233,7 @@ export class Assembler {
       this.isOver = true;
       return [{ kind: "ended", outcome: this.streamEnd.outcome }];
     }
-    if (!first.end || first.certifying || first.tiles.some(({ key }) => !this.ready.has(key))) {
+    if (!first.end || first.checking || first.tiles.some(({ key }) => !this.ready.has(key))) {
       return [];
     }
     const digest = first.tiles.reduce((d, { key }) => sum(d, fromHex(key)), emptyDigest);
@@ -244,8 +244,8 @@ export class Assembler {
       );
     }
     const { begin, end, tiles, cached } = first;
-    first.certifying = { begin, end, tiles, digest, cached };
-    return [{ kind: "certify", step: first.certifying }];
+    first.checking = { begin, end, tiles, digest, cached };
+    return [{ kind: "check", step: first.checking }];
   }
 
   private topologyFault(begin: StepBegin, found: MeshTopology): string | null {

@@ -235,8 +235,8 @@ export class Conversation {
   damaged(stream: number, text: string): Effect[] {
     return this.forStream(stream, (assembler) => assembler.damaged(text));
   }
-  certified(stream: number, step: StepOfTiles, topology: MeshTopology): Effect[] {
-    return this.forStream(stream, (assembler) => assembler.certified(step.begin.step, topology));
+  checked(stream: number, step: StepOfTiles, topology: MeshTopology): Effect[] {
+    return this.forStream(stream, (assembler) => assembler.checked(step.begin.step, topology));
   }
 
   // ----

@@ -112,7 +112,7 @@ function measure(shown: StoredTile[], toWorld: number[], part: MeasuredPart | nu
 
 async function resultOf(request: MeshRequest): Promise<MeshReply["result"]> {
   switch (request.kind) {
-    case "certify":
+    case "check":
       return checkStep(request.ids, request.border);
     case "select":
       return selectComponents(request.drawn);

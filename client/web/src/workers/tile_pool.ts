@@ -60,8 +60,8 @@ export class TilePool {
     this.meshWorker.postMessage({ kind: "drop", ids } satisfies MeshRequest);
   }
 
-  certify(ids: string[], border: DataBorder): Promise<CheckedStep> {
-    return this.query((request) => ({ kind: "certify", request, ids, border }));
+  check(ids: string[], border: DataBorder): Promise<CheckedStep> {
+    return this.query((request) => ({ kind: "check", request, ids, border }));
   }
 
   // Selects the drawn components of the step.

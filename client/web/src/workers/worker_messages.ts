@@ -54,7 +54,7 @@ export interface StoredTile {
 export type MeshRequest =
   | { kind: "port"; port: MessagePort }
   | { kind: "drop"; ids: string[] }
-  | { kind: "certify"; request: number; ids: string[]; border: DataBorder }
+  | { kind: "check"; request: number; ids: string[]; border: DataBorder }
   | { kind: "select"; request: number; drawn: DrawnTiles }
   | { kind: "pick"; request: number; drawn: DrawnTiles; ray: PickRay }
   | { kind: "measure"; request: number; drawn: DrawnTiles; toWorld: number[]; at: MeasuredPart | null }
