@@ -432,6 +432,7 @@ TEST(CertifiedShells, UsesTheCheapestLevelWithinAllThresholds) {
   EXPECT_EQ(shell_for(0), ShellStep{.values = shell::ShellValues::kLatticeExact});
   // The same quantization moves vertices farther along an axis with a larger sample spacing.
   info.spacing = {1, 1, 3};
+  info.index_to_world.columns[2] = {0, 0, 3};
   EXPECT_EQ(shell_for(0.2), quantized_shells(4));
   // The smallest threshold of any region counts.
   IsosurfaceRequest request = {.isovalue = 3.5, .error = 5};
