@@ -1,5 +1,6 @@
 #include "server/programs/extract_series.hpp"
 
+#include <algorithm>
 #include <iostream>
 #include <map>
 #include <optional>
@@ -18,8 +19,8 @@
 #include "common/cli/terminal.hpp"
 #include "common/mesh/lattice_intersections.hpp"
 #include "common/mesh/mesh_checks.hpp"
+#include "common/request/isosurface_request.hpp"
 #include "common/request/request_notices.hpp"
-#include "server/core/planning/budget.hpp"
 #include "server/extraction/touching_extraction.hpp"
 #include "server/programs/measured_surface.hpp"
 #include "server/programs/progress.hpp"
@@ -116,6 +117,54 @@ TouchingSurfaces extract_by_time(const std::vector<DatasetPtr>& datasets,
   return all;
 }
 
+bool has_report(const ExtractSeriesArguments& arguments) {
+  return arguments.json || !arguments.report.empty();
+}
+
+// Checks and measures a mesh, and makes its output. Adds notices that name the surface.
+void check(ExtractedSurface& one, const Simplified& simplified,
+           const ExtractSeriesArguments& arguments, const SurfaceArguments& surface,
+           const IsosurfaceRequest& request, Notices& notices) {
+  const auto add_notice = [&](const std::string& text) {
+    notices.add("\"" + surface_name(*one.info).text + "\"" + text);
+  };
+  MeasuredSurface& measured = one.measured;
+  measured.topology = topology(simplified.mesh, data_border(*one.info, request.lattice_resolution,
+                                                            request.topology_tolerance));
+  measured.simplification_bound = simplified.bound;
+  const bool is_for_printing = arguments.format == MeshFormat::kStl;
+  if (request.simplify && (has_report(arguments) || is_for_printing)) {
+    measured.self_intersecting = lattice_intersections(simplified.mesh).triangles;
+  }
+  if (has_report(arguments)) {
+    measure(measured, simplified.mesh, surface, request, *one.info);
+    for (const std::string& text : volume_notice(*measured.measures, measured.distance_bound)) {
+      add_notice(": " + text);
+    }
+  }
+  one.output = output_surface(simplified.mesh, surface, *one.info);
+  if (is_for_printing) {
+    notices.add(printing_notices(one.file, one.output, measured.self_intersecting.value_or(0)));
+  }
+  if (measured.topology.triangles == 0) {
+    add_notice(": " + empty_surface_text(request, *one.info));
+  }
+  const std::string removed = removed_text(one.output);
+  if (!removed.empty()) add_notice(" has " + removed + ".");
+}
+
+void write_report(const ExtractSeriesArguments& arguments, const IsosurfaceRequest& request,
+                  const Progress& progress, const Notices& notices,
+                  const std::vector<ExtractedSurface>& surfaces) {
+  Json report = {{"parameters", multitetra::json_of(request)},
+                 {"seconds", progress.seconds()},
+                 {"notices", notices.texts()},
+                 {"surfaces", Json::array()}};
+  for (const ExtractedSurface& one : surfaces) report["surfaces"].push_back(json_of(one));
+  if (!arguments.report.empty()) write_file(arguments.report, text_of(report));
+  if (arguments.json) std::cout << text_of(report);
+}
+
 }  // namespace
 
 int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArguments& surface) {
@@ -145,64 +194,30 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
   progress.begin("surfaces");
   TouchingSurfaces extracted = extract_by_time(datasets, *request);
   progress.begin("checks");
-  const bool has_report = arguments.json || !arguments.report.empty();
-  bool is_sound = true;
-  bool is_empty = true;
   for (std::size_t i = 0; i < datasets.size(); ++i) {
-    ExtractedSurface& one = surfaces[i];
+    surfaces[i].common_triangles = extracted.common_triangles[i];
     const Simplified simplified = std::move(extracted.surfaces[i]);
-    MeasuredSurface& measured = one.measured;
-    measured.topology =
-        topology(simplified.mesh,
-                 data_border(*one.info, request->lattice_resolution, request->topology_tolerance));
-    measured.simplification_bound = simplified.bound;
-    if (request->simplify && (has_report || arguments.format == MeshFormat::kStl)) {
-      measured.self_intersecting = lattice_intersections(simplified.mesh).triangles;
-    }
-    if (has_report) {
-      measure(measured, simplified.mesh, surface, *request, *one.info);
-      for (const std::string& text : volume_notice(*measured.measures, measured.distance_bound)) {
-        notices.add("\"" + surface_name(*one.info).text + "\": " + text);
-      }
-    }
-    one.common_triangles = extracted.common_triangles[i];
-    one.output = output_surface(simplified.mesh, surface, *one.info);
-    if (arguments.format == MeshFormat::kStl) {
-      notices.add(printing_notices(one.file, one.output, measured.self_intersecting.value_or(0)));
-    }
-    is_sound = is_sound && measured.topology.is_sound();
-    is_empty = is_empty && one.output.components == 0;
-    if (measured.topology.triangles == 0) {
-      notices.add("\"" + surface_name(*one.info).text +
-                  "\": " + empty_surface_text(*request, *one.info));
-    }
-    const std::string removed = removed_text(one.output);
-    if (!removed.empty())
-      notices.add("\"" + surface_name(*one.info).text + "\" has " + removed + ".");
+    check(surfaces[i], simplified, arguments, surface, *request, notices);
   }
-  const auto write_report = [&] {
-    Json report = {{"parameters", multitetra::json_of(*request)},
-                   {"seconds", progress.seconds()},
-                   {"notices", notices.texts()},
-                   {"surfaces", Json::array()}};
-    for (const ExtractedSurface& one : surfaces) report["surfaces"].push_back(json_of(one));
-    if (!arguments.report.empty()) write_file(arguments.report, text_of(report));
-    if (arguments.json) std::cout << text_of(report);
-  };
+  const bool is_empty = std::all_of(surfaces.begin(), surfaces.end(),
+                                    [](const auto& one) { return one.output.components == 0; });
   if (is_empty && !surface.allow_empty) {
     progress.finish();
     for (ExtractedSurface& one : surfaces) one.file.clear();  // Not written.
-    write_report();
+    write_report(arguments, *request, progress, notices, surfaces);
     throw ExitError(kEmptySurface, not_written_text(arguments.output));
   }
   progress.begin("files");
   write_meshes(arguments, surfaces, surface.query.codec);
   progress.finish();
 
-  write_report();
+  write_report(arguments, *request, progress, notices, surfaces);
   if (!arguments.json && !arguments.quiet) {
     for (const ExtractedSurface& one : surfaces) print_facts(one);
   }
+  const bool is_sound = std::all_of(surfaces.begin(), surfaces.end(), [](const auto& one) {
+    return one.measured.topology.is_sound();
+  });
   if (is_sound) return kOk;
   std::cerr << "multitetra-server: a mesh has open, non-manifold or degenerate parts; this is a "
                "bug, please report it.\n";

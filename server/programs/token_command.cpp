@@ -78,6 +78,12 @@ void add_line(const TokenArguments& arguments, const std::string& name, const st
 int make_token(const TokenArguments& arguments) {
   const std::string& name = arguments.words.front();
   const auto expires = expiry_of(arguments.expires);
+  for (const std::string& pattern : arguments.datasets) {
+    if (pattern.find(',') == std::string::npos) continue;
+    throw ExitError(kUsage, "--datasets: \"" + pattern +
+                                "\" would be one name; repeat --datasets for several. In a name, ? "
+                                "stands for a comma.");
+  }
   const std::string token = new_token();
   const std::string line =
       access_line(name, token, arguments.datasets, expires, arguments.surfaces_only);

@@ -63,6 +63,7 @@ wait "${made[@]}"
 # Each problem is one line of the log with token name and reason; clients get the reply for a mistyped name.
 "$server" generate torus --size 9 -o torus.nrrd --quiet
 "$server" prepare torus.nrrd -o torus.mtd --name torus --quiet
+ends 2 'repeat --datasets for several' "$server" token several --datasets sphere,torus --file watched
 seer=$("$server" token seer --datasets torus --file watched)
 "$server" token typo --datasets 'nosuch*' --file watched >/dev/null
 watching=$pid

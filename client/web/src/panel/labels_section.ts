@@ -25,82 +25,124 @@ export interface LabelsEvents {
   zoomToLabel: (dataset: string) => void;
 }
 
-export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEvents): LabelsPart {
-  let settings: Settings | null = null;
-  let datasets: readonly DatasetInfo[] = [];
-  const rows = new Map<number, LabelRow>();
-  let found: FoundLabel[] = []; // In the order of the table.
-  const selection = new RowSelection(() => showSelected());
-  const list = h("ul", { class: "labels" });
-  const count = h("span", { class: "labels-count" });
-  const isLabel = (one: SurfaceSettings, at: number) => labelOf(datasets, dataset(one, at)) !== null;
-  const dataset = (one: SurfaceSettings, at: number) => (at > 0 && one.dataset) || settings!.dataset;
-  const all = (word: string, tip: string, visible: boolean) => {
-    const button = h("button", { type: "button", "data-tip": tip }, word);
-    button.addEventListener("click", () => change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { visible } : null))));
-    return button;
-  };
-  const search = h("input", { type: "search", class: "label-search", placeholder: "Search labels", "aria-label": "Search labels" });
-  const table = h("button", { type: "button", "data-tip": "Samples of all labels, volume and area of those displayed, or of several selected ones, as CSV." }, "Table (CSV)");
-  // A single selected label is one that was looked at: the table then still has all.
-  table.addEventListener("click", () => saveLabels(selected().length > 1 ? selected() : null));
-  const order = h("select", { class: "label-order", "aria-label": "Order of the labels" },
+export function labelsPart(change: Change, events: LabelsEvents): LabelsPart {
+  return new LabelsTable(change, events);
+}
+
+class LabelsTable implements LabelsPart {
+  readonly elements: HTMLElement[];
+  private settings: Settings | null = null;
+  private datasets: readonly DatasetInfo[] = [];
+  private readonly rows = new Map<number, LabelRow>(); // By surface.
+  private found: FoundLabel[] = []; // In the order of the table.
+  private readonly selection = new RowSelection(() => this.showSelected());
+  private readonly list = h("ul", { class: "labels" });
+  private readonly count = h("span", { class: "labels-count" });
+  private readonly search = h("input", { type: "search", class: "label-search", placeholder: "Search labels", "aria-label": "Search labels" });
+  private readonly table = h("button", { type: "button", "data-tip": "Samples of all labels, volume and area of those displayed, or of several selected ones, as CSV." }, "Table (CSV)");
+  private readonly order = h("select", { class: "label-order", "aria-label": "Order of the labels" },
     ...labelOrders.map(([word, text]) => h("option", { value: word }, text)));
-  order.addEventListener("change", () => showAll());
-  const limit = h("p", { class: "hint", hidden: true });
-  // The rows that match the search, and the surfaces of the selected ones.
-  const listed = () => found.filter(({ at }) => !rows.get(at)!.element.hidden);
-  const selected = () => listed().filter(({ key }) => selection.has(key)).map(({ at }) => at);
-  // Returns the surfaces that a control in this row changes.
-  const targets = (at: number) => new Set(selected().includes(at) ? selected() : [at]);
-  const changeLabels = (at: number, look: LabelLook) => {
-    const changed = targets(at);
-    change(withAllSurfaces(settings!, (_, other) => (changed.has(other) ? look : null)));
-  };
-  const isolate = (at: number) => {
-    const kept = targets(at);
-    change(withAllSurfaces(settings!, (one, other) => (isLabel(one, other) ? { visible: kept.has(other) } : null)));
-  };
-  const click = (key: string, { ctrlKey, metaKey, shiftKey }: MouseEvent) => {
-    if (shiftKey) return selection.extend(key, listed().map((one) => one.key));
-    if (ctrlKey || metaKey) return selection.toggle(key);
-    selection.select(key);
-    zoomToLabel(key);
-  };
-  const showFound = () => {
-    const words = search.value.trim().toLowerCase();
-    for (const row of rows.values()) row.element.hidden = !row.element.dataset.label!.toLowerCase().includes(words);
-    showSelected();
-  };
-  const showSelected = () => {
-    const { length } = selected();
-    for (const { at, key } of found) rows.get(at)!.showSelected(selection.has(key));
-    table.textContent = length > 1 ? `Table of ${length} (CSV)` : "Table (CSV)";
-  };
-  search.addEventListener("input", showFound);
-  const opacity = opacitySlider("all labels", (value) =>
-    change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { opacity: value } : null))));
-  const mixed = h("span", { class: "labels-count", hidden: true }, "mixed");
-  const filter = componentFilter("all labels", {
-    hide: (minComponent) => change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { minComponent } : null))),
-    showHidden: () => change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { hiddenParts: [] } : null))),
+  private readonly limit = h("p", { class: "hint", hidden: true });
+  private readonly opacity = opacitySlider("all labels", (opacity) => this.changeAll(() => ({ opacity })));
+  private readonly mixed = h("span", { class: "labels-count", hidden: true }, "mixed");
+  private readonly filter = componentFilter("all labels", {
+    hide: (minComponent) => this.changeAll(() => ({ minComponent })),
+    showHidden: () => this.changeAll(() => ({ hiddenParts: [] })),
   });
-  const head = h("div", { class: "chips labels-head" },
-    all("All", "Shows every label.", true), all("None", "Hides every label.", false), table, count, order, opacity, mixed);
-  const rowAt = (at: number) => {
-    const own = () => dataset(surfacesOf(settings!)[at], at);
-    const rename = (name: string) => {
-      const label = labelOf(datasets, own());
-      if (label) change({ labelNames: withLabelName(settings!.labelNames, label.value, name === label.name ? "" : name) });
-    };
-    const row = labelRow({
-      change: (look) => changeLabels(at, look), isolate: () => isolate(at), click: (event) => click(own(), event), rename,
-    });
-    rows.set(at, row);
-    return row;
-  };
-  list.addEventListener("keydown", (event) => {
-    const names = listed();
+
+  constructor(private readonly change: Change, private readonly events: LabelsEvents) {
+    // A single selected label is one that was looked at: the table then still has all.
+    this.table.addEventListener("click", () => events.saveLabels(this.selected().length > 1 ? this.selected() : null));
+    this.order.addEventListener("change", () => this.showAll());
+    this.search.addEventListener("input", () => this.showFound());
+    this.list.addEventListener("keydown", (event) => this.press(event));
+    // Space would click the name.
+    this.list.addEventListener("keyup", (event) => event.key === " " && (event.target as Element).matches(".label-name") && event.preventDefault());
+    const head = h("div", { class: "chips labels-head" },
+      this.visibilityButton("All", "Shows every label.", true), this.visibilityButton("None", "Hides every label.", false),
+      this.table, this.count, this.order, this.opacity, this.mixed);
+    this.elements = [head, this.search, this.limit, this.list, this.filter.element];
+  }
+
+  show(now: Settings): void {
+    this.settings = now;
+    this.showAll();
+  }
+
+  showProgress(surface: number, progress: Progress): void {
+    this.rows.get(surface)?.showProgress(progress);
+  }
+
+  showDatasets(now: readonly DatasetInfo[]): void {
+    this.datasets = now;
+  }
+
+  select(surface: number): void {
+    const label = this.found.find(({ at }) => at === surface);
+    if (!label) return;
+    const { element } = this.rows.get(surface)!;
+    element.hidden = false;
+    element.scrollIntoView({ block: "nearest" });
+    this.selection.select(label.key);
+  }
+
+  // ---- changes
+
+  private visibilityButton(word: string, tip: string, visible: boolean): HTMLElement {
+    const button = h("button", { type: "button", "data-tip": tip }, word);
+    button.addEventListener("click", () => this.changeAll(() => ({ visible })));
+    return button;
+  }
+
+  private changeAll(look: (at: number) => Partial<SurfaceSettings>): void {
+    const isLabel = (one: SurfaceSettings, at: number) => labelOf(this.datasets, this.datasetOf(one, at)) !== null;
+    this.change(withAllSurfaces(this.settings!, (one, at) => (isLabel(one, at) ? look(at) : null)));
+  }
+
+  private datasetOf(one: SurfaceSettings, at: number): string {
+    return (at > 0 && one.dataset) || this.settings!.dataset;
+  }
+
+  // The rows that match the search, and the surfaces of the selected ones.
+  private listed(): FoundLabel[] {
+    return this.found.filter(({ at }) => !this.rows.get(at)!.element.hidden);
+  }
+
+  private selected(): number[] {
+    return this.listed().filter(({ key }) => this.selection.has(key)).map(({ at }) => at);
+  }
+
+  // Returns the surfaces that a control in this row changes.
+  private targets(at: number): Set<number> {
+    const selected = this.selected();
+    return new Set(selected.includes(at) ? selected : [at]);
+  }
+
+  private changeTargets(at: number, look: LabelLook): void {
+    const changed = this.targets(at);
+    this.change(withAllSurfaces(this.settings!, (_, other) => (changed.has(other) ? look : null)));
+  }
+
+  private isolate(at: number): void {
+    const kept = this.targets(at);
+    this.changeAll((other) => ({ visible: kept.has(other) }));
+  }
+
+  private rename(dataset: string, name: string): void {
+    const label = labelOf(this.datasets, dataset);
+    if (label) this.change({ labelNames: withLabelName(this.settings!.labelNames, label.value, name === label.name ? "" : name) });
+  }
+
+  private click(key: string, { ctrlKey, metaKey, shiftKey }: MouseEvent): void {
+    if (shiftKey) return this.selection.extend(key, this.listed().map((one) => one.key));
+    if (ctrlKey || metaKey) return this.selection.toggle(key);
+    this.selection.select(key);
+    this.events.zoomToLabel(key);
+  }
+
+  private press(event: KeyboardEvent): void {
+    const { rows, selection } = this;
+    const names = this.listed();
     const at = names.findIndex((one) => rows.get(one.at)!.name === event.target);
     if (at < 0) return;
     const { key, ctrlKey, metaKey, shiftKey } = event;
@@ -115,69 +157,85 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
     else if (key !== "Escape" || !selection.clear()) return;
     event.preventDefault();
     event.stopPropagation();
-  });
-  // Space would click the name.
-  list.addEventListener("keyup", (event) => event.key === " " && (event.target as Element).matches(".label-name") && event.preventDefault());
-  const scrollTo = ({ at }: FoundLabel) => {
-    list.scrollTop = rows.get(at)!.element.offsetTop - list.offsetTop;
-  };
-  const showAll = () => {
-    if (!settings) return;
-    const infos = new Map(datasets.map((info) => [info.name, info]));
-    const labels = surfacesOf(settings).flatMap((one, at): FoundLabel[] => {
-      const name = dataset(one, at);
-      const label = (infos.get(name) ?? findByName(datasets, name))?.member?.label;
-      return label ? [{ at, key: name, one, label: renamedLabel(label, settings!.labelNames) }] : [];
-    });
-    const isNew = rows.size === 0;
-    const places = new Set(labels.map(({ at }) => at));
-    for (const [at, row] of rows) {
-      if (places.has(at)) continue;
-      row.element.remove();
-      rows.delete(at);
-    }
-    order.hidden = !labels.some(({ label }) => label.samples > 0n);
-    found = inOrder(labels, order.hidden ? "value" : order.value);
-    found.forEach(({ at, one, label }, place) => {
-      const row = rows.get(at) ?? rowAt(at);
-      if (list.children[place] !== row.element) list.insertBefore(row.element, list.children[place] ?? null);
+  }
+
+  // ---- the table
+
+  private showAll(): void {
+    if (!this.settings) return;
+    const isNew = this.rows.size === 0;
+    this.findLabels(this.settings);
+    this.found.forEach(({ at, one, label }, place) => {
+      const row = this.rows.get(at) ?? this.addRow(at);
+      if (this.list.children[place] !== row.element) this.list.insertBefore(row.element, this.list.children[place] ?? null);
       row.show(one, label);
     });
-    filter.show({
+    const shown = this.found.filter(({ one }) => one.visible);
+    if (isNew && shown.length > 0 && shown[0] !== this.found[0]) {
+      this.list.scrollTop = this.rows.get(shown[0].at)!.element.offsetTop - this.list.offsetTop;
+    }
+    this.showControls(shown);
+    this.showFound();
+  }
+
+  // Removes the rows of others.
+  private findLabels(settings: Settings): void {
+    const { datasets, order } = this;
+    const infos = new Map(datasets.map((info) => [info.name, info]));
+    const labels = surfacesOf(settings).flatMap((one, at): FoundLabel[] => {
+      const key = this.datasetOf(one, at);
+      const label = (infos.get(key) ?? findByName(datasets, key))?.member?.label;
+      return label ? [{ at, key, one, label: renamedLabel(label, settings.labelNames) }] : [];
+    });
+    const places = new Set(labels.map(({ at }) => at));
+    for (const [at, row] of this.rows) {
+      if (places.has(at)) continue;
+      row.element.remove();
+      this.rows.delete(at);
+    }
+    order.hidden = !labels.some(({ label }) => label.samples > 0n);
+    this.found = inOrder(labels, order.hidden ? "value" : order.value);
+  }
+
+  private addRow(at: number): LabelRow {
+    const dataset = () => this.datasetOf(surfacesOf(this.settings!)[at], at);
+    const row = labelRow({
+      change: (look) => this.changeTargets(at, look),
+      isolate: () => this.isolate(at),
+      click: (event) => this.click(dataset(), event),
+      rename: (name) => this.rename(dataset(), name),
+    });
+    this.rows.set(at, row);
+    return row;
+  }
+
+  private showControls(shown: FoundLabel[]): void {
+    const { found } = this;
+    this.filter.show({
       minComponent: Math.max(0, ...found.map(({ one }) => hiddenPartsOf(one).minComponent)),
       places: found.flatMap(({ one }) => one.hiddenParts ?? []),
     });
-    const shown = found.filter(({ one }) => one.visible);
-    count.textContent = `${shown.length} of ${found.length} shown`;
-    if (isNew && shown.length > 0 && shown[0] !== found[0]) scrollTo(shown[0]);
-    search.hidden = found.length < fewLabels;
-    limit.hidden = found.length <= maxInitialLabels;
-    limit.textContent = `The first ${maxInitialLabels} labels are shown initially, each as a separate surface. "All" shows the rest.`;
-    showFound();
+    this.count.textContent = `${shown.length} of ${found.length} shown`;
+    this.search.hidden = found.length < fewLabels;
+    this.limit.hidden = found.length <= maxInitialLabels;
+    this.limit.textContent = `The first ${maxInitialLabels} labels are shown initially, each as a separate surface. "All" shows the rest.`;
     const opacities = shown.map(({ one }) => one.opacity);
     const isMixed = new Set(opacities).size > 1;
-    mixed.hidden = !isMixed;
-    showOpacity(opacity, opacities.length > 0 ? Math.max(...opacities) : 1, isMixed);
-  };
-  return {
-    elements: [head, search, limit, list, filter.element],
-    show: (now) => {
-      settings = now;
-      showAll();
-    },
-    showProgress: (surface, progress) => rows.get(surface)?.showProgress(progress),
-    select: (surface) => {
-      const label = found.find(({ at }) => at === surface);
-      if (!label) return;
-      const { element } = rows.get(surface)!;
-      element.hidden = false;
-      element.scrollIntoView({ block: "nearest" });
-      selection.select(label.key);
-    },
-    showDatasets: (now) => {
-      datasets = now;
-    },
-  };
+    this.mixed.hidden = !isMixed;
+    showOpacity(this.opacity, opacities.length > 0 ? Math.max(...opacities) : 1, isMixed);
+  }
+
+  private showFound(): void {
+    const words = this.search.value.trim().toLowerCase();
+    for (const row of this.rows.values()) row.element.hidden = !row.element.dataset.label!.toLowerCase().includes(words);
+    this.showSelected();
+  }
+
+  private showSelected(): void {
+    const { length } = this.selected();
+    for (const { at, key } of this.found) this.rows.get(at)!.showSelected(this.selection.has(key));
+    this.table.textContent = length > 1 ? `Table of ${length} (CSV)` : "Table (CSV)";
+  }
 }
 
 // Keys and display names.
