@@ -23,13 +23,13 @@ def connect(url, token="", ca=None, insecure=False, timeout=60.0):
     return Connection(_client.Connection(stream_address(url), token or "", ca or "", insecure, timeout))
 
 
-def default_of(text, form):
+def default_of(text):
     """The default of a keyword, which the table of fields has as text, as a value of Python."""
     known = {"": None, "on": True, "off": False}
     if text in known:
         return known[text]
     try:
-        return text if form == "RRGGBB" else ast.literal_eval(text)
+        return ast.literal_eval(text)
     except (ValueError, SyntaxError):  # A name.
         return text
 
@@ -42,7 +42,7 @@ def takes_a_request(method):
     fields = [("threshold_grid", "", "", "Errors at the samples of an array, as multitetra.grid() makes them"), *keywords]
     method.__signature__ = own.replace(
         parameters=named
-        + [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default_of(usual, form)) for name, form, usual, _ in fields]
+        + [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default_of(usual)) for name, _, usual, _ in fields]
     )
     method.__doc__ += "\n" + "".join(f"\n        {name}: {help} ({form or 'on|off'})" for name, form, _, help in fields)
     return method

@@ -363,7 +363,7 @@ class Package(unittest.TestCase):
             for name in ("error", "unit", "quality", "regions", "region_coordinates", "threshold_grid", "normals", "simplify", "intersection_free", "color_by"):
                 self.assertIn(name, parameters)
             self.assertNotIn("request", parameters)
-            self.assertEqual([parameters[name].default for name in ("error", "lattice", "no_value_color", "simplify", "view")], [0.25, 5, "808080", True, None])
+            self.assertEqual([parameters[name].default for name in ("error", "lattice", "unit", "simplify", "view")], [0.25, 5, "voxel", True, None])
             self.assertIn("such as 500KiB", method.__doc__)
         with multitetra.connect(self.urls[0]) as server, self.assertRaises(TypeError):
             server.isosurface("gyroid", 0.1, normal_bits=8)

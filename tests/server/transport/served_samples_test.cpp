@@ -143,7 +143,7 @@ TEST(ServedSamples, RejectScalarsOfUnknownOrOtherWorlds) {
   ASSERT_TRUE(infos);
   const auto other = client.fetch(infos->at(0), colored_gyroid(), [](const FetchedStep&) {});
   ASSERT_FALSE(other);
-  EXPECT_NE(other.error().error.text.find("the axes"), std::string::npos);
+  EXPECT_NE(other.error().error.text.find("world axes"), std::string::npos);
   OpenStream none = colored_gyroid();
   none.scalars->dataset = "cold";
   const auto unknown = client.fetch(infos->at(0), none, [](const FetchedStep&) {});
