@@ -356,7 +356,7 @@ TEST_F(OpenApiTest, MatchesTheServer) {
 
 // The description names exactly the parameters that the server accepts.
 TEST_F(OpenApiTest, ListsAllParameters) {
-  for (const std::string what : {"isosurface", "slice", "value"}) {
+  for (const std::string what : {"isosurface", "slice", "probe"}) {
     expect_parameters_are_described(what);
   }
 }
