@@ -36,7 +36,10 @@ export class EmbeddedViewer {
       if (this.isFitDue) this.fit();
     });
     viewer.on("failed", (text) => this.fail(text));
-    viewer.on("progress", ({ surface }) => this.fail(viewer.surfaces.progressOf(surface).failure?.text));
+    viewer.on("progress", ({ surface }) => {
+      const { failure, phase } = viewer.surfaces.progressOf(surface);
+      this.fail(failure?.text ?? (phase === "lost" ? "No connection to the server; trying again." : undefined));
+    });
     viewer.on("picked", (place) => this.events.emit("picked", pickOf(place)));
   }
 

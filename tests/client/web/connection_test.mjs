@@ -184,7 +184,7 @@ async function livesInAnotherPage(page) {
   const web = new URL("../../../client/web/", import.meta.url).pathname;
   const built = path.join(scratch, "module");
   execFileSync(path.join(web, "node_modules/.bin/vite"), ["build", "--config", "vite.module.config.ts", "--outDir", built, "--emptyOutDir", "--logLevel", "error"], { cwd: web });
-  const host = "http://journal.example";
+  const host = "http://127.0.0.1:8123"; // Nothing listens there. Chromium lets no public site connect to this machine.
   const allowing = await serve("--allow-origin", host);
   const types = { html: "text/html", js: "text/javascript", css: "text/css", wasm: "application/wasm" };
   await page.route(`${host}/**`, (route) => {
@@ -197,6 +197,7 @@ async function livesInAnotherPage(page) {
     return route.fulfill({ contentType: types[name.split(".").pop()], body: readFileSync(path.join(built, name)) });
   });
   page.mayBeAt(new URL(host).host);
+  page.mayLoseItsConnection = true;
   await page.emulateMedia({ colorScheme: "dark" });
   await page.goto(`${host}/`);
   const said = await page.evaluate(async (server) => {
@@ -217,8 +218,11 @@ async function livesInAnotherPage(page) {
     const png = await viewer.picture();
     viewer.set({ dataset: "nosuch" });
     await until(([kind]) => kind === "error");
+    const lonely = new Viewer(document.body.appendChild(document.createElement("div")), { server: "http://127.0.0.1:1/" });
+    const connection = await new Promise((resolve) => lonely.on("error", resolve));
+    lonely.dispose();
     const { color, position } = getComputedStyle(document.querySelector(".notice"));
-    const told = { heard: JSON.parse(JSON.stringify(heard)), ignored, refused, png: png.type, surfaces: viewer.get().surfaces, style: { color, position } };
+    const told = { heard: JSON.parse(JSON.stringify(heard)), connection, ignored, refused, png: png.type, surfaces: viewer.get().surfaces, style: { color, position } };
     viewer.dispose();
     return told;
   }, allowing.page);
@@ -230,6 +234,7 @@ async function livesInAnotherPage(page) {
   assert(previews.every(([, { errorWorld, errorVoxels }]) => errorWorld === null && errorVoxels === null), "previews have no bound");
   assert.match(said.heard.find(([kind]) => kind === "error")[1], /nosuch/);
   assert.equal(said.png, "image/png");
+  assert.match(said.connection, /No connection to the server/);
   assert.equal(said.surfaces[0].visible, true, "fields of a surface have defaults");
   assert.deepEqual(said.style, { color: "rgb(0, 0, 0)", position: "static" }, "the page keeps its styles");
 }
