@@ -4,6 +4,7 @@
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync, rmSync } from "node:fs";
+import { createServer } from "node:http";
 import net from "node:net";
 import path from "node:path";
 
@@ -182,20 +183,19 @@ function saysSettings(page, settings) {
 // The npm module, in a page of another origin, which has styles of its own.
 async function livesInAnotherPage(page) {
   const web = new URL("../../../client/web/", import.meta.url).pathname;
-  const built = path.join(scratch, "module");
+  const built = path.resolve(scratch, "module");
   execFileSync(path.join(web, "node_modules/.bin/vite"), ["build", "--config", "vite.module.config.ts", "--outDir", built, "--emptyOutDir", "--logLevel", "error"], { cwd: web });
-  const host = "http://127.0.0.1:8123"; // Nothing listens there. Chromium lets no public site connect to this machine.
-  const allowing = await serve("--allow-origin", host);
   const types = { html: "text/html", js: "text/javascript", css: "text/css", wasm: "application/wasm" };
-  await page.route(`${host}/**`, (route) => {
-    const name = new URL(route.request().url()).pathname.slice(1);
-    if (name === "") {
-      return route.fulfill({ contentType: "text/html", body: `<title>journal</title><link rel="icon" href="data:,"><link rel="stylesheet" href="/style.css">
-        <script type="importmap">{ "imports": { "multitetra-viewer": "/multitetra-viewer.js" } }</script>
-        <p class="notice">A word of the page.</p><div id="place" style="width: 600px; height: 400px"></div>` });
-    }
-    return route.fulfill({ contentType: types[name.split(".").pop()], body: readFileSync(path.join(built, name)) });
+  const journalPage = `<title>journal</title><link rel="icon" href="data:,"><link rel="stylesheet" href="/style.css">
+    <script type="importmap">{ "imports": { "multitetra-viewer": "/multitetra-viewer.js" } }</script>
+    <p class="notice">A word of the page.</p><div id="place" style="width: 600px; height: 400px"></div>`;
+  const journal = createServer(({ url }, reply) => {
+    reply.setHeader("Content-Type", types[url === "/" ? "html" : url.split(".").pop()]);
+    reply.end(url === "/" ? journalPage : readFileSync(path.join(built, url)));
   });
+  await new Promise((resolve) => journal.listen(0, "127.0.0.1", resolve));
+  const host = `http://127.0.0.1:${journal.address().port}`;
+  const allowing = await serve("--allow-origin", host);
   page.mayBeAt(new URL(host).host);
   page.mayLoseItsConnection = true;
   await page.emulateMedia({ colorScheme: "dark" });
@@ -226,6 +226,7 @@ async function livesInAnotherPage(page) {
     viewer.dispose();
     return told;
   }, allowing.page);
+  journal.close();
   assert.match(said.refused[0], /TypeError: Unknown or invalid: error/);
   assert.match(said.refused[1], /TypeError: No event "state of things"; the events are state,/);
   assert.deepEqual(said.ignored, ["error", "nonsense"]);
