@@ -158,7 +158,7 @@ class Server::Running {
     signals_.async_wait([this](error_code cancelled, int signal) {
       // A signal that is already queued is delivered even after stop_now() cancels the wait.
       if (cancelled || is_stopping_) return;
-      if (signal == SIGHUP) {
+      if (signal == SIGHUP && !options_.ends_on_hangup) {
         reload_now();
       } else if (admission_.is_draining()) {
         stop_now();

@@ -44,11 +44,14 @@ lists() {
   done
   fail "datasets \"$(names)\" instead of \"$1\""
 }
-ends_by_interrupt() {
+ends_by_interrupt() { ends_by INT; }  # Ctrl-C.
+ends_by() {
   local status=0
-  kill -INT "$pid"
+  kill -"$1" "$pid"
+  for _ in $(seq 200); do kill -0 "$pid" 2>/dev/null || break; sleep 0.05; done
+  ! kill -0 "$pid" 2>/dev/null || { fail "still running after SIG$1"; kill -9 "$pid"; }
   wait "$pid" || status=$?
-  [ "$status" = 0 ] || fail "exit code $status after Ctrl-C"
+  [ "$status" = 0 ] || fail "exit code $status after SIG$1"
 }
 # volume FILE KIND: writes 12 samples per side; KIND is a function of x and y.
 volume() {
@@ -71,7 +74,7 @@ grep -qF "look='${shown#visible_female_head}'" "$project/server/demo.sh" || fail
 lists "visible_female_head"
 grep -qF "$url/#dataset=visible_female_head" opened || fail "the browser opened $(cat opened)"
 curl -s "$url/" | grep -qi '<html\|no viewer' || fail "no page at $url/"
-ends_by_interrupt
+ends_by HUP  # The terminal was closed.
 
 # --- prepared datasets are found again by content, also in another folder
 mkdir volumes  # Volumes are prepared again when there are newer files beside them, which may belong to them.

@@ -251,6 +251,7 @@ ServerOptions server_options(const ListenerOptions& o) {
   return {.listen = tcp ? tcp->listen : Endpoint{},
           .has_tcp_listener = tcp.has_value(),
           .heed_signals = true,
+          .ends_on_hangup = o.ends_on_hangup,
           .drain_time = milliseconds(o.drain_seconds),
           .admission = std::move(admission),
           .service = {.requests = o.requests},
@@ -310,7 +311,7 @@ void raise_open_file_limit(const ListenerOptions& o) {
 }  // namespace
 
 void begin_serving(const ListenerOptions& o, const std::string& without_tokens) {
-  std::signal(SIGHUP, SIG_IGN);  // Until the server reloads on it.
+  if (!o.ends_on_hangup) std::signal(SIGHUP, SIG_IGN);  // Until the server reloads on it.
   configure_allocator();
   start_log({.format = log_format_from(o.log_format).value(),
              .level = log_level_from(o.log_level).value()});

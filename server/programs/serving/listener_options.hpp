@@ -32,6 +32,8 @@ struct ListenerOptions {
   std::vector<std::string> allowed_hosts = {};
   std::vector<std::string> trusted_proxies = {};
 
+  bool ends_on_hangup = false;  // No option: SIGHUP ends the program instead of reloading.
+
   std::size_t max_connections = 1024;
   std::size_t max_connections_per_address = 256;
   double max_requests_per_second = 200;

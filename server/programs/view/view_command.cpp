@@ -269,6 +269,7 @@ int view(const ViewArguments& arguments) {
   options.listeners.http = arguments.http;
   options.listeners.log_level = "error";
   options.listeners.drain_seconds = 1;
+  options.listeners.ends_on_hangup = true;
   options.threads = arguments.threads;
   options.datasets = volumes.datasets();
   return serve_until_stopped(options, [&](const OpenServer& server) {
