@@ -60,8 +60,8 @@ struct PrometheusMetrics::Families {
   Family<Counter>& errors = counter(registry, "multitetra_errors_total", "Error replies, by code.");
   Family<Counter>& http_answers = counter(registry, "multitetra_http_answers_total",
                                           "HTTP replies, by kind of request and by status.");
-  Family<Histogram>& http_seconds = histogram(
-      registry, "multitetra_http_answer_seconds", "Time from an HTTP request to its reply, by kind.");
+  Family<Histogram>& http_seconds = histogram(registry, "multitetra_http_answer_seconds",
+                                              "Time from an HTTP request to its reply, by kind.");
   Family<Histogram>& first_tile = histogram(registry, "multitetra_first_tile_seconds",
                                             "Time from a request to its first tile.");
   Family<Histogram>& last_tile =
@@ -130,6 +130,14 @@ struct PrometheusMetrics::Families {
 };
 
 PrometheusMetrics::PrometheusMetrics() : families_(std::make_unique<Families>()) {
+  BuildGauge()
+      .Name("multitetra_build_info")
+      .Help("Always 1; the label is the version.")
+      .Register(families_->registry)
+      .Add({{"version", MULTITETRA_VERSION}})
+      .Set(1);
+  gauge(families_->registry, "process_start_time_seconds", "When the process began, in Unix time.")
+      .SetToCurrentTime();
   // Prometheus sees the first increment only of a counter that was there before.
   for (const char* const what : {"certificate", "tokens file", "datasets", "credentials"}) {
     families_->reload_failures.Add({{"what", what}});

@@ -43,6 +43,17 @@ TEST(PrometheusMetrics, CountRequestsTilesBytesAndTimesByOutcome) {
   EXPECT_TRUE(
       has(text, "multitetra_first_tile_seconds_bucket{transport=\"websocket\",le=\"0.025\"} 1"));
   EXPECT_TRUE(has(text, "multitetra_last_tile_seconds_count{transport=\"websocket\"} 1"));
+  EXPECT_TRUE(has(text, "multitetra_build_info{version=\"" MULTITETRA_VERSION "\"} 1"));
+}
+
+TEST(PrometheusMetrics, MeasureTheTimeOfHttpReplies) {
+  PrometheusMetrics metrics;
+  metrics.http_answered({}, {.kind = "isosurface", .status = 200, .seconds = 0.3});
+  const std::string text = metrics.text({});
+  const std::string name = "multitetra_http_answer_seconds";
+  EXPECT_TRUE(has(text, name + "_count{kind=\"isosurface\"} 1"));
+  EXPECT_TRUE(has(text, name + "_bucket{kind=\"isosurface\",le=\"0.25\"} 0"));
+  EXPECT_TRUE(has(text, name + "_bucket{kind=\"isosurface\",le=\"0.5\"} 1"));
 }
 
 TEST(PrometheusMetrics, CountReadsOfDatasets) {
