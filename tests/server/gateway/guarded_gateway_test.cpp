@@ -251,7 +251,7 @@ TEST(GuardedGateway, ForwardsHttpRequestIdsToServerLogs) {
     return std::string(http.get("/v1/datasets/octahedron/" + target)["X-Request-Id"]);
   };
   const std::string surface = id_of("isosurface?isovalue=0&format=ply");
-  const std::string value = id_of("value?at=0,0,0");
+  const std::string value = id_of("probe?at=0,0,0");
   ASSERT_TRUE(eventually([&] { return numbers->seen().size() >= 2; }));
   EXPECT_EQ(numbers->seen(), (std::vector{"stream " + surface, "probe " + value}));
 }

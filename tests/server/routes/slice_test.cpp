@@ -122,11 +122,11 @@ TEST_F(SliceTest, NamesInvalidParameters) {
   expect_refused("slice?normal=nan,0,1", "no direction");
   expect_refused("slice?origin=nan,0,0&right=1,0,0&down=0,1,0&width=2&height=2", "1e100");
   expect_refused("slice?width=1500&height=1500&normal=0,0,1&extent=9", "pixels", 422);
-  expect_refused("value", "at=X,Y,Z");
+  expect_refused("probe", "at=X,Y,Z");
 }
 
 TEST_F(SliceTest, ReturnsValueAndGradientAtAPoint) {
-  const auto response = get("value?at=2.5,3,8&at=99,0,0");
+  const auto response = get("probe?at=2.5,3,8&at=99,0,0");
   ASSERT_EQ(response.result_int(), 200U) << response.body();
   const Json places = Json::parse(response.body()).at("places");
   ASSERT_EQ(places.size(), 2U);
