@@ -32,8 +32,8 @@ struct ServerOptions {
   bool has_tcp_listener = true;
   // SIGINT and SIGTERM drain, and a second one stops at once. SIGHUP reloads.
   bool heed_signals = false;
-  bool ends_on_hangup =
-      false;  // SIGHUP is like SIGTERM: for programs that end with their terminal.
+  // SIGHUP is like SIGTERM: for programs that end with their terminal.
+  bool ends_on_hangup = false;
   std::chrono::milliseconds drain_time{30'000};  // For running requests when draining.
   AdmissionOptions admission = {};
   LocalServiceOptions service = {};  // For a server of datasets.
