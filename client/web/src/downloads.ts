@@ -132,7 +132,8 @@ export class Downloads {
     const { viewer } = this;
     const tiles = viewer.surfaces.shownTiles(viewer.get()).filter(({ at, shown }) => shown.info.member?.label && (!only || only.includes(at)));
     if (tiles.length === 0) return viewer.notices.announce("No labels are shown.", true);
-    const measures = new Map(await Promise.all(tiles.map(async ({ shown, drawn }) => {
+    const complete = tiles.filter((one) => one.shown.facts.spacing === 1); // The volumes of previews may be far off.
+    const measures = new Map(await Promise.all(complete.map(async ({ shown, drawn }) => {
       const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
       const found = await viewer.pool.measure(drawn, toWorld, null).catch(() => null);
       return [shown.info.name, { found, bound: boundOf(shown) }] as const;
@@ -148,6 +149,8 @@ export class Downloads {
       };
     });
     this.save(new Blob([labelTable(rows, shown[0].lengthUnit)], { type: "text/csv" }), "csv");
+    const waiting = tiles.length - complete.length;
+    if (waiting > 0) viewer.notices.announce(`The table has no volumes of ${waiting} labels, which are still being refined.`, true);
   }
 
   private async copy(text: string, what: string): Promise<void> {

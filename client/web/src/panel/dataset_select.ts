@@ -1,7 +1,7 @@
 // Selects a dataset in the same world as another one: fields of the same series first.
 import type { DatasetInfo } from "../protocol/messages";
 import { h } from "../shared/elements";
-import { entriesOf, findByName, isSameSeries, memberOfField, seriesOf } from "../state/series";
+import { type Entry, entriesOf, findByName, isSameSeries, memberOfField, seriesOf } from "../state/series";
 import { worldDifference } from "../stream/dataset";
 
 export interface DatasetSelect {
@@ -63,8 +63,14 @@ function offersFor(
       .filter((one) => isOffered(one.info)).map((one) => ({ name: one.info.name, words: one.words })),
     others: entriesOf(list)
       .filter((one) => isOffered(one.info) && worldDifference(info, one.info) === null && !(fields.length > 0 && isSameSeries(one.info, info)))
-      .map(({ name }) => ({ name, words: name })),
+      .flatMap((one) => offersOf(list, one)),
   };
+}
+
+// Each field of a series.
+function offersOf(list: readonly DatasetInfo[], { name, info, series }: Entry): Offer[] {
+  if (!series || series.fields.length < 2) return [{ name, words: name }];
+  return series.fields.map((field) => ({ name: firstOf(list, info, field).name, words: `${name}: ${field || "(no name)"}` }));
 }
 
 function firstOf(list: readonly DatasetInfo[], info: DatasetInfo, field: string): DatasetInfo {
@@ -77,6 +83,6 @@ function firstOf(list: readonly DatasetInfo[], info: DatasetInfo, field: string)
 function chosenOf(list: readonly DatasetInfo[], info: DatasetInfo | null, wanted: string): string {
   const by = findByName(list, wanted);
   if (!wanted || !by || !info) return wanted;
-  if (isSameSeries(by, info) && by.member && (seriesOf(list, by)?.fields.length ?? 0) > 1) return firstOf(list, info, by.member.field).name;
+  if (by.member && (seriesOf(list, by)?.fields.length ?? 0) > 1) return firstOf(list, by, by.member.field).name;
   return seriesOf(list, by)?.name ?? by.name;
 }
