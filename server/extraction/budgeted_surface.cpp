@@ -16,10 +16,9 @@
 namespace multitetra {
 namespace {
 
-// By a quick estimate, the first surface exceeds the budget by at most the first factor. It may
-// fall below it by the second: then its last collapses are undone.
+// By a quick estimate, the first surface exceeds the budget by at most this factor. If it is within
+// the budget, a finer one may be so, too.
 constexpr double kFirstPart = 1.5;
-constexpr double kMinFirstPart = 0.5;
 // Models with fewer triangles are built at once: that is faster than estimating.
 constexpr double kSmall = 150'000;
 constexpr double kSafetyFactor = 0.985;  // Smaller surfaces have slightly more bytes per triangle.
@@ -47,7 +46,7 @@ class BudgetedSimplification {
       level_ = schedule_.lowest_fitting(sizes.of, 0, schedule_.last(), kFirstPart);
     }
     most_ = first_most();
-    while (begin(), part() < kMinFirstPart && level_ > 0) {
+    while (begin(), part() < 1 && level_ > 0) {
       level_ = finer_level({level_, part()});
     }
     first_level_ = level_;
@@ -65,7 +64,9 @@ class BudgetedSimplification {
     std::optional<TriedLevel> before;
     while (left() > most_ && level_ < schedule_.last()) {
       const TriedLevel now = {level_, left() / most_};
-      level_ = coarser_level(std::exchange(before, now), now, schedule_.last());
+      // The first small error removes far more than the next: from there sizes are extrapolated.
+      level_ = level_ == 0 ? 1 : coarser_level(before, now, schedule_.last());
+      before = now;
       simplifier_->simplify(options(), stop_);
     }
     // A coarser model leaves fewer triangles where only the topology preserves them.

@@ -214,5 +214,40 @@ TEST(LargeBudgetedSurfaces, UseNearlyAllOfTheirBudget) {
   EXPECT_GT(made.at_least, 0);
 }
 
+// Whatever the estimate says.
+TEST(LargeBudgetedSurfaces, EqualTheRequestWithABudgetThatItMeets) {
+  std::mt19937_64 random(48);
+  const DatasetPtr dataset = prepared(
+      {"large_noisy_ball", fields::sampled<float>({96, 96, 96}, [&random](int x, int y, int z) {
+         const double noise = 12 * fields::uniform(random) - 6;
+         return 36 - std::hypot(x - 47.3, y - 48.1, z - 47.7) + noise;
+       })});
+  const SurfaceExtractor extractor(dataset);
+  IsosurfaceRequest request{.isovalue = 0, .error = 0.5, .simplify = true};
+  const std::size_t own = mesh_of(extractor.extract({.request = request})).triangles.size();
+  for (const double part : {1.0, 1.1, 1.3, 1.8}) {
+    request.max_triangles = static_cast<std::uint64_t>(part * static_cast<double>(own));
+    const BudgetedSurface made = surface_within_budget(extractor, request, bytes_of, {});
+    EXPECT_EQ(made.at_least, 0) << part;
+    EXPECT_EQ(mesh_of(made.surface).triangles.size(), own) << part;
+  }
+}
+
+// A budget must not give a larger error than a plain request of the same size.
+TEST(SmallBudgetedSurfaces, AreNoWorseThanPlainRequestsOfTheirSize) {
+  const DatasetPtr dataset =
+      prepared({"torus", fields::sampled<float>({97, 97, 97}, [](int x, int y, int z) {
+                  return 12 - std::hypot(std::hypot(x - 47.3, y - 48.1) - 28, z - 47.7);
+                })});
+  const SurfaceExtractor extractor(dataset);
+  for (const double error : {0.1, 0.2, 0.4}) {
+    const IsosurfaceRequest plain{.isovalue = 0, .error = error, .simplify = true};
+    IsosurfaceRequest budgeted{.isovalue = 0, .error = 0, .simplify = true};
+    budgeted.max_triangles = mesh_of(extractor.extract({.request = plain})).triangles.size();
+    const BudgetedSurface made = surface_within_budget(extractor, budgeted, bytes_of, {});
+    EXPECT_LE(made.at_least, 1.5 * error) << budgeted.max_triangles;
+  }
+}
+
 }  // namespace
 }  // namespace multitetra::testing
