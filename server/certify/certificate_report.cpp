@@ -73,7 +73,7 @@ std::string error_line(const Certificate& certificate, const CertifyOptions& opt
   return {};
 }
 
-std::string topology_line(const Certificate& certificate) {
+std::string topology_line(const Certificate& certificate, const CertifyOptions& options) {
   const bool is_kept = certificate.keeps_topology();
   if (!certificate.is_topology_asked) {
     return std::string(is_kept ? "that of the full surface" : "different from the full surface") +
@@ -87,7 +87,10 @@ std::string topology_line(const Certificate& certificate) {
     return "NOT KEPT: " + human_count_of(static_cast<std::uint64_t>(reversed), "component") +
            " inside out";
   }
-  return "kept: components and Euler characteristic are those of the full surface";
+  std::string without;
+  if (options.min_component > 0)
+    without = ", without the components that --min-component leaves out";
+  return "kept: components and Euler characteristic are those of the full surface" + without;
 }
 
 std::string watertight_text(const Certificate& certificate) {
@@ -248,7 +251,7 @@ std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
   return std::string(headline(certificate)) + printable(files.mesh) + ", for the surface of " +
          printable(files.volume) + " at isovalue " + shortest_text(options.isovalue) + ".\n" +
          text_table({{"  error", error_line(certificate, options, lengths)},
-                     {"  topology", topology_line(certificate)}}) +
+                     {"  topology", topology_line(certificate, options)}}) +
          "\n" + distances_text(certificate, lengths) + "\n" + topology_text(certificate) +
          hint(certificate, options);
 }

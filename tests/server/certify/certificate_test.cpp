@@ -389,6 +389,10 @@ TEST(CertificateReport, StartsWithTheVerdictAndContainsTheNumbers) {
   EXPECT_EQ(json["distances"]["mesh_to_full"]["world"]["maximum"],
             kept.distance.mesh_to_reference.maximum);
   EXPECT_TRUE(json["self_intersections"].is_object());
+  CertifyOptions filtered = options;
+  filtered.min_component = 12;
+  EXPECT_NE(text_of(kept, files, filtered).find("that --min-component leaves out"),
+            std::string::npos);
   Certificate open = kept;
   open.error = ErrorVerdict::kUndecided;
   open.distance.mesh_to_reference.undecided = 1234;
