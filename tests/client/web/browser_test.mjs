@@ -8,9 +8,11 @@ import path from "node:path";
 import {
   atKeyboard, complete, finish, notice, open, patience, run, scratch, serveFolder, server, surfacePixels, test,
 } from "./in_a_browser.mjs";
+import { samplesOf, writeNrrd } from "./made_volumes.mjs";
 
 await test("ShowsAndChecksASurface", showsASurface);
 await test("ReceivesSamplesForSmallErrors", receivesSamples);
+await test("ShowsDataWithNearlyRectangularAxes", showsRoundedAxes);
 await test("KeepsASurfaceWhileDraggingTheIsovalue", followsADrag);
 await test("ControlsKeepTheirPositions", keepsItsControls);
 await test("RefinesADraggedRegion", refinesARegion);
@@ -1038,4 +1040,18 @@ async function exchangesMessages(page) {
   assert.equal(back.find(({ id }) => id === "refused").state.dataset, "gyroid");
   assert.deepEqual([...new Set(back.filter(({ multitetra }) => multitetra === "shown").map(({ isovalue }) => isovalue))], [0.4]);
   assert(await frame.locator(".notice").isHidden(), "the failure is no longer shown");
+}
+
+// The numbers of axes in files are rounded, so that their right angles are, too. Both sides compute the bounds of quantized
+// samples from the longest diagonal of a cell.
+async function showsRoundedAxes(page) {
+  const folder = path.join(scratch, "rounded");
+  mkdirSync(folder, { recursive: true });
+  const volume = path.join(scratch, "rounded.nrrd");
+  writeNrrd(volume, 64, samplesOf(64, (x, y, z) => 900 - 30 * Math.hypot(x - 31, y - 30, z - 33)),
+    "space: left-posterior-superior\nspace directions: (1,0.0001,0) (0,1,0) (0,0,1)\n");
+  run("prepare", volume, "--name", "rounded", "--force", "-o", path.join(folder, "rounded.mtd"));
+  await open(page, "#dataset=rounded&isovalue=300.5&error=0.25", await serveFolder(folder));
+  const shown = await complete(page);
+  assert(shown.triangles > 1000, JSON.stringify(shown));
 }
