@@ -9,6 +9,7 @@ import type { StepFacts } from "./state/progress";
 import type { Settings } from "./state/settings";
 import type { Viewer } from "./viewer";
 import type { PictureOptions } from "./viewer_options";
+import { isWeak, maxTrianglesOfWeakDevices, thisDevice } from "./weak_device";
 
 const together = 100; // Milliseconds: changes within this time are reported together.
 const maxPictureWait = 60_000; // Milliseconds without progress.
@@ -59,6 +60,11 @@ export class EmbeddedViewer {
     return this.viewer.get();
   }
 
+  // Limits the triangles on weak devices, for pages that do not choose the limit.
+  limitOnWeakDevices(): void {
+    if (isWeak(thisDevice(this.viewer.stage.renderer.getContext()))) this.viewer.set({ maxTriangles: maxTrianglesOfWeakDevices });
+  }
+
   // Shows the whole surface as set, once it is there.
   fit(): void {
     this.isFitDue = !this.viewer.surfaces.isCurrent(0);
@@ -72,6 +78,7 @@ export class EmbeddedViewer {
   // Rejects after a minute without progress: a picture of a frame that the browser does not draw, or of a very slow
   // surface, would never be complete.
   async picture(options: PictureOptions = {}): Promise<Blob> {
+    options.signal?.throwIfAborted();
     const wait = new AbortController();
     const error = new Error(`Nothing more of the surface arrived for ${maxPictureWait / 1000} s.`);
     const extend = () => {
@@ -81,11 +88,13 @@ export class EmbeddedViewer {
     let timer: number | undefined;
     extend();
     const ignore = this.viewer.on("progress", extend);
-    options.signal?.addEventListener("abort", () => wait.abort(options.signal!.reason));
+    const abort = () => wait.abort(options.signal!.reason);
+    options.signal?.addEventListener("abort", abort);
     try {
       return await this.viewer.picture({ ...options, signal: wait.signal });
     } finally {
       this.timers.clearTimeout(timer);
+      options.signal?.removeEventListener("abort", abort);
       ignore();
     }
   }

@@ -27,7 +27,6 @@ import { History } from "./state/history";
 import { persistentValues } from "./state/browser_storage";
 import { defaults, type Settings } from "./state/settings";
 import { fromAddress, ignoredParts } from "./state/url_state";
-import { isWeak, maxTrianglesOfWeakDevices, thisDevice } from "./weak_device";
 import { Downloads } from "./downloads";
 import { Viewer } from "./viewer";
 
@@ -109,9 +108,9 @@ viewer.frame.append(tools.element, hint);
 app.append(panel.element, bar.element, help.element);
 app.classList.toggle("is-embedded", new URLSearchParams(location.search).has("embed"));
 if (window.parent !== window) {
-  const isFree = fromAddress(location.hash).maxTriangles === undefined;
-  if (isFree && isWeak(thisDevice(viewer.stage.renderer.getContext()))) viewer.set({ maxTriangles: maxTrianglesOfWeakDevices });
-  new Embedding(new EmbeddedViewer(viewer), window.parent, ignoredParts(location.hash).map((part) => part.split("=")[0]));
+  const embedded = new EmbeddedViewer(viewer);
+  if (fromAddress(location.hash).maxTriangles === undefined) embedded.limitOnWeakDevices();
+  new Embedding(embedded, window.parent, ignoredParts(location.hash).map((part) => part.split("=")[0]));
 }
 installTooltips();
 installKeyboard(viewer, actions);

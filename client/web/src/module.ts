@@ -10,7 +10,6 @@ import { parseSettings } from "./state/parse_settings";
 import type { AdditionalSurface, Settings } from "./state/settings";
 import { Viewer as SceneViewer } from "./viewer";
 import type { PictureOptions, TokenStorage } from "./viewer_options";
-import { isWeak, maxTrianglesOfWeakDevices, thisDevice } from "./weak_device";
 
 export type { EmbeddedDataset, EmbeddedEvents, EmbeddedPick, EmbeddedStep } from "./embedded_events";
 export type { AdditionalSurface, Settings } from "./state/settings";
@@ -39,8 +38,7 @@ export class Viewer {
     if (ignored.length > 0) throw new TypeError(`Unknown or invalid: ${ignored.join(", ")}.`);
     this.viewer = new SceneViewer(element, { ...settings, server, token });
     this.embedded = new EmbeddedViewer(this.viewer);
-    const isFree = given.maxTriangles === undefined;
-    if (isFree && isWeak(thisDevice(this.viewer.stage.renderer.getContext()))) this.viewer.set({ maxTriangles: maxTrianglesOfWeakDevices });
+    if (given.maxTriangles === undefined) this.embedded.limitOnWeakDevices();
   }
 
   // Changes settings; `isDragging`: more changes follow immediately. Returns the names of unknown or invalid ones, such

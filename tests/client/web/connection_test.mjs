@@ -220,9 +220,10 @@ async function livesInAnotherPage(page) {
     await until(([kind]) => kind === "error");
     const lonely = new Viewer(document.body.appendChild(document.createElement("div")), { server: "http://127.0.0.1:1/" });
     const connection = await new Promise((resolve) => lonely.on("error", resolve));
+    const notice = document.querySelector("body > div:last-child .notice").textContent;
     lonely.dispose();
     const { color, position } = getComputedStyle(document.querySelector(".notice"));
-    const told = { heard: JSON.parse(JSON.stringify(heard)), connection, ignored, refused, png: png.type, surfaces: viewer.get().surfaces, style: { color, position } };
+    const told = { notice, heard: JSON.parse(JSON.stringify(heard)), connection, ignored, refused, png: png.type, surfaces: viewer.get().surfaces, style: { color, position } };
     viewer.dispose();
     return told;
   }, allowing.page);
@@ -236,6 +237,7 @@ async function livesInAnotherPage(page) {
   assert.match(said.heard.find(([kind]) => kind === "error")[1], /nosuch/);
   assert.equal(said.png, "image/png");
   assert.match(said.connection, /No connection to the server/);
+  assert(said.notice.includes(`--allow-origin ${host}`), said.notice);
   assert.equal(said.surfaces[0].visible, true, "fields of a surface have defaults");
   assert.deepEqual(said.style, { color: "rgb(0, 0, 0)", position: "static" }, "the page keeps its styles");
 }

@@ -84,4 +84,14 @@ describe("Embedding", () => {
     vi.useRealTimers();
     expect(hidden.said.at(-1)).toEqual({ multitetra: "error", id: 8, text: "No picture: Nothing more of the surface arrived for 60 s." });
   });
+
+  test("EndsPicturesBySignals", async () => {
+    const picture = ({ signal }: { signal: AbortSignal }) => new Promise((_, reject) => (signal.onabort = () => reject(signal.reason as Error)));
+    const viewer = new EmbeddedViewer({ on: () => () => {}, picture } as unknown as Viewer, globalThis as unknown as Window);
+    const end = new AbortController();
+    const pending = viewer.picture({ signal: end.signal });
+    end.abort(new Error("enough"));
+    await expect(pending).rejects.toThrow("enough");
+    await expect(viewer.picture({ signal: end.signal })).rejects.toThrow("enough");
+  });
 });

@@ -53,7 +53,7 @@ function group(label: string, offers: readonly Offer[]): HTMLElement[] {
 }
 
 // A field is identified by its first time, so that names do not change with the time.
-function offersFor(
+export function offersFor(
   list: readonly DatasetInfo[], info: DatasetInfo, isOffered: (one: DatasetInfo) => boolean,
 ): { fields: Offer[]; others: Offer[] } {
   const series = seriesOf(list, info);
