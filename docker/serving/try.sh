@@ -73,6 +73,11 @@ mesh() { echo "/v1/datasets/head/isosurface?isovalue=$1&error=2&format=glb"; }
 computed=multitetra_step_seconds_count  # Of requests that no cache answered.
 made='multitetra_requests_total{kind="isosurface",outcome="complete",transport="http"}'
 
+for listener in "$haproxy" "$nginx"; do
+  status=$(curl -s -o /dev/null -w '%{http_code}' "$listener/metrics")
+  [ "$status" = 403 ] || fail "$listener/metrics is public: $status"
+done
+
 # ---- repeats
 
 for isovalue in 100.5 200.5 300.5; do
