@@ -6,8 +6,8 @@
 #include <span>
 #include <string_view>
 
-#include "common/image/srgb.hpp"
 #include "common/image/picture.hpp"
+#include "common/image/srgb.hpp"
 
 namespace multitetra {
 

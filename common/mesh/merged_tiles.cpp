@@ -6,8 +6,8 @@
 #include <set>
 #include <vector>
 
-#include "common/mesh/disjoint_sets.hpp"
 #include "common/mesh/detail/edge_uses.hpp"
+#include "common/mesh/disjoint_sets.hpp"
 #include "common/mesh/vertex_numbers.hpp"
 
 namespace multitetra {

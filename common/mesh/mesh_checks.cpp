@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "common/mesh/disjoint_sets.hpp"
 #include "common/mesh/detail/edge_uses.hpp"
+#include "common/mesh/disjoint_sets.hpp"
 
 namespace multitetra {
 namespace {

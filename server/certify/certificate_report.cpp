@@ -87,10 +87,9 @@ std::string topology_line(const Certificate& certificate, const CertifyOptions& 
     return "NOT KEPT: " + human_count_of(static_cast<std::uint64_t>(reversed), "component") +
            " inside out";
   }
-  std::string without;
-  if (options.min_component > 0)
-    without = ", without the components that --min-component leaves out";
-  return "kept: components and Euler characteristic are those of the full surface" + without;
+  return std::string("kept: components and Euler characteristic are those of the full surface") +
+         (options.min_component > 0 ? ", without the components that --min-component leaves out"
+                                    : "");
 }
 
 std::string watertight_text(const Certificate& certificate) {

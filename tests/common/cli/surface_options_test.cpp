@@ -156,6 +156,11 @@ TEST(SurfaceOptions, ReadTheThresholdGrid) {
       std::string::npos);
 }
 
+TEST(JsonReport, AlwaysSaysWhetherSurfacesAreSimplified) {
+  EXPECT_EQ(json_of(IsosurfaceRequest{.simplify = true})["simplify"], true);
+  EXPECT_EQ(json_of(IsosurfaceRequest{.simplify = false})["simplify"], false);
+}
+
 TEST(JsonReport, IncludesAnExistingThresholdMap) {
   EXPECT_FALSE(json_of(IsosurfaceRequest{}).contains("thresholds"));
   const auto asked =
