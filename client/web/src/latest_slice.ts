@@ -4,6 +4,7 @@ import { Plane, Vector3 } from "three";
 
 import { halfSpaceInLattice } from "./scene/picking";
 import type { CutLines } from "./scene/slice_plane";
+import { nameOfLabel } from "./state/series";
 import type { Settings } from "./state/settings";
 import { latticeToWorld } from "./stream/dataset";
 import type { DatasetQueries, SliceGrid, SliceValues } from "./stream/dataset_queries";
@@ -78,7 +79,8 @@ export class LatestSlice {
       const lines = await Promise.all(surfaces.shownTiles(settings()).map(async ({ shown: surface, drawn, color }) => {
         const toWorld = latticeToWorld(surface.info, surface.resolution);
         const segments = await pool.cut(drawn, halfSpaceInLattice(plane, toWorld));
-        return { segments, toWorld, color };
+        const label = surface.info.member?.label;
+        return { segments, toWorld, color, label: label ? nameOfLabel(label, settings()) : null };
       })).catch(() => null); // Tiles were removed meanwhile: the arrival of new ones triggers another cut.
       if (lines && slice === this.slice) this.shows.lines(lines);
     }

@@ -1,5 +1,7 @@
-// Draws the scene as a picture file, opaque or transparent, with scale bar, axes, legends and measurements.
+// Draws the scene, and the slices beside it, as a picture file, opaque or transparent, with scale bar, axes, legends and measurements.
 import { annotate, type Annotations } from "./scene/annotations";
+import { h } from "./shared/elements";
+import type { SliceViews } from "./slice_views";
 import type { Stage } from "./scene/stage";
 import type { DatasetInfo } from "./protocol/messages";
 import { timeOf, timeText } from "./state/series";
@@ -30,15 +32,26 @@ export function pictureHeading(settings: Settings, info: DatasetInfo | null, isV
   return isVideoFrame && info?.member && time !== null ? [timeText(time, info.member.timeUnit)] : [];
 }
 
-// `element` determines the colors.
+// Draws the scene, and the slices beside it, if any. `element` contains both and determines the colors.
 export function drawPicture(
-  stage: Stage, element: HTMLElement, annotations: Annotations, { enlargement = 1, width, isTransparent = false }: PictureOptions,
+  stage: Stage, slices: SliceViews | null, element: HTMLElement, annotations: Annotations,
+  { enlargement = 1, width, isTransparent = false }: PictureOptions,
 ): HTMLCanvasElement {
   const { backgroundColor: own, color } = getComputedStyle(element);
   const isNone = own === "transparent" || own === "rgba(0, 0, 0, 0)";
   const paper = isNone ? getComputedStyle(document.body).backgroundColor : own;
-  const shownWidth = Math.max(1, stage.renderer.domElement.clientWidth);
-  const canvas = stage.picture(isTransparent ? null : paper, width ? stage.enlargementTo(width) : enlargement);
-  annotate(canvas.getContext("2d")!, annotations, canvas.width / shownWidth, color, paper);
-  return canvas;
+  const whole = element.getBoundingClientRect();
+  const shown = stage.renderer.domElement.getBoundingClientRect();
+  const widthOfScene = width && slices ? (width * shown.width) / whole.width : width;
+  const scene = stage.picture(isTransparent ? null : paper, widthOfScene ? stage.enlargementTo(widthOfScene) : enlargement);
+  const ratio = scene.width / Math.max(1, shown.width);
+  annotate(scene.getContext("2d")!, annotations, ratio, color, paper);
+  if (!slices) return scene;
+  const all = h("canvas");
+  [all.width, all.height] = [width ?? Math.round(ratio * whole.width), Math.round(ratio * whole.height)];
+  const context = all.getContext("2d")!;
+  context.drawImage(scene, ratio * (shown.x - whole.x), ratio * (shown.y - whole.y));
+  context.scale(ratio, ratio);
+  slices.drawOn(context, whole);
+  return all;
 }

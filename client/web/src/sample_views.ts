@@ -5,6 +5,7 @@ import type * as THREE from "three";
 import type { SliceSources } from "./latest_slice";
 import { Legend, type LegendValues } from "./panel/legend";
 import type { DatasetInfo } from "./protocol/messages";
+import type { Picked } from "./scene/picking";
 import type { Stage } from "./scene/stage";
 import type { LegendText } from "./shared/color_maps";
 import { h } from "./shared/elements";
@@ -14,7 +15,7 @@ import { SliceViews } from "./slice_views";
 import { scaleOf, slicePosition, Slices } from "./slices";
 import { findByName, rangeOf, timesOf } from "./state/series";
 import type { Settings } from "./state/settings";
-import type { Vec3 } from "./stream/dataset";
+import { applied, inverse, type Vec3 } from "./stream/dataset";
 
 export interface SampledWorld {
   info: DatasetInfo | null; // The dataset of the first surface.
@@ -33,12 +34,16 @@ export class SampleViews {
     private readonly sources: SliceSources,
     private readonly world: () => SampledWorld,
     turn: (changes: Partial<Settings>, isDragging: boolean) => void,
+    measure: (place: Picked) => void,
   ) {
     const current = () => ({
       info: this.world().info, sampled: this.sampled, settings: this.sources.settings(), rangeOfSamples: () => this.sampleRange(),
     });
     this.slices = new Slices(stage, sources, current);
-    this.views = new SliceViews(stage, sources, current, (cross, isDragging) => turn({ cross }, isDragging));
+    this.views = new SliceViews(stage, sources, current, (cross, isDragging) => turn({ cross }, isDragging), (world) => {
+      const info = this.sampled;
+      if (info) measure({ world, index: applied(inverse(info.indexToWorld), world), info, surface: null });
+    });
     this.ofSamples = new Legend({ label: "samples", colors: "sliceColors", level: "level", width: "windowWidth", isLog: "samplesLog" }, turn);
     this.ofField = new Legend({
       label: "the surface's colors", colors: "colors", level: "fieldLevel", width: "fieldWindow", isLog: "fieldLog",
@@ -54,6 +59,11 @@ export class SampleViews {
   // Marks their intersection, over the scene.
   get mark(): HTMLElement {
     return this.views.mark;
+  }
+
+  // The slices beside the scene, for pictures; null: they are hidden.
+  get drawn(): SliceViews | null {
+    return this.views.element.hidden ? null : this.views;
   }
 
   // The visible legends.

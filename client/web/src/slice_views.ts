@@ -27,9 +27,10 @@ export class SliceViews {
     private readonly sources: SliceSources,
     private readonly current: () => ShownSamples,
     moved: (cross: Vec3, isDragging: boolean) => void,
+    marked: (world: Vec3) => void, // A place to measure.
   ) {
     this.planes = [2, 1, 0].map((axis) => {
-      const view = new SliceView(axis, moved, (zoom) => this.setZoom(zoom));
+      const view = new SliceView(axis, moved, (zoom) => this.setZoom(zoom), marked);
       return { view, latest: new LatestSlice(sources, { slice: (slice) => view.showSlice(slice), lines: (lines) => view.showLines(lines) }) };
     });
     this.element.append(...this.planes.map(({ view }) => view.canvas));
@@ -56,7 +57,7 @@ export class SliceViews {
     const hasMoved = cross.some((at, axis) => at !== before?.[axis]);
     if (hasMoved && this.planes.some(({ view }) => view.hides(cross))) this.zoom = this.zoom && { ...this.zoom, center: cross };
     for (const { view, latest } of this.planes) {
-      view.show(info, cross, scale, this.zoom);
+      view.show(info, cross, scale, this.zoom, settings.places);
       const grid = view.grid(worldSpacing(sampled));
       const { origin, width, height } = grid;
       latest.request({ key: `${sampled.name} ${sampled.contentId} ${origin} ${width} ${height}`, dataset: sampled.name, grid });
@@ -89,6 +90,22 @@ export class SliceViews {
 
   private showValue(text: string): void {
     for (const { view } of this.planes) view.showValue(text);
+  }
+
+  // Draws all views where they are on the screen; `corner`: the element's whose corner is at (0, 0).
+  drawOn(context: CanvasRenderingContext2D, corner: DOMRect): void {
+    for (const { view } of this.planes) {
+      const { x, y, width, height } = view.canvas.getBoundingClientRect();
+      context.save();
+      context.translate(x - corner.x, y - corner.y);
+      context.beginPath();
+      context.rect(0, 0, width, height);
+      context.clip();
+      context.fillStyle = "#000000";
+      context.fill();
+      view.drawOn(context);
+      context.restore();
+    }
   }
 
   close(): void {

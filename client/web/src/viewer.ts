@@ -100,7 +100,7 @@ export class Viewer {
     this.samples = new SampleViews(this.stage, {
       queries: this.queries, surfaces: this.surfaces, pool: this.pool, settings: () => permittedSettings(this.get(), this.surfaces.datasets.get()),
       failed: (text) => this.notices.announce(text, true),
-    }, () => ({ info: this.info, list: this.list }), turn);
+    }, () => ({ info: this.info, list: this.list }), turn, (place) => this.addPlace(place));
     this.player = new TimePlayer(() => this.playbackState(), {
       isReady: (time) => this.surfaces.isPrepared(this.sceneAt(time), this.get(), this.requestView),
       prepare: (times) => this.surfaces.prepare(times.map((time) => this.sceneAt(time)), this.get(), this.requestView),
@@ -235,7 +235,8 @@ export class Viewer {
     const { decorations: { scale, visibleNumbers: numbers }, orientation: { arms: axes }, samples: { legendWords: legends } } = this;
     const { points, words } = this.measuring.measurement;
     const head = pictureHeading(this.get(), this.info, options.isVideoFrame === true);
-    return drawPicture(this.stage, this.element, { scale, numbers, axes, legends, points, words: [...head, ...words] }, options);
+    const slices = options.isVideoFrame ? null : this.samples.drawn;
+    return drawPicture(this.stage, slices, this.element, { scale, numbers, axes, legends, points, words: [...head, ...words] }, options);
   }
 
   // Ends all work; empties the element.
@@ -386,8 +387,12 @@ export class Viewer {
   }
 
   private receivePick(place: Picked): void {
-    this.measuring.add(place);
     if (this.get().layout === "four") this.set({ cross: place.world });
+    this.addPlace(place);
+  }
+
+  private addPlace(place: Picked): void {
+    this.measuring.add(place);
     this.events.emit("picked", place);
   }
 }

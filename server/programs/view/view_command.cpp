@@ -16,9 +16,11 @@
 #include <vector>
 
 #include "common/base/exit_codes.hpp"
+#include "common/base/number_text.hpp"
 #include "common/base/percent_encoded.hpp"
 #include "common/cli/program.hpp"
 #include "common/cli/terminal.hpp"
+#include "common/request/same_world.hpp"
 #include "server/dataset/label_detection.hpp"
 #include "server/dataset/prepared_file.hpp"
 #include "server/programs/commands.hpp"
@@ -208,6 +210,8 @@ class ViewedVolumes {
     try {
       (void)work_->preparation.prepare_unless_up_to_date(job);
       const PreparedFile prepared(job.output.string());
+      if (!first_) first_ = prepared.info();
+      if (job.member && job.member->label && work_->prepared == 0) report_other_grid(job.input, prepared.info());
       const bool has_labels = looks_like_labels(prepared.info(), *prepared.samples());
       if (has_labels && !arguments_.no_labels) add_labels_of(job.input);
       return true;
@@ -219,7 +223,21 @@ class ViewedVolumes {
     }
   }
 
+  // Prints how the grid of labels differs from that of the volume.
+  void report_other_grid(const std::string& input, const DatasetInfo& labels) const {
+    const std::string mismatch = world_mismatch(*first_, labels);
+    if (!mismatch.empty()) {
+      print_line("The labels of '" + input + "' do not belong to '" + first_->name +
+                 "': " + mismatch);
+    } else if (labels.dims != first_->dims || labels.index_to_world != first_->index_to_world) {
+      print_line("The labels of '" + input + "' are on another grid (" + sides_text(labels.dims) +
+                 " samples) than '" + first_->name + "' (" + sides_text(first_->dims) +
+                 "): they appear where their header places them.");
+    }
+  }
+
   const ViewArguments& arguments_;
+  std::optional<DatasetInfo> first_;  // The first one prepared.
   DatasetFolders folders_;
   std::vector<std::string> datasets_;
   bool has_datasets_ = false;
@@ -300,7 +318,7 @@ void add_view_command(Command& program, Run& run) {
       ->type_name("SOURCE");
   command
       ->add_option("--labels", a->labels,
-                   "Label map on the same grid, shown with the volume; default: those of an "
+                   "Label map shown with the volume; default: those of an "
                    "OME-Zarr, or one named like the volume, such as ct_seg.nii.gz")
       ->type_name("FILE|FOLDER");
   command->add_flag("--no-labels", a->no_labels, "Do not show label maps as labels");

@@ -2,7 +2,7 @@
 //
 //   node browser_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
-import { mkdirSync, readFileSync } from "node:fs";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";
 
 import {
@@ -680,9 +680,38 @@ async function linksSlices(page) {
   await page.focus(".slice-view");
   await page.keyboard.press("PageDown");
   await page.waitForFunction(() => /,42(&|$)/.test(location.hash));
+  await measuresInSlices(page, views.first());
   await page.click('[aria-label="Slices beside the surface"]');
   await page.waitForFunction(() => !/layout/.test(location.hash));
   assert(await page.isHidden(".slice-view"));
+}
+
+// Two double clicks measure a length, which the view shows; the exported picture has the slices, with it.
+async function measuresInSlices(page, view) {
+  const { x, y, width, height } = await view.boundingBox();
+  const yellow = () => view.evaluate((canvas) => {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return data.filter((red, i) => i % 4 === 0 && red === 0xff && data[i + 1] === 0xd2 && data[i + 2] === 0x4a).length;
+  });
+  assert.equal(await yellow(), 0);
+  await page.mouse.dblclick(x + 0.4 * width, y + height / 2);
+  await page.waitForFunction(() => /places=/.test(location.hash));
+  await page.mouse.dblclick(x + 0.6 * width, y + height / 2);
+  await page.waitForFunction(() => /places=[^&]*(;|%3B)/.test(location.hash));
+  const [, length] = (await page.locator(".picked .distance").first().textContent()).match(/^A to B: ([\d.]+) mm /);
+  const { low, high } = await page.evaluate(() => {
+    const [a, b] = new URLSearchParams(location.hash.slice(1)).get("places").split(";").map((place) => place.split(",").map(Number));
+    return { low: a, high: b };
+  });
+  assert(Math.abs(Math.abs(high[0] - low[0]) - Number(length)) < 0.1 && Math.abs(high[2] - 42) < 1e-6, `${low}, ${high}: ${length}`);
+  await page.waitForTimeout(300);
+  assert(await yellow() > 100, "the line is drawn");
+  const bytes = await downloaded(page, "Picture");
+  if (process.env.KEEP) writeFileSync(`${process.env.KEEP}/slices.png`, bytes);
+  const [pictureWidth, pictureHeight] = [bytes.readUInt32BE(16), bytes.readUInt32BE(20)];
+  const whole = await page.locator(".multitetra").boundingBox();
+  assert(Math.abs(pictureWidth / pictureHeight - whole.width / whole.height) < 0.01, `${pictureWidth} x ${pictureHeight}, ${JSON.stringify(whole)}`);
+  await page.keyboard.press("Escape");
 }
 
 // A zoomed view shows a part of its plane: equal steps of the mouse move the crosshair less far.

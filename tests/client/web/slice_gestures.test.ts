@@ -6,7 +6,7 @@ function heard() {
   const note = (name: keyof SliceActions) => (...values: unknown[]) => void calls.push([name, ...values]);
   const canvas = Object.assign(new EventTarget(), { setPointerCapture: () => {}, clientWidth: 100, clientHeight: 80 });
   listenToSlice(canvas as unknown as HTMLCanvasElement, {
-    moveCross: note("moveCross"), step: note("step"), zoom: note("zoom"), pan: note("pan"), resetZoom: note("resetZoom"),
+    moveCross: note("moveCross"), step: note("step"), zoom: note("zoom"), pan: note("pan"), resetZoom: note("resetZoom"), mark: note("mark"),
   });
   const send = (type: string, values: object) => canvas.dispatchEvent(Object.assign(new Event(type), values));
   const point = (type: string, pointerId: number, offsetX: number, offsetY: number, button = 0, shiftKey = false) =>
@@ -52,5 +52,14 @@ describe("SliceGestures", () => {
     send("wheel", { ...wheel, deltaY: 80 });
     send("wheel", { ...wheel, deltaY: 300, ctrlKey: true });
     expect(calls).toEqual([["step", "normal", -2], ["zoom", Math.exp(-1), 3, 4]]);
+  });
+
+  test("MarkPlacesByDoubleClicksAndTheCrosshairByAKey", () => {
+    const { calls, send } = heard();
+    send("dblclick", { offsetX: 7, offsetY: 9 });
+    send("keydown", { key: "m" });
+    send("keydown", { key: "m", ctrlKey: true });
+    send("keydown", { key: "f" });
+    expect(calls).toEqual([["mark", { x: 7, y: 9 }], ["mark", null], ["resetZoom"]]);
   });
 });

@@ -1,5 +1,6 @@
 import { colorAt, colorMaps, colorRow } from "../../../client/web/src/shared/color_maps";
 import { boxBetween } from "../../../client/web/src/scene/crop";
+import { labelsAt } from "../../../client/web/src/scene/slice_drawing";
 import { axisNormal, cutCorners, extentAlong, maxPixels, planeGrid, seenPart, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
 import { planeAxes } from "../../../client/web/src/scene/slice_view";
 import { crossOf, planesThrough, scaleOf, slicePosition, windowOf } from "../../../client/web/src/slices";
@@ -186,5 +187,29 @@ describe("ColorMaps", () => {
       };
       for (let i = 1; i <= 20; ++i) expect(lightness(i / 20)).toBeGreaterThan(lightness((i - 1) / 20));
     }
+  });
+});
+
+describe("LabelsAt", () => {
+  // The contour of a square of side 10 with a hole of side 2, in lattice steps of half a unit, on the plane z = 3.
+  const loop = (...corners: number[][]) =>
+    corners.flatMap(([x, y], i) => [2 * x, 2 * y, 6, ...corners[(i + 1) % corners.length].map((at) => 2 * at), 6]);
+  const square = (low: number, size: number) => loop([low, low], [low + size, low], [low + size, low + size], [low, low + size]);
+  const toWorld = [0.5, 0, 0, 0, 0.5, 0, 0, 0, 0.5, 0, 0, 0];
+  const cut = (segments: number[], label: string | null) => ({ segments: Float32Array.from(segments), toWorld, color: "#fff", label });
+  const sides = planeAxes({ space: WorldSpace.UNSPECIFIED, lengthUnit: "mm" }, 2);
+
+  test("AreThoseWhoseContoursEncloseThePlace", () => {
+    const lines = [cut([...square(0, 10), ...square(4, 2)], "Kidney"), cut(square(1, 2), "Cyst"), cut(square(0, 10), null)];
+    expect(labelsAt([2, 2, 3], lines, sides)).toEqual(["Kidney", "Cyst"]);
+    expect(labelsAt([5, 5, 3], lines, sides)).toEqual([]); // In the hole.
+    expect(labelsAt([11, 5, 3], lines, sides)).toEqual([]);
+  });
+
+  test("IgnoreContoursThatAreOpenBesideThePlace", () => {
+    const open = cut(square(0, 10).slice(6), "Lung"); // Without the side at y = 0: rays along x pass through two others.
+    expect(labelsAt([2, 2, 3], [open], sides)).toEqual(["Lung"]);
+    const opposite = cut(square(0, 10).slice(0, 18), "Lung"); // Without the side at x = 0.
+    expect(labelsAt([2, 2, 3], [opposite], sides)).toEqual([]);
   });
 });

@@ -9,6 +9,7 @@ const hands = [
   ["Add a note, hide a part", "in the box that a click opens", "tap"],
   ["Measure a length, an angle", "click a second and a third point", "tap"],
   ["Slices: move, next, zoom", "click, scroll, Ctrl and scroll", "drag, pinch"],
+  ["Slices: measure", "double-click, or M at the crosshair", "double tap"],
 ] as const;
 
 const keys = [

@@ -159,7 +159,8 @@ export class Measuring {
           h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`))),
       ...(label ? [] : [this.fieldAt(last.info, last.world)]), // A label's field adds nothing to its name.
       ...[...this.lengths(), ...this.angle()].map((text) => h("p", { class: "distance" }, text)));
-    const next = ["Click another point to measure.", "Click a third point for the angle."][places.length - 1];
+    const click = this.element.closest(".has-slices") ? "Click (in slices: double-click)" : "Click";
+    const next = [`${click} another point to measure.`, `${click} a third point for the angle.`][places.length - 1];
     if (next) this.element.append(h("p", { class: "hint" }, next));
     this.element.append(this.noteInput(places.length - 1));
     this.element.append(this.partLine);

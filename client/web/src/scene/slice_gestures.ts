@@ -1,5 +1,6 @@
 // Mouse, touch and keys on a slice view: a click or drag moves the crosshair, the wheel the plane. With Ctrl the wheel
-// zooms, as two fingers do; the right or middle button, or Shift, drags the picture.
+// zooms, as two fingers do; the right or middle button, or Shift, drags the picture. A double click marks a place to
+// measure.
 
 // Places are in CSS pixels from the upper left corner of the view.
 export interface SliceActions {
@@ -8,6 +9,7 @@ export interface SliceActions {
   zoom: (factor: number, x: number, y: number) => void; // About the place.
   pan: (x: number, y: number) => void; // By so many pixels.
   resetZoom: () => void;
+  mark: (place: Place | null) => void; // A place to measure; null: the crosshair.
 }
 
 const wheelStep = 60; // Wheel pixels per sample.
@@ -51,12 +53,12 @@ export function listenToSlice(canvas: HTMLCanvasElement, actions: SliceActions):
   canvas.addEventListener("pointerup", end);
   canvas.addEventListener("pointercancel", end);
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-  canvas.addEventListener("dblclick", () => actions.resetZoom());
+  canvas.addEventListener("dblclick", (event) => actions.mark(placeOf(event)));
   listenToWheel(canvas, actions);
   listenToKeys(canvas, actions);
 }
 
-function placeOf({ offsetX, offsetY }: PointerEvent): Place {
+function placeOf({ offsetX, offsetY }: MouseEvent): Place {
   return { x: offsetX, y: offsetY };
 }
 
@@ -83,12 +85,13 @@ function listenToWheel(canvas: HTMLCanvasElement, actions: SliceActions): void {
 
 function listenToKeys(canvas: HTMLCanvasElement, actions: SliceActions): void {
   const zoom = (factor: number) => actions.zoom(factor, canvas.clientWidth / 2, canvas.clientHeight / 2);
-  const zooms: Record<string, () => void> = {
+  const acts: Record<string, () => void> = {
     "+": () => zoom(zoomStep), "=": () => zoom(zoomStep), "-": () => zoom(1 / zoomStep), f: () => actions.resetZoom(),
+    m: () => actions.mark(null),
   };
   canvas.addEventListener("keydown", (event) => {
     const step = steps[event.key];
-    const act = step ? () => actions.step(...step) : zooms[event.key];
+    const act = step ? () => actions.step(...step) : acts[event.key];
     if (!act || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
     event.stopPropagation();

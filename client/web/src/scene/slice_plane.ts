@@ -18,6 +18,7 @@ export interface CutLines {
   segments: Float32Array; // Lattice coordinates.
   toWorld: Affine;
   color: string;
+  label: string | null; // The name of the surface's label.
 }
 
 const vertex = /* glsl */ `

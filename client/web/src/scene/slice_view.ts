@@ -3,13 +3,14 @@
 import { type DatasetInfo, WorldSpace } from "../protocol/messages";
 import { colorRow, type ColorScale, fractionOf } from "../shared/color_maps";
 import { h } from "../shared/elements";
-import { applied, lengthText, nearestSample, type Vec3, worldBox, worldSpacing } from "../stream/dataset";
+import type { MeasuredPlace } from "../state/settings";
+import { lengthText, nearestSample, type Vec3, worldBox, worldSpacing } from "../stream/dataset";
 import type { SliceGrid, SliceValues } from "../stream/dataset_queries";
 import { axisNames } from "./axis_names";
 import { listenToSlice } from "./slice_gestures";
+import { drawLines, drawPlaces, drawScaleBar, labelsAt, type ToScreen, type Write, writerOn } from "./slice_drawing";
 import { type Direction, gridCorners, type PlaneAxes, planeGrid, seenPart } from "./slice_grid";
 import type { CutLines } from "./slice_plane";
-import { roundLength } from "./ticks";
 
 const axisColors = ["#ff7a75", "#7fd67f", "#7fb4ff"]; // On gray.
 const gap = 9; // CSS pixels around the crosshair's center.
@@ -54,6 +55,8 @@ export class SliceView {
   private slice: SliceValues | null = null;
   private value = "";
   private lines: readonly CutLines[] = [];
+  private labels: readonly string[] = []; // The names of those at the crosshair.
+  private places: readonly MeasuredPlace[] = [];
   private readonly picture = h("canvas"); // The colors of the slice, one pixel each.
   private isPainted = false;
   private isDue = false;
@@ -63,6 +66,7 @@ export class SliceView {
     readonly axis: number,
     private readonly moved: (cross: Vec3, isDragging: boolean) => void,
     private readonly zoomed: (zoom: Zoom | null) => void,
+    private readonly marked: (world: Vec3) => void, // A place to measure.
   ) {
     this.sides = planeAxes({ space: WorldSpace.UNSPECIFIED, lengthUnit: "" }, axis);
     this.resizing.observe(this.canvas);
@@ -70,24 +74,23 @@ export class SliceView {
   }
 
   // `zoom` null: the whole plane.
-  show(info: DatasetInfo, cross: Vec3, scale: ColorScale, zoom: Zoom | null): void {
+  show(info: DatasetInfo, cross: Vec3, scale: ColorScale, zoom: Zoom | null, places: readonly MeasuredPlace[]): void {
     const { map, low, high, isLog } = this.scale;
     if (map !== scale.map || low !== scale.low || high !== scale.high || isLog !== scale.isLog) this.isPainted = false;
-    [this.info, this.cross, this.scale, this.zoom] = [info, cross, scale, zoom];
+    [this.info, this.cross, this.scale, this.zoom, this.places] = [info, cross, scale, zoom, places];
     this.sides = planeAxes(info, this.axis);
-    this.describe(info);
-    this.invalidate();
+    this.showLines(this.lines);
   }
 
   private describe(info: DatasetInfo): void {
     this.canvas.setAttribute("aria-label",
-      `${planeName(info, this.axis)} slice, ${this.placeText()}. Click to move the crosshair, scroll to change the slice; arrow keys, Page up and Page down do the same. Plus and minus zoom.`);
+      `${planeName(info, this.axis)} slice, ${this.placeText()}. Click to move the crosshair, scroll to change the slice; arrow keys, Page up and Page down do the same. Plus and minus zoom. Double-click to measure, or M at the crosshair.`);
   }
 
   showSlice(slice: SliceValues | null): void {
     this.slice = slice;
     this.isPainted = false;
-    if (!slice) this.lines = [];
+    if (!slice) this.lines = this.labels = [];
     this.invalidate();
   }
 
@@ -100,6 +103,9 @@ export class SliceView {
 
   showLines(lines: readonly CutLines[]): void {
     this.lines = lines;
+    if (!this.info) return;
+    this.labels = labelsAt(this.cross, lines, this.sides);
+    this.describe(this.info);
     this.invalidate();
   }
 
@@ -209,6 +215,7 @@ export class SliceView {
       zoom: (factor, x, y) => this.zoomAt(factor, x, y),
       pan: (x, y) => this.pan(x, y),
       resetZoom: () => this.zoomed(null),
+      mark: (place) => this.info && this.marked(place ? this.worldAt(place.x, place.y, this.cross) : this.cross),
     });
   }
 
@@ -228,16 +235,30 @@ export class SliceView {
     canvas.height = Math.round(canvas.clientHeight * ratio);
     // Draws on the CPU: the GPU is busy with surfaces.
     const context = canvas.getContext("2d", { willReadFrequently: true });
-    if (!context || !this.info || canvas.width === 0) return;
+    if (!context) return;
     context.scale(ratio, ratio);
+    this.drawOn(context);
+  }
+
+  // Draws the view from (0, 0) to its size on the screen, in CSS pixels.
+  drawOn(context: CanvasRenderingContext2D): void {
+    if (!this.info || this.canvas.clientWidth === 0) return;
+    const toScreen: ToScreen = (world) => this.toScreen(world);
     if (this.slice) {
       if (!this.isPainted) paint(this.picture, this.slice, this.scale);
       this.isPainted = true;
       this.drawSlice(context, this.slice);
     }
-    this.drawLines(context);
+    drawLines(context, this.lines, toScreen);
     this.drawCross(context, this.seen);
-    this.drawWords(context, this.seen);
+    const write = writerOn(context);
+    drawPlaces(context, write, this.places.map((one) => ({ ...one, isOnPlane: this.isOnPlane(one.world) })), this.info, toScreen);
+    this.drawWords(context, write, this.seen);
+  }
+
+  // Returns whether a place is nearer to the plane than the next samples are.
+  private isOnPlane(world: Vec3): boolean {
+    return Math.abs(world[this.axis] - this.cross[this.axis]) <= worldSpacing(this.info!)[this.axis] / 2;
   }
 
   // From the center of the first pixel to that of the last.
@@ -246,19 +267,6 @@ export class SliceView {
     const [[x, y], [endX, endY]] = [this.toScreen(corners[0]), this.toScreen(corners[3])];
     const { width, height } = grid;
     context.drawImage(this.picture, 0.5, 0.5, Math.max(0.5, width - 1), Math.max(0.5, height - 1), x, y, endX - x, endY - y);
-  }
-
-  private drawLines(context: CanvasRenderingContext2D): void {
-    context.lineWidth = 1.5;
-    for (const { segments, toWorld, color } of this.lines) {
-      context.strokeStyle = color;
-      context.beginPath();
-      for (let at = 0; at + 5 < segments.length; at += 6) {
-        context.moveTo(...this.toScreen(applied(toWorld, [segments[at], segments[at + 1], segments[at + 2]])));
-        context.lineTo(...this.toScreen(applied(toWorld, [segments[at + 3], segments[at + 4], segments[at + 5]])));
-      }
-      context.stroke();
-    }
   }
 
   // Each line has the color of the axis perpendicular to its plane.
@@ -279,19 +287,9 @@ export class SliceView {
     line(level, Math.min(x + width, atX + gap), atY, x + width, atY);
   }
 
-  private drawWords(context: CanvasRenderingContext2D, { x, y, width, height }: Rectangle): void {
-    const { clientHeight } = this.canvas;
+  private drawWords(context: CanvasRenderingContext2D, write: Write, { x, y, width, height }: Rectangle): void {
+    const { clientWidth, clientHeight } = this.canvas;
     const info = this.info!;
-    context.font = '12px system-ui, "Segoe UI", Roboto, "Noto Sans", sans-serif';
-    context.lineJoin = "round";
-    const write = (text: string, atX: number, atY: number, align: CanvasTextAlign, color = "#ffffff") => {
-      context.textAlign = align;
-      context.strokeStyle = "#000000";
-      context.lineWidth = 3;
-      context.strokeText(text, atX, atY);
-      context.fillStyle = color;
-      context.fillText(text, atX, atY);
-    };
     const names = axisNames(info);
     const letter = ({ axis, sign }: Direction, isEnd: boolean) => names[2 * axis + ((sign > 0) === isEnd ? 0 : 1)].letter;
     const { right, down } = this.sides;
@@ -305,33 +303,15 @@ export class SliceView {
     write(letter(down, true), x + width / 2 + 6, below ? y + height + 16 : Math.min(y + height, clientHeight - besides(place)) - 8, "left");
     write(name, 8, 18, "left", axisColors[this.axis]);
     write(place, 8, clientHeight - 8, "left");
-    this.drawScaleBar(context, write);
+    const { low, high } = worldBox(info);
+    drawScaleBar(context, write, this.place.width / (high[right.axis] - low[right.axis]), clientWidth, info);
   }
 
-  private drawScaleBar(context: CanvasRenderingContext2D, write: (text: string, x: number, y: number, align: CanvasTextAlign) => void): void {
-    const { low, high } = worldBox(this.info!);
-    const axis = this.sides.right.axis;
-    const perUnit = this.place.width / (high[axis] - low[axis]);
-    const { clientWidth } = this.canvas;
-    const length = roundLength(Math.min(110, clientWidth / 4) / perUnit);
-    if (!(length > 0) || !Number.isFinite(length)) return;
-    const [end, y] = [clientWidth - 8, 12];
-    const begin = end - length * perUnit;
-    for (const [color, thickness] of [["#000000", 4], ["#ffffff", 2]] as const) {
-      context.strokeStyle = color;
-      context.lineWidth = thickness;
-      context.beginPath();
-      context.moveTo(begin, y);
-      context.lineTo(end, y);
-      context.stroke();
-    }
-    write(lengthText(length, this.info!, 4), (begin + end) / 2, y + 16, "center");
-  }
-
-  // "z 12.5 mm: 345 HU"
+  // "z 12.5 mm: 345 HU, Liver"
   private placeText(): string {
     const place = `${"xyz"[this.axis]} ${lengthText(this.cross[this.axis], this.info!, 5)}`;
-    return this.value ? `${place}: ${this.value}` : place;
+    const found = [this.value, ...this.labels].filter((text) => text !== "").join(", ");
+    return found ? `${place}: ${found}` : place;
   }
 }
 

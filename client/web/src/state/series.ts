@@ -6,7 +6,7 @@ import { labelColor } from "./label_colors";
 import { labelRanges, labelsOfRanges } from "./label_ranges";
 import { defaults, type AdditionalSurface, type LabelName, type Settings } from "./settings";
 import { surfacesOf } from "./surfaces";
-import { hasSameGrid } from "../stream/dataset";
+import { hasSameGrid, isPartOf } from "../stream/dataset";
 
 export interface Series {
   name: string;
@@ -99,11 +99,15 @@ export function withLabelsBeside(list: readonly DatasetInfo[], shown: readonly D
   return [...new Map(beside.map((info) => [info.name, info])).values()];
 }
 
-// Returns the image of a segmentation: values on the same grid, of the same series, or else the only ones.
+// Returns the image of a segmentation: values on the same grid, of the same series, or else the only ones. A segmentation
+// on a grid of its own has the image that it is a part of, if the server has no others.
 export function imageOf(list: readonly DatasetInfo[], info: DatasetInfo): DatasetInfo | null {
-  const images = list.filter((one) => !one.member?.label && hasSameGrid(one, info));
-  const own = images.find((one) => isSameSeries(one, info));
-  return own ?? images.find((one) => images.every((other) => isSameSeries(one, other))) ?? null;
+  const all = list.filter(({ member }) => !member?.label);
+  const onGrid = all.filter((one) => hasSameGrid(one, info));
+  const only = (images: DatasetInfo[]) => images.find((one) => images.every((other) => isSameSeries(one, other))) ?? null;
+  if (onGrid.length > 0) return onGrid.find((one) => isSameSeries(one, info)) ?? only(onGrid);
+  const image = only(all);
+  return image && isPartOf(info, image) ? image : null;
 }
 
 // Returns the value range over all times of the dataset, so that colors are comparable between times.

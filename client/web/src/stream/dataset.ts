@@ -127,6 +127,14 @@ export function hasSameGrid(a: DatasetInfo, b: DatasetInfo): boolean {
   return isSameSize && worldDifference(a, b) === null && isNear(one.low, other.low) && isNear(one.high, other.high);
 }
 
+// Whether all samples of `part` lie in the box of the other's, within half a sample of the coarser.
+export function isPartOf(part: DatasetInfo, whole: DatasetInfo): boolean {
+  const [inner, outer] = [worldBox(part), worldBox(whole)];
+  const slack = worldSpacing(part).map((step, axis) => 0.501 * Math.max(step, worldSpacing(whole)[axis]));
+  return worldDifference(whole, part) === null &&
+    slack.every((by, axis) => inner.low[axis] >= outer.low[axis] - by && inner.high[axis] <= outer.high[axis] + by);
+}
+
 // Returns why a field of `b` has no values on surfaces of `a`, or null if both may be in one world.
 export function worldDifference(a: DatasetInfo, b: DatasetInfo): string | null {
   const differ = <T>(x: T, y: T) => Boolean(x) && Boolean(y) && x !== y;
