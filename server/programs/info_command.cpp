@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/address_text.hpp"
 #include "common/base/number_text.hpp"
 #include "common/base/utf8.hpp"
 #include "common/cli/human_units.hpp"
@@ -73,7 +74,9 @@ void print_facts(const std::string& place, const PreparedFile& file) {
     std::cout << "  " << what << std::string(20 - std::string(what).size(), ' ')
               << printable(value, /*keeps_lines=*/false) << "\n";
   };
-  std::cout << printable("\"" + info.name + "\" in " + place, /*keeps_lines=*/false) << "\n";
+  std::cout << printable("\"" + info.name + "\" in " + without_password(place),
+                         /*keeps_lines=*/false)
+            << "\n";
   line("samples", sides_text(info.dims) + " " + std::string(name(info.type)));
   if (info.member) line("member of series", human_member(*info.member));
   if (file.metadata().label_volume) {

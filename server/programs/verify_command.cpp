@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/address_text.hpp"
 #include "common/base/utf8.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
@@ -30,11 +31,13 @@ Json verify_one(const std::string& place, const VerifyArguments& arguments) {
   const std::uint64_t bytes = verify_dataset(place, on_progress);
   progress.finish();
   if (!arguments.quiet && !arguments.json) {
-    std::cout << printable(place, /*keeps_lines=*/false) << ": all checksums match ("
-              << human_bytes(bytes) << ")\n";
+    std::cout << printable(without_password(place), /*keeps_lines=*/false)
+              << ": all checksums match (" << human_bytes(bytes) << ")\n";
   }
-  return {
-      {"file", place}, {"file_bytes", bytes}, {"is_whole", true}, {"seconds", progress.seconds()}};
+  return {{"file", without_password(place)},
+          {"file_bytes", bytes},
+          {"is_whole", true},
+          {"seconds", progress.seconds()}};
 }
 
 int verify_folder(const VerifyArguments& arguments) {
@@ -45,7 +48,8 @@ int verify_folder(const VerifyArguments& arguments) {
       [&](const std::string& place) { datasets.push_back(verify_one(place, arguments)); },
       [&](const std::string& place, const std::string& problem) {
         ++damaged;
-        datasets.push_back({{"file", place}, {"is_whole", false}, {"error", problem}});
+        datasets.push_back(
+            {{"file", without_password(place)}, {"is_whole", false}, {"error", problem}});
       });
   const std::size_t all = datasets.size();
   if (arguments.json) {

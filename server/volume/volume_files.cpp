@@ -165,10 +165,9 @@ void check_choice(const fs::path& path, std::optional<VolumeFormat> format,
   if (choice.resample && format != VolumeFormat::kDicom) refuse("--resample", "DICOM slices");
   if (choice.time.value_or(0) != 0 && volume.contents.times.count <= 1) refuse("--time", "times");
   if (choice.channel.value_or(0) != 0 && volume.channels <= 1) refuse("--channel", "channels");
-  if (choice.component.kind == ComponentChoice::Kind::kIndex && choice.component.index > 0 &&
-      volume.header.components == 1) {
-    refuse("--component", "components");
-  }
+  const bool is_first = choice.component.kind == ComponentChoice::Kind::kOnlyOne ||
+                        choice.component == ComponentChoice{ComponentChoice::Kind::kIndex, 0};
+  if (!is_first && volume.header.components == 1) refuse("--component", "components");
 }
 
 // Opens the volume at `path` and sets its format; nullopt for raw samples with a given layout.

@@ -6,7 +6,8 @@ set -euo pipefail
 bin=$(cd "$1" && pwd)
 server=$bin/multitetra-server
 client=$bin/multitetra-client
-source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
+support=$(cd "$(dirname "${BASH_SOURCE[0]}")/../support" && pwd)
+source "$support/programs.sh"
 
 # dataset KIND FILE [OPTIONS]: prepares a dataset named "volume" of that shape.
 dataset() {
@@ -48,6 +49,20 @@ kill -9 "$pid"
 
 mkdir served
 dataset sphere served/a.mtd
+
+# Passwords in addresses are not printed.
+start store python3 "$support/serve_folder.py" served
+for _ in $(seq 200); do [ -s store.log ] && break; sleep 0.05; done
+store=$(cut -d' ' -f1 store.log)
+secret=${store/\/\//\/\/reader:a%20secret@}/private
+start private "$server" serve "$secret/a.mtd" "$secret/no.mtd" --tcp 127.0.0.1:0 --http off
+url_of private tcp >/dev/null
+kill -TERM "$pid"
+wait "$pid" || true
+{ "$server" info "$secret/a.mtd"; "$server" verify "$secret/a.mtd"; "$server" verify "$secret/a.mtd" --json; } >>private.log 2>&1
+[ "$(grep -c '//\*\*\*@.*a.mtd' private.log)" -ge 3 ] || fail "the address is not printed: $(cat private.log)"
+if grep secret private.log; then fail "the password is printed"; fi
+
 start server "$server" serve served --tcp 127.0.0.1:0 --http 127.0.0.1:0
 url=$(url_of server tcp)
 http=$(url_of server http)

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/base/address_text.hpp"
 #include "common/base/number_text.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/operations/log.hpp"
@@ -78,7 +79,7 @@ ServedDatasets::Opened* ServedDatasets::opened(const std::string& place) {
     log_line(LogLevel::kError,
              std::string(was_served ? "still serving the previous version: " : "skipped: ") +
                  error.what(),
-             {{"file", place}});
+             {{"file", without_password(place)}});
     is_complete_ = false;
     is_store_failing_ |= dynamic_cast<const StoreError*>(&error) != nullptr;
     return was_served ? &before->second : nullptr;
@@ -108,12 +109,14 @@ CataloguePtr ServedDatasets::read() {
         ++new_members[info.member->series];
         continue;
       }
-      log_line(LogLevel::kInfo, "serving",
-               {{"dataset", info.name}, {"file", place}, {"size", size_text(info)}});
+      log_line(
+          LogLevel::kInfo, "serving",
+          {{"dataset", info.name}, {"file", without_password(place)}, {"size", size_text(info)}});
     } catch (const std::invalid_argument& twice) {
       found->is_served = false;
       is_complete_ = false;
-      log_line(LogLevel::kError, std::string("skipped: ") + twice.what(), {{"file", place}});
+      log_line(LogLevel::kError, std::string("skipped: ") + twice.what(),
+               {{"file", without_password(place)}});
     }
   }
   for (const auto& [series, members] : new_members) {
@@ -125,7 +128,7 @@ CataloguePtr ServedDatasets::read() {
     if (there.contains(place)) return false;
     if (what.is_served) {
       log_line(LogLevel::kInfo, "no longer served",
-               {{"dataset", what.source->info().name}, {"file", place}});
+               {{"dataset", what.source->info().name}, {"file", without_password(place)}});
     }
     return true;
   });

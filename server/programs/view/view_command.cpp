@@ -211,7 +211,8 @@ class ViewedVolumes {
       (void)work_->preparation.prepare_unless_up_to_date(job);
       const PreparedFile prepared(job.output.string());
       if (!first_) first_ = prepared.info();
-      if (job.member && job.member->label && work_->prepared == 0) report_other_grid(job.input, prepared.info());
+      if (job.member && job.member->label && work_->prepared == 0)
+        report_other_grid(job.input, prepared.info());
       const bool has_labels = looks_like_labels(prepared.info(), *prepared.samples());
       if (has_labels && !arguments_.no_labels) add_labels_of(job.input);
       return true;

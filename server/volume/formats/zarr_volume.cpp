@@ -285,6 +285,10 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
   std::optional<ArrayLayout> array = array_at(*store, path);
   const Json attributes = attributes_at(*store, path);
   std::optional<ImageLevel> image;
+  if (array && choice.level) {
+    fail_reading(store->place(path), "--level does not apply: it is one array without levels",
+                 "Omit --level");
+  }
   if (!array) {
     image = image_level(attributes, choice, store->place(path));
     if (!image) {

@@ -388,7 +388,10 @@ TEST_F(VolumeFiles, RejectUnusedOptions) {
   expect_contains(refusal({.channel = 3}),
                   "the file has no channels, only one volume of 4 x 3 x 2 samples. Omit --channel");
   expect_contains(refusal({.series = "2"}), "--series does not apply");
-  expect_contains(refusal({.component = ComponentChoice::from("1").value()}), "no components");
+  for (const char* component : {"1", "magnitude", "luminance"}) {
+    expect_contains(refusal({.component = ComponentChoice::from(component).value()}),
+                    "no components");
+  }
   EXPECT_EQ(read_volume(file, {.choice = {.time = 0}}).dims, kDims);
   const fs::path points = folder_.file("v.vtk", legacy_vtk("BINARY", "char", std::string(24, 'x')));
   expect_contains(error_of_reading(points, {.choice = {.time = 1}}), "the file has no times");

@@ -34,7 +34,7 @@ def dicom():
         return dicom_image(number, SHAPE[1], SHAPE[2], **more)
 
     # Enhanced CT: `order` gives the slice of each frame.
-    def enhanced(name, order, slopes=None, places=None):
+    def enhanced(name, order, slopes=None, places=None, own=None):
         data = image(1, kind="1.2.840.10008.5.1.4.1.1.2.1")
         data.NumberOfFrames = len(order)
         data.SharedFunctionalGroupsSequence = items(
@@ -47,6 +47,8 @@ def dicom():
             frames.append(items(
                 PlanePositionSequence=items(ImagePositionPatient=[10, -20, place]),
                 PixelValueTransformationSequence=items(RescaleIntercept=intercept, RescaleSlope=slope, RescaleType="HU"))[0])
+            if own and at in own:
+                frames[-1].update(own[at])
         data.PerFrameFunctionalGroupsSequence = Sequence(frames)
         data.PixelData = volume[order].tobytes()
         return save(data, f"{name}.dcm")
@@ -56,6 +58,14 @@ def dicom():
     read("enhanced-descending", enhanced("descending", whole[::-1]), volume, **place)
     shuffled = [3, 0, 5, 1, 4, 2]
     read("enhanced-shuffled", enhanced("shuffled", shuffled), volume, **place)
+    for name, own in (("spacing", {"PixelMeasuresSequence": items(PixelSpacing=[1, 1], SliceThickness=2)}),
+                      ("orientation", {"PlaneOrientationSequence": items(ImageOrientationPatient=[1, 0, 0, 0, 0, -1])})):
+        read(f"enhanced-own-{name}", enhanced(f"own-{name}", whole, own={0: own}), volume[1:], notice="than most are skipped",
+             **{**place, "origin": (10, -20, 32)})
+    path = enhanced("short-frames", whole)
+    data = pydicom.dcmread(path)
+    data.PixelData = volume[:3].tobytes()
+    refuse("enhanced-short", save(data, "short-frames.dcm"), "require 756")
     slopes = [(1 + 0.5 * i, -10 * i) for i in whole]
     values = numpy.stack([volume[i] * slopes[i][0] + slopes[i][1] for i in whole])
     read("enhanced-slopes", enhanced("slopes", shuffled, slopes), values, **place)
@@ -120,7 +130,15 @@ def dicom():
     del other.ImageType
     slices("second-shape", even)
     save(other, "second-shape", "scout.dcm")
-    read("dicom-second-shape", folder / "second-shape", volume, notice="another size, type or orientation", **place)
+    read("dicom-second-shape", folder / "second-shape", volume, notice="another size, type, spacing or orientation", **place)
+
+    def wider(i, data):
+        if i == 0:
+            data.PixelSpacing = [1, 1]
+
+    from_second = {**place, "origin": (10, -20, 32)}
+    read("dicom-second-spacing", slices("second-spacing", even, wider), volume[1:],
+         notice="another size, type, spacing or orientation than most are skipped: 'slice0.dcm'", **from_second)
 
     def stranger(i, data):
         if i == 4:
@@ -360,6 +378,7 @@ def n5():
             **more}).encode())
         write(f"{name}.n5/0/0/0", struct.pack(">HHIII", 0, 3, *SHAPE[::-1]) + volume.astype(">i2").tobytes())
         read(f"n5-{name}", folder / f"{name}.n5", volume, steps=diagonal(0.5, 0.75, 2), unit="nm")
+    refuse("n5-level", folder / "unit.n5", "--level does not apply", options="level=1")
 
 
 # ---- Zarr
@@ -390,6 +409,9 @@ def zarrs():
         {"path": "../other.zarr", "coordinateTransformations": [{"type": "scale", "scale": [1, 1, 1]}]}]}]}).encode())
     refuse("zarr-path-out", folder / "image.zarr", "is outside the folder")
     read("zarr-path-out-followed", folder / "image.zarr", volume, options="follow")
+    refuse("zarr-level", folder / "other.zarr", "--level does not apply", options="level=1")
+    for option in ("time=1", "channel=1"):
+        refuse(f"zarr-{option}", folder / "other.zarr", "does not apply", options=option)
     for method, suffix in ((zipfile.ZIP_STORED, "stored"), (zipfile.ZIP_DEFLATED, "deflated")):
         with zipfile.ZipFile(folder / f"{suffix}.zip", "w", method) as archive:
             for file in ("other.zarr/.zarray", "other.zarr/0.0.0"):

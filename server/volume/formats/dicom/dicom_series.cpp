@@ -80,10 +80,12 @@ std::vector<fs::path> files_of(const std::vector<DicomImage>& images) {
 
 bool are_alike(const DicomImage& a, const DicomImage& b) {
   const double turned = 2 - dot(a.row, b.row) - dot(a.column, b.column);
-  return a.size == b.size && a.type == b.type && a.components == b.components && turned < 1e-4;
+  const auto is_near = [](double x, double y) { return std::abs(x - y) <= 1e-3 * std::abs(y); };
+  return a.size == b.size && a.type == b.type && a.components == b.components && turned < 1e-4 &&
+         is_near(a.spacing[0], b.spacing[0]) && is_near(a.spacing[1], b.spacing[1]);
 }
 
-// Drops localizers, and images whose size, type or orientation differs from the majority.
+// Drops localizers, and images whose size, type, spacing or orientation differs from the majority.
 void drop_outliers(const fs::path& place, std::vector<DicomImage>& images,
                    std::vector<std::string>& notices) {
   const auto leave_out = [&](const std::string& what, const auto& stays) {
@@ -108,15 +110,16 @@ void drop_outliers(const fs::path& place, std::vector<DicomImage>& images,
   const auto most_common = std::max_element(
       kinds.begin(), kinds.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   if (kinds.size() > 1 && 2 * most_common->second <= images.size()) {
-    fail_reading(place,
-                 "its images have " + std::to_string(kinds.size()) +
-                     " sizes, types or orientations, none of them shared by most images; '" +
-                     kinds[0].first.file.filename().string() + "' and '" +
-                     kinds[1].first.file.filename().string() + "' differ",
-                 "Give a folder with the slices of one volume only");
+    fail_reading(
+        place,
+        "its images have " + std::to_string(kinds.size()) +
+            " sizes, types, spacings or orientations, none of them shared by most images; '" +
+            kinds[0].first.file.filename().string() + "' and '" +
+            kinds[1].first.file.filename().string() + "' differ",
+        "Give a folder with the slices of one volume only");
   }
   const DicomImage model = most_common->first;
-  leave_out("of another size, type or orientation than most",
+  leave_out("of another size, type, spacing or orientation than most",
             [&](const DicomImage& image) { return are_alike(image, model); });
 }
 
