@@ -96,7 +96,13 @@ TEST_F(TilesetFiles, JoinLeavesToTheSurfaceWithoutACrack) {
   EXPECT_TRUE(found.is_sound());
   EXPECT_EQ(found.euler_characteristic, expected.euler_characteristic);
   EXPECT_EQ(found.components, expected.components);
-  EXPECT_LT(found.triangles, expected.triangles);
+  // Vertices on the cells' faces stay: a few triangles more than those of the whole surface.
+  const TiledSurface whole = SurfaceExtractor(gyroid()).extract(
+      {.request = {.isovalue = kIsovalue, .error = kDefaultError, .simplify = true}});
+  std::size_t triangles = 0;
+  for (const TileMesh& tile : whole.tiles) triangles += tile.mesh.triangles.size();
+  EXPECT_LT(triangles, 0.5 * static_cast<double>(expected.triangles));
+  EXPECT_LT(static_cast<double>(found.triangles), 1.3 * static_cast<double>(triangles));
 }
 
 TEST_F(TilesetFiles, HaveImmutableContents) {
