@@ -14,8 +14,8 @@
 
 #include "client/commands/colored_mesh.hpp"
 #include "client/commands/surface_appearances.hpp"
-#include "client/picture/annotations.hpp"
-#include "client/picture/rasterizer.hpp"
+#include "common/picture/annotations.hpp"
+#include "common/picture/rasterizer.hpp"
 #include "common/base/exit_codes.hpp"
 #include "common/base/number_text.hpp"
 #include "common/base/parse_number.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "client/commands/connected_request.hpp"
-#include "client/picture/camera.hpp"
+#include "common/picture/camera.hpp"
 #include "common/cli/command.hpp"
 
 namespace multitetra {

@@ -5,7 +5,7 @@
 
 #include "client/commands/connected_request.hpp"
 #include "client/commands/snapshot_command.hpp"
-#include "client/picture/rasterizer.hpp"
+#include "common/picture/rasterizer.hpp"
 
 namespace multitetra {
 

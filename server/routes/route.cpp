@@ -20,6 +20,7 @@ const char* name(const Route& route) {
     const char* operator()(const SurfaceFile&) const { return "isosurface"; }
     const char* operator()(const SliceOfSamples&) const { return "slice"; }
     const char* operator()(const ValueAtPlaces&) const { return "probe"; }
+    const char* operator()(const ThumbnailPicture&) const { return "thumbnail"; }
     const char* operator()(const TileBytes&) const { return "tile"; }
     const char* operator()(const TilesetFile&) const { return "3dtiles"; }
     const char* operator()(const NeuroglancerFile&) const { return "neuroglancer"; }
@@ -128,6 +129,7 @@ Result<Route> route_of(const Target& target) {
       if (path.size() == 4 && path[3] == "isosurface") return SurfaceFile{path[2]};
       if (path.size() == 4 && path[3] == "slice") return SliceOfSamples{path[2]};
       if (path.size() == 4 && path[3] == "probe") return ValueAtPlaces{path[2]};
+      if (path.size() == 4 && path[3] == "thumbnail.png") return ThumbnailPicture{path[2]};
     }
     if (path[1] == "tiles" && path.size() == 3) {
       const auto digest = ContentDigest::from_hex(path[2]);

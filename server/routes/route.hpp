@@ -30,6 +30,9 @@ struct SliceOfSamples {  // /v1/datasets/{name}/slice
 struct ValueAtPlaces {  // /v1/datasets/{name}/probe
   std::string dataset;
 };
+struct ThumbnailPicture {  // /v1/datasets/{name}/thumbnail.png
+  std::string dataset;
+};
 struct TileBytes {  // /v1/tiles/{hash}
   ContentDigest digest;
 };
@@ -58,7 +61,7 @@ struct ViewerFile {  // Any other path: a viewer file, or none.
 
 using Route = std::variant<Liveness, Readiness, Metrics, Description, WebSocketStream,
                            DatasetListing, DatasetDescription, SurfaceFile, SliceOfSamples,
-                           ValueAtPlaces, TileBytes, TilesetFile, NeuroglancerFile, ViewerFile>;
+                           ValueAtPlaces, ThumbnailPicture, TileBytes, TilesetFile, NeuroglancerFile, ViewerFile>;
 
 // Returns the target for logs: a token in its path becomes "...".
 [[nodiscard]] std::string without_token(std::string_view target);

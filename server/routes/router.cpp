@@ -211,6 +211,9 @@ asio::awaitable<Answer> Router::answer_by(const Route& route, RouteArguments ask
   if (const auto* value = std::get_if<ValueAtPlaces>(&route)) {
     co_return co_await samples_.value(value->dataset, asked.target, context);
   }
+  if (const auto* picture = std::get_if<ThumbnailPicture>(&route)) {
+    co_return co_await thumbnails_.answer(picture->dataset, asked.target, asked.request, context);
+  }
   if (const auto* tile = std::get_if<TileBytes>(&route)) {
     co_return tile_answer(server_.service, tile->digest, asked.request, context);
   }

@@ -12,6 +12,7 @@
 #include "server/routes/route.hpp"
 #include "server/routes/route_options.hpp"
 #include "server/routes/samples.hpp"
+#include "server/routes/thumbnail.hpp"
 #include "server/routes/tilesets.hpp"
 #include "server/transport/listener.hpp"
 
@@ -45,6 +46,7 @@ class Router : public RequestHandler {
   const RouteOptions routes_;
   IsosurfaceRoute isosurfaces_;
   SamplesRoute samples_;
+  ThumbnailRoute thumbnails_;
   TilesetRoute tilesets_;
   NeuroglancerRoute neuroglancer_;
 };

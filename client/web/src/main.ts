@@ -20,7 +20,7 @@ import { StatusBar } from "./panel/status_bar";
 import { installTooltips } from "./panel/tooltip";
 import { viewTools } from "./panel/view_tools";
 import type { DatasetInfo } from "./protocol/messages";
-import { Thumbnails } from "./scene/thumbnails";
+import { Thumbnails } from "./stream/thumbnails";
 import { Bookmarks } from "./state/bookmarks";
 import { type Entry, entriesOf, isSameSeries } from "./state/series";
 import { History } from "./state/history";
@@ -44,12 +44,11 @@ const datasets = new DatasetList({
   chosen: (chosen) => viewer.choose(chosen),
   becameVisible: (name) => {
     const found = entries().find((entry) => entry.name === name);
-    if (found) whenIdle(() => thumbnails.request(found.info));
+    if (found) whenShown(() => thumbnails.request(found.info));
   },
 });
-const thumbnails = new Thumbnails(server, () => token.get(), viewer.pool, viewer.stage.renderer, upOf, (name, picture) => {
+const thumbnails = new Thumbnails(server, () => token.get(), upOf, (name, picture) => {
   for (const entry of entries()) if (entry.info.name === name) datasets.setPicture(entry.name, picture);
-  viewer.stage.invalidate();
 });
 const downloads = new Downloads(viewer);
 const change = (update: Partial<Settings>, isDragging = false) => {
@@ -145,7 +144,7 @@ settings.watch((now, before) => {
   changes.note(now, before, performance.now());
   showBar(); // The visible surfaces may have changed.
   const turned = now.up !== before.up && entries().find(({ info }) => isShown(info));
-  if (turned) whenIdle(() => thumbnails.request(turned.info));
+  if (turned) whenShown(() => thumbnails.request(turned.info));
   panel.showPaused(viewer.isDetailPaused);
 });
 // A lost GPU context has lost all tiles; reloading restores the rest from the address.
@@ -196,9 +195,10 @@ async function toggleFullScreen(): Promise<void> {
   }
 }
 
-function whenIdle(act: () => void): void {
-  if (surfaces.progress.get().shown && surfaces.isSettled) act();
-  else setTimeout(() => whenIdle(act), 400);
+// Acts once the first surface is visible: the server makes it before thumbnails.
+function whenShown(act: () => void): void {
+  if (surfaces.progress.get().shown) act();
+  else setTimeout(() => whenShown(act), 200);
 }
 
 // Without WebGL the viewer stops here.

@@ -66,7 +66,7 @@ async function showsASurface(page) {
   await page.keyboard.press("Escape");
   assert(await page.isHidden(".certificate"), "Escape closes it");
   await page.waitForFunction(
-    () => document.querySelectorAll('.dataset img[src^="data:image/png"]').length === 2, null, { timeout: patience },
+    () => document.querySelectorAll('.dataset img[src^="blob:"]').length === 2, null, { timeout: patience },
   );
 }
 
@@ -522,7 +522,7 @@ async function hidesSmallComponents(page) {
     return { vertices, faces, shown: value("components_written"), all: value("components"), digest: value("content_digest") };
   };
   const [large, larger] = [written(6), written(12)];
-  let sent = 0; // Counts frames of the surface's connection; the dataset list's thumbnails use another.
+  let sent = 0; // Counts frames of the surface's connection.
   page.once("websocket", (socket) => socket.on("framesent", () => ++sent));
   // The setting in the address applies from the first frame. With the field's gradients the mesh equals the command
   // line's; without them it is the finest level's, another triangulation of the same surface.
@@ -855,7 +855,7 @@ async function showsTheFront(page) {
     return Math.abs(x - 16) < 2 && Math.abs(y - 16) < 2 && z < -10; // Along z.
   }, null, { timeout: patience });
   // The thumbnail in the list follows the up axis.
-  const small = '.dataset[aria-pressed="true"] img[src^="data:image/png"]';
+  const small = '.dataset[aria-pressed="true"] img[src^="blob:"]';
   const src = await page.getAttribute(small, "src");
   await page.evaluate(() => (location.hash = location.hash.replace(/up=[^&]*/, "up=y")));
   await page.waitForFunction(({ small, src }) => document.querySelector(small).src !== src, { small, src }, { timeout: patience });

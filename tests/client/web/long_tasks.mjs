@@ -6,7 +6,7 @@
 //
 // --then types another isovalue into the open page once the first surface is complete, to measure it without the start
 // of the page. The last example shows two surfaces, which load concurrently. The measurement ends with the first
-// dataset's thumbnail, which is drawn after the surface. A browser without a graphics card draws on the processor and
+// dataset's thumbnail. A browser without a graphics card draws on the processor and
 // blocks the page: --undrawn skips the drawing, but nothing before it.
 //
 // Prints the texts of the status bar with the milliseconds since the page was opened or the isovalue was entered
@@ -65,7 +65,7 @@ if (then > 0) {
   await complete();
   await tellStates(`isovalue ${process.argv[then + 1]}`);
 }
-await page.waitForSelector('.dataset img[src^="data:image/png"]', { timeout: 600_000 });
+await page.waitForSelector('.dataset img[src^="blob:"]', { timeout: 600_000 });
 const { metrics } = await devtools.send("Performance.getMetrics");
 const metric = (name) => metrics.find((m) => m.name === name)?.value;
 const tasks = await page.evaluate(() => window.longTasks);

@@ -56,7 +56,7 @@ for (const [name, [hash, ...usual]] of Object.entries(pictures)) {
       document.querySelector(".state b")?.textContent === "Complete" &&
       ![...document.querySelectorAll(".surface-state")].slice(1).some(({ textContent }) => textContent === "" || textContent.endsWith("…")) &&
       document.querySelectorAll(".label-row.is-coming").length === 0 &&
-      document.querySelectorAll('.dataset img[src^="data:image/png"]').length >= Math.min(document.querySelectorAll(".dataset").length, 2, innerWidth / 300),
+      document.querySelectorAll('.dataset img[src^="blob:"]').length >= Math.min(document.querySelectorAll(".dataset").length, 2, innerWidth / 300),
     null, { polling: 500 },
   );
   if (name === "viewer_light") {

@@ -263,6 +263,17 @@ TEST_F(OpenApiTest, MatchesTheServer) {
   for (int i = 0; i < 1024; ++i) many += "&at=0,0,0";
   ask(value, many, 422);
 
+  const std::string thumbnail = "/v1/datasets/{name}/thumbnail.png";
+  const std::string of_octahedron = "/v1/datasets/a%20b/thumbnail.png?isovalue=1";
+  ask(thumbnail, of_octahedron, 200);
+  ask(thumbnail, of_octahedron, 206, "Range: bytes=0-1\r\n");
+  ask(thumbnail, of_octahedron, 304, kAny);
+  ask(thumbnail, of_octahedron + "&up=w", 400);
+  ask(thumbnail, of_octahedron, 401, kBad);
+  ask(thumbnail, "/v1/datasets/none/thumbnail.png", 404);
+  ask(thumbnail, of_octahedron, 416, "Range: bytes=9999999-\r\n");
+  ask(thumbnail, "/v1/datasets/a%20b/thumbnail.png?isovalue=13", 500);
+
   const std::string tileset = "/v1/3dtiles/{name}/iso/{settings}/tileset.json";
   const std::string tree = "/v1/3dtiles/a%20b/iso/";
   ask(tileset, tree + "1/tileset.json", 200);
@@ -334,6 +345,8 @@ TEST_F(OpenApiTest, MatchesTheServer) {
                                            slice + " 503",
                                            value + " 429",
                                            value + " 503",
+                                           thumbnail + " 429",
+                                           thumbnail + " 503",
                                            tileset + " 422",
                                            tileset + " 429",
                                            tileset + " 503",
@@ -356,7 +369,7 @@ TEST_F(OpenApiTest, MatchesTheServer) {
 
 // The description names exactly the parameters that the server accepts.
 TEST_F(OpenApiTest, ListsAllParameters) {
-  for (const std::string what : {"isosurface", "slice", "probe"}) {
+  for (const std::string what : {"isosurface", "slice", "probe", "thumbnail.png"}) {
     expect_parameters_are_described(what);
   }
 }

@@ -17,8 +17,8 @@
 #include <optional>
 #include <span>
 
-#include "client/picture/camera.hpp"
-#include "client/picture/shading.hpp"
+#include "common/picture/camera.hpp"
+#include "common/picture/shading.hpp"
 #include "common/image/picture.hpp"
 #include "common/mesh/mesh.hpp"
 

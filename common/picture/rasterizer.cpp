@@ -1,4 +1,4 @@
-#include "client/picture/rasterizer.hpp"
+#include "common/picture/rasterizer.hpp"
 
 #include <algorithm>
 #include <array>
@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/picture/detail/layers.hpp"
+#include "common/picture/detail/layers.hpp"
 #include "common/base/on_threads.hpp"
 #include "common/base/vec3.hpp"
 

@@ -1,4 +1,4 @@
-#include "client/picture/lettering.hpp"
+#include "common/picture/lettering.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "client/picture/detail/layers.hpp"
+#include "common/picture/detail/layers.hpp"
 
 #include <algorithm>
 #include <cassert>

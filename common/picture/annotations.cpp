@@ -1,9 +1,9 @@
-#include "client/picture/annotations.hpp"
+#include "common/picture/annotations.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "client/picture/lettering.hpp"
+#include "common/picture/lettering.hpp"
 #include "common/base/number_text.hpp"
 
 namespace multitetra {

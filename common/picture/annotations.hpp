@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "client/picture/camera.hpp"
-#include "client/picture/shading.hpp"
+#include "common/picture/camera.hpp"
+#include "common/picture/shading.hpp"
 #include "common/image/color_map.hpp"
 #include "common/image/picture.hpp"
 

@@ -7,11 +7,11 @@
 
 #include <gtest/gtest.h>
 
-#include "client/picture/annotations.hpp"
-#include "client/picture/camera.hpp"
-#include "client/picture/lettering.hpp"
-#include "client/picture/rasterizer.hpp"
-#include "client/picture/shading.hpp"
+#include "common/picture/annotations.hpp"
+#include "common/picture/camera.hpp"
+#include "common/picture/lettering.hpp"
+#include "common/picture/rasterizer.hpp"
+#include "common/picture/shading.hpp"
 #include "common/image/png_file.hpp"
 
 namespace multitetra {

@@ -1,4 +1,4 @@
-#include "client/picture/camera.hpp"
+#include "common/picture/camera.hpp"
 
 #include <algorithm>
 #include <cassert>

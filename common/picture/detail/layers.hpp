@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "client/picture/shading.hpp"
+#include "common/picture/shading.hpp"
 #include "common/image/picture.hpp"
 
 namespace multitetra {

@@ -1,4 +1,4 @@
-#include "client/picture/shading.hpp"
+#include "common/picture/shading.hpp"
 
 #include <algorithm>
 #include <cmath>
