@@ -55,9 +55,9 @@ class MultiTetraIsosurface(VTKPythonAlgorithmBase):
         self._isovalue = 0.0
         self._error = 0.25
         self._steps = 1
-        self._stream = None  # The stream of steps,
-        self._taken = 0  # the number of steps taken from it,
-        self._latest = None  # and the last of them.
+        self._stream = None  # The stream of steps.
+        self._taken = 0  # The number of steps taken from the stream.
+        self._latest = None  # The last step taken.
         self._connection = None
 
     # ---- properties

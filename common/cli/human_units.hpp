@@ -9,8 +9,8 @@
 
 namespace multitetra {
 
-[[nodiscard]] std::string human_bytes(std::uint64_t bytes);  // "12.3 MiB"
-[[nodiscard]] std::string human_count(std::uint64_t count);  // "1 234 567"
+[[nodiscard]] std::string human_bytes(std::uint64_t bytes);  // "12.3 MiB".
+[[nodiscard]] std::string human_count(std::uint64_t count);  // "1 234 567".
 // "1 tile", "2 345 tiles"; for nouns whose plural adds an s.
 [[nodiscard]] std::string human_count_of(std::uint64_t count, const std::string& noun);
 // "0.45", "3.2", "1 234": two digits below 10.

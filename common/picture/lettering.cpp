@@ -11,12 +11,12 @@ namespace {
 
 struct Glyph {
   char character;
-  std::string_view lines;  // Polylines separated by spaces; two digits per corner: x from the left,
-                           // y from below.
+  // Polylines separated by spaces; two digits per corner: x from the left, y from below.
+  std::string_view lines;
 };
 
-// On a grid of 5 x 9: capitals from y = 2 (the baseline) to 8, small letters to 6, descenders from
-// 0.
+// The glyphs on a grid of 5 x 9: capitals from y = 2 (the baseline) to 8, small letters to 6,
+// descenders from 0.
 constexpr Glyph kGlyphs[] = {
     {'0', "120307183847433212"},
     {'1', "172822 1232"},

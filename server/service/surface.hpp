@@ -22,12 +22,15 @@ namespace multitetra {
 // A complete final step in tiles, extracted here or received from an upstream.
 struct SurfaceTiles {
   StepBegin begin;
-  std::vector<std::shared_ptr<const std::string>> payloads = {};  // One per tile, or
-  std::vector<std::shared_ptr<const LatticeMesh>> meshes = {};    // meshes instead.
-  std::vector<std::shared_ptr<const std::string>> scalars = {};   // Codes, if it has scalars.
+  // Either `payloads` or `meshes` has one entry per tile; the other is empty.
+  std::vector<std::shared_ptr<const std::string>> payloads = {};
+  std::vector<std::shared_ptr<const LatticeMesh>> meshes = {};
+  // The scalar codes of every tile; empty if the surface has no scalars.
+  std::vector<std::shared_ptr<const std::string>> scalars = {};
   // The digest of all tiles together.
   ContentDigest digest = {};
 };
+// Returns the number of triangles in all tiles of the step.
 [[nodiscard]] std::uint64_t triangles_of(const StepBegin& step);
 
 struct Surface {
@@ -41,6 +44,7 @@ struct Surface {
   // Reserves the mesh's bytes.
   ByteReservations::Reservation memory = {};
 };
+// Returns the bytes that the mesh's elements occupy in memory.
 [[nodiscard]] std::size_t bytes_of(const LatticeMesh& mesh);
 
 // Welds the tiles, on all threads. Returns kDamagedData if a tile is missing or differs from its

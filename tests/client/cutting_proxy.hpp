@@ -18,12 +18,15 @@
 
 namespace multitetra::testing {
 
-// Where a connection is cut. Counts messages from the server; Welcome is the first.
+// Where a connection is cut: after `messages` messages or `tiles` tiles, whichever comes first.
+// Counts messages from the server; Welcome is the first.
 struct Cut {
-  std::size_t messages = SIZE_MAX;  // Messages passed on before the cut,
-  std::size_t tiles = SIZE_MAX;     // or tiles, whichever comes first,
-  std::size_t bytes_of_next = 0;    // plus bytes of the next frame, never all of it.
-  bool stays_open = false;          // Stay silent instead of closing.
+  std::size_t messages = SIZE_MAX;
+  std::size_t tiles = SIZE_MAX;
+  // Bytes of the next frame that are passed on too, at most all but one.
+  std::size_t bytes_of_next = 0;
+  // Sends nothing more instead of closing.
+  bool stays_open = false;
 };
 
 class CuttingProxy {

@@ -30,8 +30,9 @@ struct SimplifiedCube {
 };
 
 struct SimplifiedTileLimits {
-  std::size_t triangles = 64'000;  // Maximum remaining triangles of a tile,
-  // and maximum original vertices: bounds memory and time of one thread.
+  // Maximum remaining triangles of a tile.
+  std::size_t triangles = 64'000;
+  // Maximum original vertices of a tile; limits the memory and time of one thread.
   std::size_t vertices_before = 6'000'000;
   // The exponent of a cube that contains the whole surface; nothing is joined beyond it.
   int root_exponent = std::numeric_limits<int>::max();

@@ -790,8 +790,8 @@ async function pausesDetail(page) {
   await look("32,-30,32");
   await page.waitForTimeout(4000);
   assert.equal((await complete(page)).digest, far.digest, "nothing finer is requested");
-  await page.locator('label:has-text("View-dependent detail")').click(); // Off,
-  await page.locator('label:has-text("View-dependent detail")').click(); // and on again manually.
+  await page.locator('label:has-text("View-dependent detail")').click(); // Turns it off.
+  await page.locator('label:has-text("View-dependent detail")').click(); // Turns it on again.
   await complete(page, ({ triangles }) => triangles > 1.2 * far.triangles);
 }
 

@@ -49,12 +49,12 @@ describe("MassProperties", () => {
   };
 
   test("CapSurfacesAtTheBorderOfTheData", () => {
-    expect(without(5)).toMatchObject({ volume: 24, area: 52 - 12, isCapped: true }); // Without one side,
-    expect(without(1, 5)).toMatchObject({ volume: 24, isCapped: true }); // without two adjacent sides,
-    expect(without(4, 5)).toMatchObject({ volume: 24, isCapped: true }); // without two opposite sides,
+    expect(without(5)).toMatchObject({ volume: 24, area: 52 - 12, isCapped: true }); // Without one side.
+    expect(without(1, 5)).toMatchObject({ volume: 24, isCapped: true }); // Without two adjacent sides.
+    expect(without(4, 5)).toMatchObject({ volume: 24, isCapped: true }); // Without two opposite sides.
     const corner = { id: "a", positions: Float32Array.from([9, 5, 5, 5, 8, 5, 5, 5, 7]), triangles: Uint16Array.of(0, 1, 2) };
     const found = massProperties([corner], identity, { id: "a", triangle: 0 })!;
-    expect(found.isCapped).toBe(true); // and open at a corner.
+    expect(found.isCapped).toBe(true); // Open at a corner.
     expect(found.volume).toBeCloseTo((4 * 3 * 2) / 6, 12);
   });
 });

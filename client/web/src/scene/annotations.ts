@@ -22,8 +22,9 @@ export interface AxisNumber {
 export interface AxisArm {
   letter: string;
   axis: number;
-  x: number; // To the right,
-  y: number; // and downwards, from the axes' origin; 1 is the full length.
+  // Position of the end relative to the axes' origin: x right, y down; 1 is the full length.
+  x: number;
+  y: number;
   isBehind: boolean;
 }
 

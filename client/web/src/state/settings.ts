@@ -104,11 +104,13 @@ export interface Settings {
   samplesOf: string; // The dataset whose samples planes show; empty: the first surface's, or the image of a segmentation.
   transparentAir: boolean; // Hides samples of air.
   sliceAt: number; // 0 to 1 along the axis.
-  layout: Layout; // The surface alone, or with three orthogonal slices
-  cross: [number, number, number] | null; // that intersect here, in world coordinates; null: in the center of the data.
+  layout: Layout; // The surface alone, or with three orthogonal slices.
+  // The point where the three slices intersect, in world coordinates; null: the center of the data.
+  cross: [number, number, number] | null;
   sliceColors: ColorMap; // The colors of samples.
-  level: number | null; // The center of the sample colors' range and its length; null: a range
-  windowWidth: number | null; // that shows most of the data.
+  // The center and the length of the sample colors' range; null: a range that shows most of the data.
+  level: number | null;
+  windowWidth: number | null;
   samplesLog: boolean;
   axes: boolean;
   projection: Projection;

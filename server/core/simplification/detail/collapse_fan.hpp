@@ -63,7 +63,8 @@ class CollapseFan {
     Vec3 low;
     Vec3 along;
     double squared_length;
-    double low_along;  // dot(low, along)
+    // dot(low, along).
+    double low_along;
     // Error at the low end.
     double error;
     // Error at the high end minus that at the low end.

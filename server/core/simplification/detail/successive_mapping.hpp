@@ -127,28 +127,41 @@ class SuccessiveMapping {
     std::uint32_t last = 0;
   };
   struct Vertex {
-    std::uint32_t next_carried = kNone;  // The next one carried by the same triangle.
-    std::uint32_t last_collapse = 0;     // The last collapse with it in the fan,
-    Sectors sectors;                     // and its position there.
+    // The next vertex carried by the same triangle.
+    std::uint32_t next_carried = kNone;
+    // The last collapse whose fan contains it.
+    std::uint32_t last_collapse = 0;
+    // Its position in that fan.
+    Sectors sectors;
   };
   // An edge of the original surface, as seen from one of its ends. The half at the low end
   // identifies the edge.
   struct HalfEdge {
-    std::uint32_t other = 0;      // The vertex at the other end,
-    std::uint32_t twin = 0;       // and the half there.
-    std::uint32_t first = kNone;  // The first crossing from this end.
+    // The vertex at the other end.
+    std::uint32_t other = 0;
+    // The half edge at that vertex.
+    std::uint32_t twin = 0;
+    // The first crossing from this end.
+    std::uint32_t first = kNone;
   };
   // An edge of the simplified surface.
   struct Edge {
-    std::uint32_t crossed = kNone;    // Head of the list of crossings on it.
-    std::uint32_t last_collapse = 0;  // The last collapse that touched it;
-    std::uint32_t place = 0;          // then kFanEdge, or i for the edge from w_i to w_(i+1).
+    // Head of the list of crossings on it.
+    std::uint32_t crossed = kNone;
+    // The last collapse that touched it.
+    std::uint32_t last_collapse = 0;
+    // Its place in that collapse: kFanEdge, or i for the edge from w_i to w_(i+1).
+    std::uint32_t place = 0;
   };
   struct Crossing {
-    std::uint32_t half = kNone;                    // The low half; kNone for a deleted crossing.
-    std::uint32_t on = kNone;                      // The crossed edge.
-    std::uint32_t previous = kNone, next = kNone;  // Along the original edge.
-    std::uint32_t next_on = kNone;                 // In the list of `on`.
+    // The low half; kNone for a deleted crossing.
+    std::uint32_t half = kNone;
+    // The crossed edge.
+    std::uint32_t on = kNone;
+    // The neighbors along the original edge.
+    std::uint32_t previous = kNone, next = kNone;
+    // The next crossing in the list of `on`.
+    std::uint32_t next_on = kNone;
     std::uint32_t last_collapse = 0;
   };
   // A segment of an original edge inside the ring, in order from the low end.

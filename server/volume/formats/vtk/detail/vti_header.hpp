@@ -24,9 +24,12 @@ struct VtiArray {
   std::int64_t components = 1;
   Format format = Format::kText;
   bool of_cells = false;
-  std::string section;      // The parent tag: "PointData", "Points", "Polys" and so on.
-  std::uint64_t begin = 0;  // Offsets of the bytes between the tags. For kAppended,
-  std::uint64_t end = 0;    // begin is relative to the appended data, end is unused.
+  // The parent tag: "PointData", "Points", "Polys" and so on.
+  std::string section;
+  // Offsets of the bytes between the tags. For kAppended, `begin` is relative to the appended data
+  // and `end` is unused.
+  std::uint64_t begin = 0;
+  std::uint64_t end = 0;
 };
 
 enum class VtkDataKind { kImageData, kPolyData };
