@@ -43,10 +43,11 @@ struct LoadSession::RunningStream {
   ScriptedRequest scripted;
   const DatasetInfo& info;
   StreamChecks checks;
-  LoadClock::time_point asked = LoadClock::now();
+  LoadClock::time_point requested = LoadClock::now();
   // When the last message from the server arrived.
-  LoadClock::time_point sign = LoadClock::now();
-  bool is_asked_for_life = false;  // A Ping was sent since then.
+  LoadClock::time_point last_message_at = LoadClock::now();
+  // Whether a Ping was sent since then.
+  bool has_pending_ping = false;
   // When the request is repeated.
   std::optional<LoadClock::time_point> resume_at;
   std::set<ContentDigest> tiles;  // Received over all connections.
@@ -221,34 +222,34 @@ asio::awaitable<void> LoadSession::play(ScriptedRequest scripted) {
   RunningStream& stream = *stream_;
   ++statistics_.streams;
   if (is_thorough) ++statistics_.thorough_streams;
-  co_await ask_for_stream();
+  co_await send_open_stream();
   while (stream.ending == Ending::kNone) {
     const auto now = LoadClock::now();
-    const auto silent_at = stream.sign + options_.timeout;
-    const auto ask_at = stream.is_asked_for_life ? silent_at : silent_at - options_.timeout / 2;
-    auto until = std::min(ask_at, options_.give_up);
+    const auto silent_at = stream.last_message_at + options_.timeout;
+    const auto ping_at = stream.has_pending_ping ? silent_at : silent_at - options_.timeout / 2;
+    auto until = std::min(ping_at, options_.give_up);
     if (stream.resume_at) until = std::min(until, *stream.resume_at);
     if (stream.scripted.replaced_after) {
-      until = std::min({until, stream.asked + *stream.scripted.replaced_after, options_.stop});
+      until = std::min({until, stream.requested + *stream.scripted.replaced_after, options_.stop});
     }
     if (now >= options_.give_up) {
       stream.ending = Ending::kUnfinished;
-    } else if (stream.scripted.replaced_after && now >= until && now < ask_at) {
+    } else if (stream.scripted.replaced_after && now >= until && now < ping_at) {
       stream.ending = Ending::kReplaced;
     } else if (now >= silent_at && channel_) {
       channel_->close();
       handle_lost_connection(
           {ErrorCode::kUnavailable, "The server has not sent anything for too long."});
-    } else if (now >= ask_at && channel_) {
+    } else if (now >= ping_at && channel_) {
       // A busy server may delay requests, but answers a Ping; a lost one does not.
-      stream.is_asked_for_life = true;
+      stream.has_pending_ping = true;
       const ChannelPtr channel = channel_;
       co_await channel->send(serialize(Ping{}));
     } else if (!channel_) {
       co_await reconnect();
-      if (channel_) co_await ask_for_stream();
+      if (channel_) co_await send_open_stream();
     } else if (stream.resume_at && now >= *stream.resume_at) {
-      co_await ask_for_stream();
+      co_await send_open_stream();
     } else {
       co_await wait_until(until);
     }
@@ -257,7 +258,7 @@ asio::awaitable<void> LoadSession::play(ScriptedRequest scripted) {
   switch (stream.ending) {
     case Ending::kComplete:
       ++statistics_.complete;
-      statistics_.whole.add(seconds_since(stream.asked));
+      statistics_.whole.add(seconds_since(stream.requested));
       if (!stream.tiles.empty()) statistics_.last_tile.add(stream.last_tile);
       break;
     case Ending::kReplaced:
@@ -275,7 +276,7 @@ asio::awaitable<void> LoadSession::play(ScriptedRequest scripted) {
 }
 
 // Requests the stream, or its remainder after a lost connection.
-asio::awaitable<void> LoadSession::ask_for_stream() {
+asio::awaitable<void> LoadSession::send_open_stream() {
   const ChannelPtr channel = channel_;
   if (!channel) co_return;
   RunningStream& stream = *stream_;
@@ -286,16 +287,16 @@ asio::awaitable<void> LoadSession::ask_for_stream() {
   stream.checks = stream.checks.resumed(stream.info, open);
   stream.begun.reset();
   stream.resume_at.reset();
-  stream.sign = LoadClock::now();
-  stream.is_asked_for_life = false;
+  stream.last_message_at = LoadClock::now();
+  stream.has_pending_ping = false;
   const ClosesAfter limit(io_, channel, options_.timeout);
   co_await channel->send(serialize(open));  // listen() reports its errors.
 }
 
 void LoadSession::take(const ServerMessage& message) {
   if (!stream_ || stream_->ending != Ending::kNone) return;
-  stream_->sign = LoadClock::now();
-  stream_->is_asked_for_life = false;
+  stream_->last_message_at = LoadClock::now();
+  stream_->has_pending_ping = false;
   if (std::holds_alternative<Pong>(message)) return;
   if (const auto* tile = std::get_if<Tile>(&message)) note_tile(*tile);
   const auto progress = stream_->checks.receive(message);
@@ -315,7 +316,7 @@ void LoadSession::note_tile(const Tile& tile) {
       tile.index >= stream_->begun->tiles.size()) {
     return;
   }
-  const double seconds = seconds_since(stream_->asked);
+  const double seconds = seconds_since(stream_->requested);
   if (stream_->tiles.empty()) statistics_.first_tile.add(seconds);
   stream_->last_tile = seconds;
   ++statistics_.tiles;
@@ -329,7 +330,7 @@ void LoadSession::take_progress(const StreamProgress& progress) {
   RunningStream& stream = *stream_;
   if (const auto* step = std::get_if<StepIsWhole>(&progress)) {
     ++statistics_.steps;
-    if (!stream.has_step) statistics_.first_step.add(seconds_since(stream.asked));
+    if (!stream.has_step) statistics_.first_step.add(seconds_since(stream.requested));
     stream.has_step = true;
     const auto verdict =
         agreement_.compare(stream.scripted.open.dataset, step->begin, step->digest);
@@ -355,7 +356,7 @@ void LoadSession::take_refusal(const Error& error) {
   if (error.retry_after > 0) {
     ++statistics_.retried_after_delay;
     stream.resume_at = LoadClock::now() + wait_after(error, random_);
-    stream.sign = *stream.resume_at;
+    stream.last_message_at = *stream.resume_at;
     notify();
     return;
   }

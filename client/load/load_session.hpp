@@ -59,7 +59,7 @@ class LoadSession {
   asio::awaitable<Result<ServerMessage>> ask(ChannelPtr channel, std::string content);
   asio::awaitable<void> listen(ChannelPtr channel);
   asio::awaitable<void> play(ScriptedRequest scripted);
-  asio::awaitable<void> ask_for_stream();
+  asio::awaitable<void> send_open_stream();
   asio::awaitable<void> reconnect();
   asio::awaitable<void> wait_until(LoadClock::time_point time);
   void take(const ServerMessage& message);

@@ -64,12 +64,16 @@ struct LoadStatistics {
   };
   std::map<std::string, Occurrences> errors;  // By error code.
 
-  Times connect;     // Until the Welcome.
-  Times first_tile;  // This and the next three: from the request, lost connections included.
-  Times first_step;  // Complete and checked.
-  // Of complete streams.
+  // From connecting to the Welcome.
+  Times connect;
+  // From a stream's request to its first tile. This and the following times include reconnecting.
+  Times first_tile;
+  // From a stream's request to its first complete and checked step.
+  Times first_step;
+  // From a complete stream's request to its last tile.
   Times last_tile;
-  Times whole;  // Of complete streams, until their end.
+  // From a complete stream's request to its end.
+  Times whole;
 
   static constexpr std::size_t kMaxTexts = 20;
   void add_error(const Error& error);

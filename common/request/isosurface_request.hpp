@@ -40,9 +40,10 @@ inline constexpr int kMinNormalBits = 8;
 inline constexpr int kMaxNormalBits = 10;
 
 struct IsosurfaceRequest {
-  double isovalue = 0;  // Finite. Outside the data's range the mesh is empty, without an error.
+  // Finite. Outside the data's range the mesh is empty, without an error.
+  double isovalue = 0;
   // The threshold where `thresholds` define none, >= 0 and finite, in `unit`. 0 gives the
-  // full-resolution surface.
+  // full-resolution surface. Programs, HTTP and messages default to kDefaultError instead.
   double error = 1;
   // The unit of all thresholds.
   ErrorUnit unit = ErrorUnit::kVoxel;
@@ -52,7 +53,8 @@ struct IsosurfaceRequest {
   double topology_tolerance = 0;
   // r, from kMinLatticeResolution to kMaxLatticeResolution.
   int lattice_resolution = kDefaultLatticeResolution;
-  LocalThresholds thresholds = {};  // Allowed errors that differ from `error` in some places.
+  // Allowed errors that differ from `error` in some places.
+  LocalThresholds thresholds = {};
   // A budget: the maximum triangles and payload bytes of the final step; 0: no limit.
   std::uint64_t max_triangles = 0;
   std::uint64_t max_bytes = 0;

@@ -2,8 +2,8 @@
 //
 // Each of them defines thresholds at some places only. The threshold at a place is
 //
-//   kInOrder   that of the last region that contains it; else the view's; else the grid's; else the
-//              request's error
+//   kInOrder   the threshold of the last region that contains it; else of the view; else of the
+//              grid; else the request's error
 //   kMinimum   the least of all regions, view and grid that define one; else the request's error
 //
 // and never less than `at_least`. Thresholds are in the request's unit.
@@ -104,11 +104,13 @@ struct ThresholdView {
 };
 
 struct LocalThresholds {
-  // Of regions and view.
+  // The coordinate system of `regions` and `view`.
   CoordinateSystem coordinates = CoordinateSystem::kWorld;
   Combination combination = Combination::kInOrder;
-  std::vector<ThresholdRegion> regions = {};  // At most kMaxThresholdRegions; the last one wins.
-  std::shared_ptr<const ThresholdGrid> grid = {};  // Shared, since requests are copied often.
+  // At most kMaxThresholdRegions; see the top of this file for their order.
+  std::vector<ThresholdRegion> regions = {};
+  // Shared, since requests are copied often.
+  std::shared_ptr<const ThresholdGrid> grid = {};
   std::optional<ThresholdView> view = {};
   double at_least = 0;  // Finite, >= 0.
 

@@ -19,8 +19,9 @@ namespace {
 constexpr double kTolerance = 0.01;
 
 // Without an allowed error: the distance in voxels within which a component of the full surface
-// counts as present in the mesh.
-constexpr double kDefaultErrorVoxels = 1;
+// counts as present in the mesh. It is not the default error of requests, because the mesh may have
+// been made with any error or by another program.
+constexpr double kMissingComponentVoxels = 1;
 
 // The places where the mesh may be open: near the border of the data and near void samples.
 class OpenPlaces {
@@ -128,7 +129,7 @@ bool Certificate::keeps_orientation() const {
 
 bool Certificate::passes() const {
   return error != ErrorVerdict::kExceeded &&
-         (!is_topology_asked || (keeps_topology() && keeps_orientation()));
+         (!is_topology_required || (keeps_topology() && keeps_orientation()));
 }
 
 Certificate certify(const TriangleMesh& mesh, const Volume& volume, const CertifyOptions& options) {
@@ -142,7 +143,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   begin("full surface");
   Certificate certificate;
   certificate.grid = grid_info(volume, options.outside, options.margin);
-  certificate.is_topology_asked = !options.any_topology;
+  certificate.is_topology_required = !options.any_topology;
   const Field field(volume, options.outside, options.margin);
   const WeldedMesh own = welded(mesh);
   const double voxel = voxel_length(certificate.grid);
@@ -150,7 +151,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   if (options.lattice) {
     certificate.lattice_allowance = lattice_rounding_world(certificate.grid, *options.lattice);
   }
-  const double allowed = options.error.value_or(kDefaultErrorVoxels * voxel) +
+  const double allowed = options.error.value_or(kMissingComponentVoxels * voxel) +
                          certificate.lattice_allowance + certificate.rounding_allowance;
   const MeshComponents components =
       components_of(own.mesh, inverse(grid_to_world(certificate.grid)));

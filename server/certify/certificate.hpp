@@ -31,8 +31,10 @@ struct CertifyOptions {
   // to be missing. Those that the error may have moved across this limit may be present or missing.
   double min_component = 0;
   bool count_self_intersections = false;
-  std::optional<double> outside = std::nullopt;  // The value beyond the data; absent means void.
-  std::int32_t margin = 0;                       // Grid steps around the data.
+  // The value beyond the data; absent means void.
+  std::optional<double> outside = std::nullopt;
+  // Grid steps around the data.
+  std::int32_t margin = 0;
   // Number of samples per surface for mean and percentile.
   std::uint64_t samples = 200'000;
   // Called at the start of each stage: "full surface", "topology", "distances",
@@ -41,7 +43,7 @@ struct CertifyOptions {
 };
 
 enum class ErrorVerdict {
-  kNotAsked,
+  kNotRequested,
   kProven,     // Proven: no point of either surface is farther.
   kUndecided,  // No measured point is farther, but the upper bound exceeds the error.
   kExceeded,
@@ -55,8 +57,8 @@ struct MissingComponents {
   std::optional<double> min_component;
 };
 
-// Components without open edges, by the sides that their triangles face. Those whose volume is
-// less than rounding may have made of it do not count.
+// Components without open edges, by the sides that their triangles face. Components whose volume is
+// within the rounding error are not counted.
 struct ClosedComponents {
   std::int64_t outwards = 0;  // Enclose high values.
   std::int64_t inwards = 0;   // Enclose low values: cavities.
@@ -82,21 +84,27 @@ struct Certificate {
   // Tolerances for the lattice and for 32-bit coordinates, in world units.
   double lattice_allowance = 0;
   double rounding_allowance = 0;
-  ErrorVerdict error = ErrorVerdict::kNotAsked;
-  bool is_topology_asked = true;
-  std::optional<MissingComponents> missing;  // Set if this is the only reason for failure.
+  ErrorVerdict error = ErrorVerdict::kNotRequested;
+  // Whether the mesh must have the topology of the full surface.
+  bool is_topology_required = true;
+  // Set if missing components are the only reason for failure.
+  std::optional<MissingComponents> missing;
   std::optional<SelfIntersections> self_intersections;
 
-  [[nodiscard]] double maximum() const;          // The larger one of both directions.
-  [[nodiscard]] double maximum_at_most() const;  // Likewise, of the upper bounds.
-  // Every edge has exactly two triangles, with consistent orientation.
+  // Returns the larger of the largest distances measured in both directions, in world units.
+  [[nodiscard]] double maximum() const;
+  // Returns the larger of the upper bounds of both directions, in world units.
+  [[nodiscard]] double maximum_at_most() const;
+  // Returns whether every edge has exactly two triangles, with consistent orientation.
   [[nodiscard]] bool is_watertight() const;
-  // The mesh has as many components, holes and handles as the full surface, and is open only where
-  // the data end or at void samples.
+  // Returns whether the mesh has as many components, holes and handles as the full surface, and is
+  // open only where the data end or at void samples.
   [[nodiscard]] bool keeps_topology() const;
-  // No more closed components face outwards, nor inwards, than on the full surface; or all of them
-  // face the other way.
+  // Returns whether no more closed components face outwards, nor inwards, than on the full surface,
+  // possibly after all of them are reversed.
   [[nodiscard]] bool keeps_orientation() const;
+  // Returns whether no point was found beyond the error and, if required, topology and orientation
+  // are kept.
   [[nodiscard]] bool passes() const;
 };
 

@@ -56,7 +56,7 @@ std::string error_line(const Certificate& certificate, const CertifyOptions& opt
     }
   }
   switch (certificate.error) {
-    case ErrorVerdict::kNotAsked:
+    case ErrorVerdict::kNotRequested:
       return "not requested (--error): no point of either surface is farther from the other than " +
              lengths.text(certificate.maximum_at_most());
     case ErrorVerdict::kProven:
@@ -75,7 +75,7 @@ std::string error_line(const Certificate& certificate, const CertifyOptions& opt
 
 std::string topology_line(const Certificate& certificate, const CertifyOptions& options) {
   const bool is_kept = certificate.keeps_topology();
-  if (!certificate.is_topology_asked) {
+  if (!certificate.is_topology_required) {
     return std::string(is_kept ? "that of the full surface" : "different from the full surface") +
            ", which is allowed";
   }
@@ -219,13 +219,14 @@ Json json_of(const ClosedComponents& closed) {
 }
 
 Json error_json(const Certificate& certificate, const CertifyOptions& options, double voxel) {
-  const bool is_asked = options.error.has_value();
-  return {{"kept", is_asked ? Json(certificate.error != ErrorVerdict::kExceeded) : Json(nullptr)},
-          {"proven", is_asked ? Json(certificate.error == ErrorVerdict::kProven) : Json(nullptr)},
-          {"world", is_asked ? Json(*options.error) : Json(nullptr)},
-          {"voxel", is_asked ? Json(*options.error / voxel) : Json(nullptr)},
-          {"lattice_allowance_world", certificate.lattice_allowance},
-          {"rounding_allowance_world", certificate.rounding_allowance}};
+  const bool is_requested = options.error.has_value();
+  return {
+      {"kept", is_requested ? Json(certificate.error != ErrorVerdict::kExceeded) : Json(nullptr)},
+      {"proven", is_requested ? Json(certificate.error == ErrorVerdict::kProven) : Json(nullptr)},
+      {"world", is_requested ? Json(*options.error) : Json(nullptr)},
+      {"voxel", is_requested ? Json(*options.error / voxel) : Json(nullptr)},
+      {"lattice_allowance_world", certificate.lattice_allowance},
+      {"rounding_allowance_world", certificate.rounding_allowance}};
 }
 
 Json missing_json(const Certificate& certificate) {

@@ -139,8 +139,8 @@ void Conversation::enforce_limits(Clock::time_point now) {
 }
 
 std::optional<Clock::time_point> Conversation::idle_since() const {
-  const bool is_resting = !is_busy() && replies_.empty() && !leaving_;
-  return is_resting ? std::optional(idleness_.last()) : std::nullopt;
+  const bool is_idle = !is_busy() && replies_.empty() && !leaving_;
+  return is_idle ? std::optional(idleness_.last()) : std::nullopt;
 }
 
 // ---- sending

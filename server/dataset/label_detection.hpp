@@ -1,4 +1,4 @@
-// Tells label maps from images.
+// Detects whether a volume is a label map.
 #pragma once
 
 #include "common/request/dataset_info.hpp"

@@ -77,7 +77,7 @@ RetainedBytes PreparedBricks::constant(std::size_t number, const BrickPlace& pla
 // Bytes of a remote file that are damaged are fetched once more.
 CachedBytes PreparedBricks::unpacked(std::size_t number, const BrickPlace& place) const {
   const FileRange range = range_of(place);
-  look_ahead(place);
+  prefetch_following(place);
   for (int attempt = 0;; ++attempt) {
     const RetainedBytes packed = file_.source->bytes(range.offset, range.size);
     auto bytes = std::make_shared<std::vector<std::byte>>();
@@ -109,7 +109,7 @@ std::uint64_t PreparedBricks::bytes_to_fetch(std::span<const std::size_t> bricks
   return is_remote() ? file_.source->bytes_to_fetch(ranges_of(bricks)) : 0;
 }
 
-void PreparedBricks::look_ahead(const BrickPlace& place) const {
+void PreparedBricks::prefetch_following(const BrickPlace& place) const {
   const FileRange range = range_of(place);
   if (type_ || !is_remote() || file_.source->bytes_to_fetch({&range, 1}) == 0) return;
   if (range.offset < kPreviewBytes) {

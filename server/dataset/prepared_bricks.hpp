@@ -2,7 +2,7 @@
 //
 // A brick's bytes are returned only if their checksum matches. Raw bricks of a mapped file are
 // returned in place and verified on first access; others are unpacked into a cache that all
-// datasets share. Safe to use from several threads; concurrent accesses may both unpack it.
+// datasets share. Thread-safe; concurrent accesses to a brick may both unpack it.
 #pragma once
 
 #include <atomic>
@@ -79,7 +79,8 @@ class PreparedBricks : public BrickSource {
     return {.offset = section_.offset + place.offset, .size = place.size()};
   }
   [[nodiscard]] std::vector<FileRange> ranges_of(std::span<const std::size_t> bricks) const;
-  void look_ahead(const BrickPlace& place) const;
+  // Prefetches the bricks that follow an absent brick of a remote spectrum.
+  void prefetch_following(const BrickPlace& place) const;
 
   const BrickFile file_;
   const Section section_;

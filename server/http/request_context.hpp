@@ -17,8 +17,10 @@ namespace multitetra {
 
 struct RequestContext {
   ConnectionContextPtr client = nullptr;
-  std::uint64_t number = 0;  // Unique in this process; by it a gateway's servers know the request.
-  std::string request_id = {};  // The same as text.
+  // Unique in this process. A gateway sends it upstream, so that all logs agree.
+  std::uint64_t number = 0;
+  // `number` as text.
+  std::string request_id = {};
   std::chrono::steady_clock::time_point began = std::chrono::steady_clock::now();
   const char* kind = "malformed";  // Or a result of name(Route), or "redirect".
   // The service, for requests that need it.
@@ -27,11 +29,12 @@ struct RequestContext {
   std::stop_source stop{};
   // The log record; null for quick requests.
   std::unique_ptr<RequestRecord> record = nullptr;
-  // The reason of a refusal for the log, where the answer has another one.
+  // The reason of a refusal for the log, if the client gets a different one.
   std::string reason = {};
   // Reserved for the answer's body until it is sent.
   ByteReservations::Reservation reservation = {};
-  bool has_left = false;  // The client, before there was an answer.
+  // Whether the client disconnected before it was answered.
+  bool has_left = false;
   // Called before a long operation; afterwards a disconnect of the client is detected.
   std::function<void()> watch = {};
 

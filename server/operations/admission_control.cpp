@@ -166,18 +166,18 @@ void AdmissionControl::evict_idle_connection(const std::string& limit_key) {
   double crowd = 0;
   IdleConnection::Clock::time_point since;
   for (ConnectionContext* const client : clients_) {
-    const auto resting = client->resting_.since ? client->resting_.since() : std::nullopt;
-    const double size = resting ? connections_.group_size_of(client->limit_key_) : 0;
+    const auto idle_since = client->idle_.since ? client->idle_.since() : std::nullopt;
+    const double size = idle_since ? connections_.group_size_of(client->limit_key_) : 0;
     if (size <= newcomers || size < crowd) continue;
-    if (size == crowd && *resting >= since) continue;
+    if (size == crowd && *idle_since >= since) continue;
     longest = client;
     crowd = size;
-    since = *resting;
+    since = *idle_since;
   }
   if (longest == nullptr) return;
   observer_->refused(longest->facts_, "connections");
   longest->ticket_ = {};
-  std::exchange(longest->resting_, {})
+  std::exchange(longest->idle_, {})
       .end({ErrorCode::kUnavailable,
             "The server closes its longest idle connection to accept new ones; connect again for "
             "the next request."});

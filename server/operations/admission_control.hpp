@@ -32,9 +32,12 @@
 namespace multitetra {
 
 struct AdmissionOptions {
-  std::optional<TlsFiles> tls = {};                  // None: plain TCP.
-  std::optional<std::filesystem::path> tokens = {};  // None: all datasets are public.
-  ConnectionLimits connections = {.total = 1024, .per_name = 256};  // Names are addresses.
+  // Absent: plain TCP.
+  std::optional<TlsFiles> tls = {};
+  // The access list. Absent: all datasets are public.
+  std::optional<std::filesystem::path> tokens = {};
+  // The limits of concurrent connections, in total and per address.
+  ConnectionLimits connections = {.total = 1024, .per_name = 256};
   // The rate limit of a token, or of an address without one.
   RequestRate requests = {.per_second = 200, .burst = 600};
   // The memory limit of everything that waits: requests for workers; steps, lists and HTTP answers
@@ -72,8 +75,8 @@ class ConnectionContext {
   // proxy, limits then apply to the forwarded client. Fails if that client has too many
   // connections.
   [[nodiscard]] Result<void> forwarded_for(std::string_view addresses);
-  // Lets admission control close this connection while it is idle, to make room for others.
-  void set_evictable(IdleConnection how) { resting_ = std::move(how); }
+  // Lets admission control close this connection while it is idle, to admit others.
+  void set_evictable(IdleConnection how) { idle_ = std::move(how); }
   // Reports that the connection has changed its protocol.
   void set_protocol(ProtocolName protocol);
   // Sets the name for the log after the token check, and whether the client has its own token.
@@ -84,7 +87,8 @@ class ConnectionContext {
   // Sets the client that a gateway forwards for, and its address for the log (may be empty).
   // Ignored unless the gateway is trusted.
   void set_forwarded_share(std::string name, std::string client_address);
-  // Its Hello was accepted, and all that is above is known.
+  // Reports the accepted Hello. Call after set_protocol(), set_identity() and
+  // set_forwarded_share().
   void record_welcome();
   // Names the client's share of time and memory: its token's, else its address's (IPv6: its /64
   // network's). For clients of a trusted gateway it is the share that the gateway names; behind a
@@ -103,8 +107,9 @@ class ConnectionContext {
   std::string address_;    // The peer's address, without port.
   std::string limit_key_;  // The name that limits apply to.
   bool has_token_ = false;
+  // The share that a trusted gateway names; empty otherwise.
   std::string forwarded_share_;
-  IdleConnection resting_;
+  IdleConnection idle_;
   ConnectionLimiter::Ticket ticket_;
   std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
   friend class AdmissionControl;
@@ -187,7 +192,7 @@ class RequestRecord {
   void sent_body(std::size_t bytes) { facts_.bytes += bytes; }
   // Ends the request with an outcome as in RequestFacts. Only the first call has an effect.
   void end(std::string_view outcome);
-  // Ends the request with an error reply, also the log's and the metrics' report of that.
+  // Ends the request with an error reply, which the log and the metrics report with the request.
   void end(const Error& failure);
   [[nodiscard]] const RequestFacts& facts() const { return facts_; }
 

@@ -26,7 +26,7 @@ struct ClientFacts {
   std::uint64_t connection = 0;  // Unique within the process.
   std::string peer = {};         // Address and port.
   std::string name = {};         // The token's name; empty without a token.
-  // Its Hello was accepted; probes of health send none.
+  // Whether its Hello was accepted; health probes send none.
   bool is_welcomed = false;
 };
 
@@ -51,14 +51,15 @@ struct RequestFacts {
   // "complete", "cancelled", "superseded", "left" (the client has disconnected), or the name of an
   // ErrorCode.
   std::string_view outcome = "complete";
-  // Over TCP and WebSocket: the error reply that ended it, named by `outcome`.
+  // Over TCP and WebSocket: the error reply that ended the request; `outcome` is the name of its
+  // code.
   std::optional<Error> failure = {};
 };
 
 // An HTTP request and its outcome.
 struct HttpFacts {
   std::string_view id = {};  // The X-Request-Id.
-  // The X-Request-Id that the request has, from a proxy.
+  // The X-Request-Id of the request, set by a proxy.
   std::string_view proxy_id = {};
   // A string literal: "isosurface", "tile", "viewer", ..., "redirect", "refused" if not examined,
   // "malformed".
@@ -81,7 +82,7 @@ class ServiceObserver {
   virtual ~ServiceObserver() = default;
 
   virtual void connected(const ClientFacts&) {}
-  // A connection for messages whose client is known from now on.
+  // Reports that a client's Hello was accepted.
   virtual void welcomed(const ClientFacts&) {}
   // Called exactly once for each connected().
   virtual void disconnected(const ClientFacts&, double /*seconds*/) {}

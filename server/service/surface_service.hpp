@@ -71,8 +71,8 @@ class Caller {
   // Checks the token and sets the client's name. Must be called first.
   [[nodiscard]] asio::awaitable<Result<void>> log_in(std::string token);
   [[nodiscard]] const Permit& permit() const { return permit_; }
-  // The id by which other servers that answer know the request; surfaces after the first have the
-  // next ones.
+  // Sets the request id that is sent to upstream servers. Further surfaces of the request get the
+  // following ids.
   void set_request_id(std::uint64_t id) { request_ = id; }
 
   // Returns the final surface, or kLimitExceeded above `max_triangles`.

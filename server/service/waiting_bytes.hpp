@@ -9,12 +9,13 @@
 
 namespace multitetra {
 
-// For a stream request, until it is answered.
+// Returns the bytes to reserve for a stream request until it is answered.
 [[nodiscard]] std::size_t waiting_bytes(const OpenStream& open);
-// For a query and its reply, whose size follows from the query, until the reply is sent.
+// Returns the bytes to reserve for a query and its reply, whose size follows from the query, until
+// the reply is sent.
 [[nodiscard]] std::size_t waiting_bytes(const DatasetQuery& query);
-// For a reply without a query, until it is sent. Returns 0 for messages of a few bytes, whose
-// number is limited.
+// Returns the bytes to reserve for a reply without a query until it is sent: 0 for messages of a
+// few bytes, whose number is limited.
 [[nodiscard]] std::size_t waiting_bytes(const ServerMessage& message);
 
 }  // namespace multitetra

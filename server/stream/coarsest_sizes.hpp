@@ -16,12 +16,13 @@
 namespace multitetra {
 
 struct CoarsestSizes {
-  SurfaceSize kept;  // With the topology that the request requires. Meshes have no bytes.
+  // The size with the topology that the request requires. Meshes have no bytes.
+  SurfaceSize kept;
   // Estimates for topology tolerances of 2^0, 2^1, ... voxels, as far as they were needed.
   std::vector<SurfaceSize> tolerant = {};
 };
 
-// Thread-safe. Of one dataset, by request; budgets do not matter.
+// Caches sizes for one dataset. The key is the request without its budgets. Thread-safe.
 class CoarsestSizesCache {
  public:
   [[nodiscard]] std::optional<CoarsestSizes> find(const IsosurfaceRequest& request) {

@@ -19,17 +19,21 @@ using AxisDirections = std::array<Vec3, 3>;
 // each world axis occurs once.
 [[nodiscard]] std::optional<AxisDirections> axis_directions_from(std::string_view text);
 
-// Whether these directions make a mirror image of what they are given: left becomes right.
+// Returns whether the directions mirror the volume (negative determinant).
 [[nodiscard]] bool is_mirror(const AxisDirections& directions);
 
-// "-x,y,-z or x,-y,-z": the turns nearest to a mirror, with the same direction for z.
+// Returns the rotations nearest to a mirror that keep its direction for z, as text:
+// "-x,y,-z or x,-y,-z".
 [[nodiscard]] std::string nearest_rotations(const AxisDirections& mirror);
 
 // Present values replace those of the file.
 struct Placement {
-  std::optional<Vec3> spacing = std::nullopt;  // World units between samples; directions are kept.
-  std::optional<AxisDirections> orient = std::nullopt;  // Rotates or mirrors all world coordinates.
-  std::optional<Vec3> origin = std::nullopt;            // World coordinates of the first sample.
+  // World units between samples; directions are kept.
+  std::optional<Vec3> spacing = std::nullopt;
+  // Rotates or mirrors all world coordinates.
+  std::optional<AxisDirections> orient = std::nullopt;
+  // World coordinates of the first sample.
+  std::optional<Vec3> origin = std::nullopt;
   // The space of the world axes as the reader returns them. RAS coordinates are converted to LPS.
   std::optional<WorldSpace> space = std::nullopt;
   std::optional<std::string> length_unit = std::nullopt;
@@ -37,6 +41,7 @@ struct Placement {
   friend bool operator==(const Placement&, const Placement&) = default;
 };
 
+// Replaces the placement in `header`.
 void place(ImageHeader& header, const Placement& placement);
 
 }  // namespace multitetra

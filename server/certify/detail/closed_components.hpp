@@ -11,10 +11,11 @@
 
 namespace multitetra {
 
+// Returns the counts for components with these measures; those without a volume are open.
 [[nodiscard]] ClosedComponents closed_components(std::span<const SurfaceMeasures> measures);
 
-// The same for a mesh in world coordinates; `is_open` tells of each component whether it has an
-// open edge, `rounding` is the largest displacement of a vertex by rounding, in world units.
+// Returns the counts for a mesh in world coordinates. `is_open[i]` is 1 if component i has an open
+// edge; `rounding` is the largest displacement of a vertex by rounding, in world units.
 [[nodiscard]] ClosedComponents closed_components(const TriangleMesh& mesh,
                                                  const MeshComponents& components,
                                                  const std::vector<char>& is_open, double rounding);

@@ -11,7 +11,8 @@
 
 namespace multitetra {
 
-// A closed box; low <= high on every axis.
+// A closed box, which includes its border; low <= high on every axis. Functions of two boxes
+// require the same coordinates for both.
 struct Box {
   Vec3 low;
   Vec3 high;
@@ -19,18 +20,21 @@ struct Box {
   friend bool operator==(const Box&, const Box&) = default;
 };
 
+// Returns the closed box of the cube, in grid steps.
 [[nodiscard]] inline Box box_of(const OctreeCube& cube) {
   const auto side = static_cast<double>(cube.side());
   const Vec3 low = {side * cube.x, side * cube.y, side * cube.z};
   return {low, {low[0] + side, low[1] + side, low[2] + side}};
 }
 
+// Returns whether every point of `inner` is in `outer`.
 [[nodiscard]] inline bool contains(const Box& outer, const Box& inner) {
   return outer.low[0] <= inner.low[0] && inner.high[0] <= outer.high[0] &&
          outer.low[1] <= inner.low[1] && inner.high[1] <= outer.high[1] &&
          outer.low[2] <= inner.low[2] && inner.high[2] <= outer.high[2];
 }
 
+// Returns whether the boxes have a common point, if only on their borders.
 [[nodiscard]] inline bool touch(const Box& a, const Box& b) {
   return a.low[0] <= b.high[0] && b.low[0] <= a.high[0] && a.low[1] <= b.high[1] &&
          b.low[1] <= a.high[1] && a.low[2] <= b.high[2] && b.low[2] <= a.high[2];
@@ -60,11 +64,12 @@ struct Box {
   return image;
 }
 
-// The least and the largest value of normal . x over the box.
+// The least and the largest value of normal . x over a box.
 struct Extent {
   double least = 0;
   double largest = 0;
 };
+// Returns the extent of the box along `normal`, which may have any length.
 [[nodiscard]] inline Extent extent_along(const Vec3& normal, const Box& box) {
   Extent extent;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -76,7 +81,7 @@ struct Extent {
   return extent;
 }
 
-// Return the squared distance from a point to the nearest and to the farthest point of the box.
+// Returns the squared distance from a point to the nearest point of the box, 0 inside of it.
 [[nodiscard]] inline double squared_distance(const Vec3& place, const Box& box) {
   double sum = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -86,6 +91,7 @@ struct Extent {
   }
   return sum;
 }
+// Returns the squared distance from a point to the farthest point of the box.
 [[nodiscard]] inline double largest_squared_distance(const Vec3& place, const Box& box) {
   double sum = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {

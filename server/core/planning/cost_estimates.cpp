@@ -15,7 +15,7 @@ void MeasuredCosts::record(StepForm form, double extracted, double seconds) {
   if (extracted < kMinTriangles) return;
   double& known = form == StepForm::kShells             ? costs_.shells
                   : form == StepForm::kSimplified       ? costs_.simplified
-                  : form == StepForm::kIntersectionFree ? costs_.embedded
+                  : form == StepForm::kIntersectionFree ? costs_.intersection_free
                                                         : costs_.plain;
   const double found = std::max(seconds - CostEstimates::kSecondsPerStep, 0.0) / extracted;
   known +=

@@ -27,9 +27,10 @@ struct CostEstimates {
   double plain = 0.4e-6;
   // To extract, simplify and encode it.
   double simplified = 2.5e-6;
-  // The same, keeping the surface embedded.
-  double embedded = 5e-6;
-  double shells = 0.03e-6;  // To encode the samples around it.
+  // To extract it, simplify it without self-intersections and encode it.
+  double intersection_free = 5e-6;
+  // To encode the samples around it.
+  double shells = 0.03e-6;
   double bytes_per_second = kDefaultBytesPerSecond;
   double client_triangles_per_second = 0;  // 0 if the client's time is ignored.
 
@@ -38,7 +39,7 @@ struct CostEstimates {
       case StepForm::kSimplified:
         return simplified;
       case StepForm::kIntersectionFree:
-        return embedded;
+        return intersection_free;
       case StepForm::kShells:
         return shells;
       default:

@@ -44,7 +44,7 @@ class SimplifiedPiece::Run {
  public:
   // Moves map and quadrics out of the piece, to hold them in memory only once.
   Run(SimplifiedPiece& piece, const PieceLimit& limit, std::vector<CollapseFan::Point> points,
-      std::optional<Obstacles> embedded)
+      std::optional<Obstacles> obstacles)
       : limit_(limit),
         points_(std::move(points)),
         mesh_(piece.mesh_.triangles, static_cast<std::uint32_t>(piece.mesh_.vertices.size())),
@@ -55,7 +55,7 @@ class SimplifiedPiece::Run {
         volumes_(mesh_, vertices_),
         history_(piece.history_ ? &*piece.history_ : nullptr) {
     piece.map_ = {};
-    if (embedded) embedding_.emplace(mesh_, vertices_, *embedded);
+    if (obstacles) embedding_.emplace(mesh_, vertices_, *obstacles);
     for (std::uint32_t v = 0; v < points_.size(); ++v) {
       if (mesh_.kind(v) == CollapsingMesh::VertexKind::kInner) open_.push_back(v);
     }
@@ -282,13 +282,13 @@ void SimplifiedPiece::add_planes() {
   }
 }
 
-void SimplifiedPiece::begin(const AllowedDistance& max_distance, std::optional<Obstacles> embedded,
+void SimplifiedPiece::begin(const AllowedDistance& max_distance, std::optional<Obstacles> obstacles,
                             const std::function<void()>& checkpoint) {
   if (!is_new_ || max_distance.largest() == 0 || mesh_.triangles.empty()) return;
   SimplifiedPiece taken = std::exchange(*this, {});
   const std::vector<Vec3> positions = positions_of(taken.mesh_, taken.frame());
   const PieceLimit limit(max_distance, taken.frame(), positions);
-  FirstStage stage = first_stage(taken.mesh_, positions, limit, embedded, checkpoint);
+  FirstStage stage = first_stage(taken.mesh_, positions, limit, obstacles, checkpoint);
   taken.is_new_ = false;
   taken.mesh_ = std::move(stage.mesh);
   taken.errors_ = std::move(stage.errors);
@@ -301,14 +301,14 @@ void SimplifiedPiece::begin(const AllowedDistance& max_distance, std::optional<O
 
 void SimplifiedPiece::simplify(const AllowedDistance& max_distance,
                                const std::function<void()>& checkpoint,
-                               std::optional<Obstacles> embedded, int stage, bool is_last) {
+                               std::optional<Obstacles> obstacles, int stage, bool is_last) {
   if (max_distance.largest() == 0 || mesh_.triangles.empty()) return;
-  begin(max_distance, embedded, checkpoint);
+  begin(max_distance, obstacles, checkpoint);
   SimplifiedPiece taken = std::exchange(*this, {});
   const std::vector<Vec3> positions = positions_of(taken.mesh_, taken.frame());
   const PieceLimit limit(max_distance, taken.frame(), positions);
   if (taken.history_) taken.history_->begin(stage);
-  Run(taken, limit, points_of(positions, taken.errors_), embedded)
+  Run(taken, limit, points_of(positions, taken.errors_), obstacles)
       .simplify(taken, checkpoint, !is_last);
   if (is_last) taken.finish();
   if (taken.history_) taken.history_->end();
@@ -364,7 +364,7 @@ Simplified simplified(const LatticeMesh& mesh, const SimplificationOptions& opti
     return {.mesh = mesh, .bound = 0};
   }
   SimplifiedPiece piece(mesh, options.lattice_step);
-  piece.simplify(options.max_distance, checkpoint, options.embedded(), 0, true);
+  piece.simplify(options.max_distance, checkpoint, options.obstacles(), 0, true);
   return piece.result();
 }
 

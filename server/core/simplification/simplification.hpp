@@ -15,7 +15,7 @@
 //    characteristic; a component without border keeps at least four triangles, and does not turn
 //    inside out (for pieces of a surface see component_volumes.hpp);
 //  * no triangle turns by as much as a right angle in a collapse, and none is degenerate;
-//  * with `embedded`, a surface without self-intersections stays so (see embedding.hpp);
+//  * with `is_intersection_free`, a surface without self-intersections gets none (embedding.hpp);
 //  * the result depends only on the arguments, to the bit.
 //
 // Where `max_distance` is 0, nothing changes.
@@ -50,15 +50,18 @@
 namespace multitetra {
 
 struct SimplificationOptions {
-  Vec3 lattice_step = {1, 1, 1};     // Length of a lattice step along each axis.
-  AllowedDistance max_distance = 0;  // In the unit of `lattice_step`.
-  // Keeps embedded surfaces embedded: takes 2 to 3 times as long, leaves a few percent more
-  // triangles.
+  // Length of a lattice step along each axis.
+  Vec3 lattice_step = {1, 1, 1};
+  // In the unit of `lattice_step`.
+  AllowedDistance max_distance = 0;
+  // Adds no intersections to surfaces without any: takes 2 to 3 times as long, leaves a few percent
+  // more triangles.
   bool is_intersection_free = false;
   // Keeps the data to simplify tiles further or to restore their state after the first stage.
   bool is_resumable = false;
 
-  [[nodiscard]] std::optional<Obstacles> embedded() const {
+  // Returns no obstacles other than the surface itself, or nullopt if it may intersect itself.
+  [[nodiscard]] std::optional<Obstacles> obstacles() const {
     return is_intersection_free ? std::optional(Obstacles()) : std::nullopt;
   }
 };
@@ -88,14 +91,14 @@ class SimplifiedPiece {
 
   // Simplifies the piece; `max_distance` as in SimplificationOptions. The bound of an earlier
   // simplification remains if it is larger. Calls `checkpoint` repeatedly; if it throws, the piece
-  // is left empty. With `embedded`, a surface that intersects neither itself nor the obstacles
-  // stays so. `stage` is that of the history, if one is kept. With `is_last` the piece is finished
-  // afterwards, which saves the work for further simplification.
+  // is left empty. With `obstacles`, a surface that intersects neither itself nor the obstacles
+  // stays intersection-free. `stage` is recorded in the history, if one is kept. With `is_last` the
+  // piece is finished afterwards, which saves the work for further simplification.
   void simplify(
       const AllowedDistance& max_distance, const std::function<void()>& checkpoint = [] {},
-      std::optional<Obstacles> embedded = std::nullopt, int stage = 0, bool is_last = false);
+      std::optional<Obstacles> obstacles = std::nullopt, int stage = 0, bool is_last = false);
   // Runs only the fast first stage, for a piece to be joined with others.
-  void begin(const AllowedDistance& max_distance, std::optional<Obstacles> embedded,
+  void begin(const AllowedDistance& max_distance, std::optional<Obstacles> obstacles,
              const std::function<void()>& checkpoint);
 
   // Frees the data for further simplification or joining.

@@ -21,7 +21,7 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
   SimplifiedCube joined{.cube = cube, .tiles = {}, .rest = {}};
   // With `is_intersection_free`: obstacles other than the pieces themselves.
   std::vector<LatticeTriangle> others(obstacles.begin(), obstacles.end());
-  const auto embedded = [&] {
+  const auto all_obstacles = [&] {
     return options.is_intersection_free ? std::optional(Obstacles(others)) : std::nullopt;
   };
   if (options.is_intersection_free) {
@@ -37,9 +37,9 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
     if (options.is_intersection_free) {
       for (const SimplifiedCube& child : children) child.rest.append_triangles(others);
     }
-    if (is_begun) own->begin(options.max_distance, embedded(), checkpoint);
+    if (is_begun) own->begin(options.max_distance, all_obstacles(), checkpoint);
     if (options.is_resumable) own->record_history();
-    if (!is_begun) own->simplify(options.max_distance, checkpoint, embedded(), stage);
+    if (!is_begun) own->simplify(options.max_distance, checkpoint, all_obstacles(), stage);
     pieces.push_back(*std::move(own));
     others.resize(without_rest);
   }
@@ -77,7 +77,7 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
   // A single piece is already simplified, unless only its first stage has run.
   if (is_joined || is_begun) {
     const bool is_last = cube.exponent == limits.root_exponent && !options.is_resumable;
-    joined.rest.simplify(options.max_distance, checkpoint, embedded(), stage + 1, is_last);
+    joined.rest.simplify(options.max_distance, checkpoint, all_obstacles(), stage + 1, is_last);
   }
   return joined;
 }

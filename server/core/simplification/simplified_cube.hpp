@@ -41,7 +41,8 @@ struct SimplifiedTileLimits {
 // Joins the surfaces in a cube's children with the one that lies in no single child (`own`), if
 // there is one, and simplifies what is not cut off. `options` must be the same for all cubes. Calls
 // `checkpoint` repeatedly; an exception from it aborts the work. `obstacles` are triangles that lie
-// in no single cube of this size but extend into this one; only embedded simplification uses them.
+// in no single cube of this size but extend into this one; they are used only with
+// `options.is_intersection_free`.
 [[nodiscard]] SimplifiedCube join_simplified(
     const OctreeCube& cube, std::vector<SimplifiedCube> children,
     std::optional<SimplifiedPiece> own, const SimplificationOptions& options,

@@ -35,8 +35,8 @@ struct SurfacePatch {
   double bound = 0;  // As in Simplified.
 };
 
-// Requires surfaces of one lattice resolution, without normals and scalars. The patches are sorted
-// by their surfaces.
+// Returns the patches of all surfaces, sorted by `first`, then `second`. Requires surfaces of one
+// lattice resolution, without normals and scalars.
 [[nodiscard]] std::vector<SurfacePatch> patches_of(std::span<const LatticeMesh> surfaces);
 
 // Simplifies one patch. With `options.is_intersection_free` it then intersects none of the other
@@ -45,8 +45,8 @@ void simplify_patch(
     std::vector<SurfacePatch>& patches, std::size_t index, const SimplificationOptions& options,
     const std::function<void()>& checkpoint = [] {});
 
-// The surfaces that the patches make up, with the largest bound of their patches. Surfaces without
-// triangles have the lattice resolution of the patches.
+// Returns the surfaces, each assembled from its patches, with the largest bound of these. Surfaces
+// without triangles have the lattice resolution of the patches.
 [[nodiscard]] std::vector<Simplified> joined_patches(std::span<const SurfacePatch> patches,
                                                      std::size_t surface_count);
 

@@ -19,8 +19,8 @@ namespace multitetra {
                                                      const CellBox& cells, std::int32_t layer,
                                                      const ForEach& for_each);
 
-// Returns such a layer of the samples of coarse_extent(info), in the format of
-// PreparedVolume::coarse.
+// Returns one layer of the samples of coarse_extent(info), at z = `layer` and from points.begin to
+// points.end along x and y, in the format of PreparedVolume::coarse.
 [[nodiscard]] std::vector<std::byte> coarse_of_layer(const DatasetInfo& info,
                                                      const SampleBoxes& samples,
                                                      const CellBox& points, std::int32_t layer,

@@ -23,6 +23,7 @@ struct TileMesh {
   double simplification_bound = 0;  // World units; 0 if not simplified.
 };
 
+// Returns one mesh of all tiles, in which equal vertices of different tiles are one vertex.
 [[nodiscard]] LatticeMesh weld(std::span<const TileMesh> tiles, int resolution);
 
 // The surface in one octree cube: tiles already cut off, and the rest.

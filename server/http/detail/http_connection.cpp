@@ -67,7 +67,7 @@ void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) 
 }
 
 std::optional<Clock::time_point> HttpConnection::idle_since() const {
-  return is_answering_ ? std::nullopt : std::optional(resting_since_);
+  return is_answering_ ? std::nullopt : std::optional(idle_since_);
 }
 
 void HttpConnection::end(const Error& why) {
@@ -134,7 +134,7 @@ asio::awaitable<void> HttpConnection::run() {
     if (!is_written) co_return;
     if (!keep_alive || is_ending_) break;
     is_answering_ = false;
-    resting_since_ = Clock::now();
+    idle_since_ = Clock::now();
   }
   co_await close_connection();
 }

@@ -18,7 +18,7 @@ using ReadLabels = std::function<void(std::int32_t z, std::span<std::int32_t> in
 // Range of magnitudes, in 1/256 of the field's range.
 inline constexpr int kMinMagnitude = 4;
 inline constexpr int kMaxMagnitude = 127;
-// That of a smoothed wall.
+// The magnitude of samples next to a plane border.
 inline constexpr int kWallMagnitude = 36;
 
 struct BorderSample {
@@ -48,7 +48,7 @@ class BorderSearch {
   std::uint32_t next(std::span<BorderSample> into);
 
  private:
-  // How far samples of a terrace look for its edge, in samples.
+  // The largest distance at which the edge of a terrace is searched for, in samples.
   static constexpr std::int32_t kTerraceReach = 6;
   static constexpr std::size_t kSlices = 2 * kTerraceReach + 1;
 

@@ -127,7 +127,7 @@ TEST_F(CertificateErrors, DetectsAnEmptySurface) {
 TEST_F(CertificateErrors, MeasuresWithoutABound) {
   const TriangleMesh mesh = testing::shifted(surface(0), {0.3, 0, 0});
   const Certificate certificate = certified(mesh, {});
-  EXPECT_EQ(certificate.error, ErrorVerdict::kNotAsked);
+  EXPECT_EQ(certificate.error, ErrorVerdict::kNotRequested);
   EXPECT_GT(certificate.maximum(), 0.2);
   // Shifted off the data's border, the mesh has open edges.
   EXPECT_FALSE(certificate.passes());

@@ -1,8 +1,8 @@
-// Keeps an embedded surface embedded: rejects collapses whose new triangles would intersect others
+// Keeps a surface intersection-free: rejects collapses whose new triangles would intersect others
 // outside their common vertices and edges.
 //
-// Only new triangles can intersect others, and every accepted collapse leaves an embedded surface;
-// so, by induction, does the whole simplification.
+// Only new triangles can intersect others, and every accepted collapse leaves an intersection-free
+// surface; so, by induction, does the whole simplification.
 //
 // Most triangles near new ones share a vertex with them. If the triangles around that vertex do not
 // overlap when seen from some direction, they need no further test.
@@ -41,7 +41,8 @@ class Embedding {
     TriangleBox box;
     OrientationMask turns;
   };
-  // A vertex of the ring. `last_collapse` is the number of the last collapse with it in the ring.
+  // A vertex of the ring. `last_collapse` is the number of the last collapse whose ring contains
+  // it.
   struct RingVertex {
     std::uint32_t last_collapse = 0;
     std::uint32_t place = 0;

@@ -212,15 +212,15 @@ class Sweeps {
 }  // namespace
 
 FirstStage first_stage(const LatticeMesh& mesh, std::span<const Vec3> positions,
-                       const PieceLimit& limit, std::optional<Obstacles> embedded,
+                       const PieceLimit& limit, std::optional<Obstacles> obstacles,
                        const std::function<void()>& checkpoint) {
   std::vector<std::uint8_t> stays(positions.size(), 0);
-  if (!embedded) {
+  if (!obstacles) {
     Sweeps sweeps(mesh, positions, limit, std::nullopt);
     sweeps.run(stays, checkpoint);
     return sweeps.result(mesh);
   }
-  ChangedTriangles changed(mesh, *embedded);
+  ChangedTriangles changed(mesh, *obstacles);
   for (int round = 0; round < kUncheckedRounds; ++round) {
     Sweeps sweeps(mesh, positions, limit, std::nullopt);
     sweeps.run(stays, checkpoint);
@@ -229,7 +229,7 @@ FirstStage first_stage(const LatticeMesh& mesh, std::span<const Vec3> positions,
     sweeps.mark_origins(corners, stays);
   }
   std::fill(stays.begin(), stays.end(), std::uint8_t{0});
-  Sweeps sweeps(mesh, positions, limit, embedded);
+  Sweeps sweeps(mesh, positions, limit, obstacles);
   sweeps.run(stays, checkpoint);
   return sweeps.result(mesh);
 }

@@ -20,10 +20,10 @@ struct FirstStage {
   std::vector<float> errors;
 };
 
-// Requires triangles with three different vertices each. Preserves the topology; with `embedded`, a
-// surface that intersects neither itself nor the obstacles stays so.
+// Requires triangles with three different vertices each. Preserves the topology. With `obstacles`,
+// a surface that intersects neither itself nor the obstacles stays intersection-free.
 [[nodiscard]] FirstStage first_stage(const LatticeMesh& mesh, std::span<const Vec3> positions,
-                                     const PieceLimit& limit, std::optional<Obstacles> embedded,
+                                     const PieceLimit& limit, std::optional<Obstacles> obstacles,
                                      const std::function<void()>& checkpoint);
 
 }  // namespace multitetra

@@ -491,15 +491,15 @@ TEST(MeasuredCosts, LearnTheCostOfTrianglesOnThisMachine) {
   }
   EXPECT_NEAR(learned.costs().plain, 2e-7, 1e-9);
   EXPECT_NEAR(learned.costs().simplified, 5e-6, 1e-8);
-  EXPECT_NEAR(learned.costs().embedded, 1e-5, 2e-8);
+  EXPECT_NEAR(learned.costs().intersection_free, 1e-5, 2e-8);
 }
 
-TEST(MeasuredCosts, LearnEmbeddedSurfacesSeparately) {
+TEST(MeasuredCosts, LearnIntersectionFreeSurfacesSeparately) {
   MeasuredCosts learned;
   const IsosurfaceRequest plain{.simplify = true};
-  IsosurfaceRequest embedded = plain;
-  embedded.intersection_free = true;
-  const StepForm form = form_of(final_step(embedded));
+  IsosurfaceRequest intersection_free = plain;
+  intersection_free.intersection_free = true;
+  const StepForm form = form_of(final_step(intersection_free));
   for (int i = 0; i < 30; ++i) learned.record(form, 1e5, 1);
   const SurfaceSize size{.triangles = 1e4, .bytes = 2e4, .extracted = 1e5};
   EXPECT_NEAR(learned.costs().server_seconds(size, form), 1, 0.01);
