@@ -54,6 +54,7 @@ struct ConnectedRequest : DatasetRequest {
   Endpoint server;
   Client client;
 };
+// Connects to the server of the order and returns its request.
 [[nodiscard]] ConnectedRequest ordered(const SurfaceOrder& order,
                                        const RetryOptions& retries = {.most = 0});
 
@@ -63,7 +64,8 @@ struct ConnectedRequests {
   std::vector<DatasetRequest> datasets;  // At least one.
   bool is_series = false;
 };
-// As ordered(), or with a request for each dataset of a series if the order names a series.
+// Does the same for an order that may name a series: then returns a request for each of its
+// datasets.
 [[nodiscard]] ConnectedRequests ordered_datasets(const SurfaceOrder& order,
                                                  const RetryOptions& retries = {.most = 0});
 

@@ -47,7 +47,8 @@ struct TakenSurface {
   MeshTopology topology;
   std::uint64_t bytes = 0;
   double error_bound_world = 0;
-  std::optional<ColorScale> colors = {};  // Of the vertices.
+  // The color scale of the vertices' values.
+  std::optional<ColorScale> colors = {};
   OutputSurface drawn;
 };
 

@@ -125,10 +125,12 @@ class Assembler {
   DatasetInfo info_;
   HeldTiles held_;
   StreamValidator validator_;
-  std::vector<TilePtr> tiles_;  // Of the pending step; null until received and decoded.
+  // The tiles of the pending step; null until received and decoded.
+  std::vector<TilePtr> tiles_;
   // The boxes in which this assembler has marched; nullopt for cached tiles.
   std::vector<std::optional<MarchedBox>> marched_;
-  std::vector<WaitingTile> waiting_;  // Of the pending step.
+  // Tiles of the pending step that are not decoded yet.
+  std::vector<WaitingTile> waiting_;
   std::uint64_t waiting_triangles_ = 0;
   std::map<ContentDigest, TileValues> scalars_;  // Received in this stream.
   CommittedStepPtr shown_;

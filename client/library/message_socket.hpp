@@ -38,8 +38,8 @@ class MessageSocket {
   // Sends raw bytes, to test how servers handle them.
   [[nodiscard]] Result<void> send_bytes(std::string_view bytes);
   [[nodiscard]] Result<ServerMessage> receive();
-  // As receive(), but returns nullopt when no whole message arrived within `max_wait`. A partly
-  // received message is kept for the next call.
+  // Receives a message like receive(), but returns nullopt when no whole one arrived within
+  // `max_wait`. A partly received message is kept for the next call.
   [[nodiscard]] Result<std::optional<ServerMessage>> receive_within(
       std::chrono::milliseconds max_wait);
 

@@ -22,7 +22,7 @@ struct FetchReport {
   // In the mesh file.
   std::optional<std::uint64_t> components_written = {};
   std::optional<std::uint64_t> triangles_written = {};
-  // Of the written components of the final step.
+  // The measures of the written components of the final step.
   std::optional<SurfaceMeasures> measures = {};
   std::optional<double> distance_bound = {};  // mesh_distance_bound() of the final step.
   // Triangles of the final step that intersect others; nullopt: not counted.

@@ -42,7 +42,7 @@ struct LoadStatistics {
   std::uint64_t steps = 0;
   std::uint64_t tiles = 0;
   std::uint64_t payload_bytes = 0;
-  std::uint64_t wire_bytes = 0;  // As received, above TLS.
+  std::uint64_t wire_bytes = 0;  // Received bytes, counted above TLS.
   double seconds = 0;            // From the start of the run until the last tile.
 
   std::uint64_t connections = 0;  // Connections that received a Welcome.

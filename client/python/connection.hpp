@@ -62,7 +62,7 @@ class Connection {
 
   const Endpoint server_;
   std::vector<DatasetInfo> infos_;
-  // Of the last stream.
+  // The dataset of the last stream.
   DatasetInfo open_info_;
   IsosurfaceRequest open_request_;
   std::mutex mutex_;              // Guards the members below.

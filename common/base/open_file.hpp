@@ -35,7 +35,7 @@ class OpenFile {
   // Returns the number of bytes read, which is smaller than requested only at the end of the file.
   [[nodiscard]] std::optional<std::size_t> read_some(std::uint64_t offset,
                                                      std::span<std::byte> into) const;
-  // As read_some(), but a file that ends too early is an error (EIO).
+  // Reads like read_some(), but a file that ends too early is an error (EIO).
   [[nodiscard]] bool read(std::uint64_t offset, std::span<std::byte> into) const;
   // Returns the content, or its first `most` bytes.
   [[nodiscard]] std::optional<std::string> content(std::size_t most) const;

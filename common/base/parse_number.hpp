@@ -25,7 +25,7 @@ template <typename Number, typename... Base>
   return value;
 }
 
-// As parse_number(), but rejects infinities and NaN.
+// Parses like parse_number(), but rejects infinities and NaN.
 template <typename Number = double>
 [[nodiscard]] std::optional<Number> parse_finite(std::string_view text) {
   const std::optional<Number> number = parse_number<Number>(text);

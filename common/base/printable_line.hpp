@@ -9,7 +9,7 @@
 
 namespace multitetra {
 
-// As printable() without line ends, cut to `most` bytes (at least 3) with "..." at the end.
+// Returns printable() without line ends, cut to `most` bytes (at least 3) with "..." at the end.
 // Idempotent.
 [[nodiscard]] inline std::string printable_line(std::string_view text, std::size_t most) {
   // The printable form is never shorter than its source.

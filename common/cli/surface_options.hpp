@@ -58,8 +58,10 @@ void add_output_options(Command& command, SurfaceArguments& arguments);
 // A surface in the requested coordinates, with normals, without components that are too small.
 struct OutputSurface {
   PositionedMesh mesh;
-  PhysicalMeaning world = {};  // Of its coordinates; of sample indices nothing is known.
-  int lattice = kDefaultLatticeResolution;  // Vertices are at multiples of 2^-lattice grid steps.
+  // The meaning of its coordinates; empty for sample indices.
+  PhysicalMeaning world = {};
+  // Vertices are at multiples of 2^-lattice grid steps.
+  int lattice = kDefaultLatticeResolution;
   double min_component = 0;  // In samples: components with a shorter diagonal were removed.
   // The number of components in the mesh.
   std::size_t components = 0;

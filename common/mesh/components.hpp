@@ -14,7 +14,7 @@
 
 namespace multitetra {
 
-// As a least diagonal: the longest one that occurs, so that the largest component stays alone.
+// A minimum diagonal that stands for the longest one that occurs: only the largest component stays.
 inline constexpr double kLargestAlone = std::numeric_limits<double>::infinity();
 
 struct MeshComponents {

@@ -25,7 +25,7 @@ void draw_scale_bar(Picture& picture, const Camera& camera, const std::string& u
 
 struct Legend {
   ColorScale scale;
-  std::string name;  // Of the values.
+  std::string name;  // The name of the values.
   std::string unit;  // Empty: unknown.
 };
 

@@ -190,8 +190,10 @@ class Band {
     TriangleIndices indices;  // In the order that makes `area` positive.
     std::int64_t area = 0;    // Twice the area, in square subpixels.
     bool is_inside = false;
-    Vec3 normal = {0, 0, 0};                    // Of the triangle; used by flat shading.
-    std::array<double, 3> wire = {-1, -1, -1};  // The largest side() of each edge within its wire.
+    // The triangle's normal, for flat shading.
+    Vec3 normal = {0, 0, 0};
+    // The largest side() of each edge within its wire.
+    std::array<double, 3> wire = {-1, -1, -1};
     float wire_light = 1;
   };
 

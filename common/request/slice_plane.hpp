@@ -49,7 +49,8 @@ struct NamedSlice {
   std::optional<Vec3> normal = {}, center = {}, up = {};
   std::optional<std::vector<double>> extent = {};  // Width, or width and height, > 0.
   std::optional<Vec3> origin = {}, right = {}, down = {};
-  CoordinateSystem coordinates = CoordinateSystem::kWorld;  // Of everything but `at`.
+  // The coordinate system of all members but `at`.
+  CoordinateSystem coordinates = CoordinateSystem::kWorld;
   SlicePixels pixels = {};
   Interpolation interpolation = Interpolation::kLinear;
   SliceDetail detail = SliceDetail::kAuto;

@@ -240,7 +240,7 @@ struct EstimateReply {
 
 struct SliceReply {
   std::uint64_t request_id = 0;
-  // As requested.
+  // The requested size.
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   std::uint32_t sample_spacing = 1;  // 1, or 8 if every eighth sample was used.

@@ -69,7 +69,7 @@ struct TileNormals {
 [[nodiscard]] EncodedTile encode_tile(const LatticeMesh& mesh, const OctreeCube& cube,
                                       int speed = kDefaultEncodingSpeed,
                                       const TileNormals& normals = {});
-// As above, if digest(mesh) is already known.
+// Does the same if digest(mesh) is already known.
 [[nodiscard]] EncodedTile encode_tile(const LatticeMesh& mesh, const OctreeCube& cube,
                                       const ContentDigest& content,
                                       int speed = kDefaultEncodingSpeed,

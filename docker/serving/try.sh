@@ -70,7 +70,7 @@ metric() {
   for one in "$@"; do curl -sf "$one/metrics"; done | awk -v name="$name" '$1 == name { sum += $2 } END { print sum + 0 }'
 }
 mesh() { echo "/v1/datasets/head/isosurface?isovalue=$1&error=2&format=glb"; }
-computed=multitetra_step_seconds_count  # Of requests that no cache answered.
+computed=multitetra_step_seconds_count  # Counts requests that no cache answered.
 made='multitetra_requests_total{kind="isosurface",outcome="complete",transport="http"}'
 
 for listener in "$haproxy" "$nginx"; do

@@ -104,7 +104,8 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   CallerPtr caller_;
   Session session_;
   ConnectionContextPtr client_;
-  std::string hidden_dataset_;  // That of the message being answered. Only the log names it.
+  // The dataset of the message being answered if the client may not see it. Only the log names it.
+  std::string hidden_dataset_;
   bool is_over_ = false;
   // The dataset listing for the new client is in progress.
   bool is_greeting_ = false;

@@ -12,9 +12,9 @@ namespace multitetra {
 namespace {
 
 constexpr std::size_t kMaxBricks = 1024;
-// Of a value's pairs of neighbors, the part with the same value on both sides. In label maps the
-// median of all values is above 0.6, even for balls of radius 3; in CT, MR and simulations with 8
-// bits it is below 0.06.
+// The threshold of the fraction of a value's pairs of neighbors that have the value on both sides.
+// In label maps the median of this fraction over all values is above 0.6, even for balls of radius
+// 3; in CT, MR and simulations with 8 bits it is below 0.06.
 constexpr double kEqualNeighbors = 0.3;
 
 struct Neighbors {
@@ -72,7 +72,7 @@ class NeighborCensus {
 }  // namespace
 
 bool looks_like_labels(const DatasetInfo& info, const BrickSource& samples) {
-  if (info.member) return false;  // Of a series of times, fields or labels.
+  if (info.member) return false;  // Members of a series are times, fields or labels.
   const BrickLayout layout(info.dims);
   const std::size_t step = (layout.size() + kMaxBricks - 1) / kMaxBricks;
   NeighborCensus census;

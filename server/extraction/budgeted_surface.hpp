@@ -20,7 +20,8 @@ namespace multitetra {
 
 struct BudgetedSurface {
   TiledSurface surface;
-  double at_least = 0;  // As LocalThresholds::at_least, in the request's unit.
+  // The floor that was found: LocalThresholds::at_least, in the request's unit.
+  double at_least = 0;
 };
 
 // Returns the encoded bytes of a surface. Called for budgets of bytes, last with the returned one.

@@ -17,7 +17,7 @@ class Shading {
   // The volume must outlive this object.
   Shading(const PreparedVolume& volume, const StepRequest& step);
 
-  // As in TileKey.
+  // Returns the appearance for TileKey.
   [[nodiscard]] std::uint64_t appearance() const;
   // Returns one normal per vertex, or none, rounded as by encoding and decoding the tile.
   [[nodiscard]] std::vector<UnitVector> decoded_normals(const TileMesh& tile) const;

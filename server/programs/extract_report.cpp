@@ -9,6 +9,7 @@
 #include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/output_files.hpp"
+#include "common/wire/mesh_files.hpp"
 
 namespace multitetra {
 

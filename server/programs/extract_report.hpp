@@ -36,7 +36,7 @@ struct WrittenModel {
 };
 
 struct ExtractResult {
-  IsosurfaceRequest request;  // As its budget allows it.
+  IsosurfaceRequest request;  // Its error is the one that the budget allows.
   TiledSurface surface = {};
   MeasuredSurface measured = {};
   ContentDigest content = {};

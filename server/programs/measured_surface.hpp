@@ -16,8 +16,10 @@ struct MeasuredSurface {
   double simplification_bound = 0;  // World units.
   // Only simplification can cause self-intersections; absent without it.
   std::optional<std::size_t> self_intersecting = {};
-  std::optional<SurfaceMeasures> measures = {};  // Of the components in the file.
-  std::optional<double> distance_bound = {};  // World units, with the lattice; none if unbounded.
+  // The measures of the components in the file.
+  std::optional<SurfaceMeasures> measures = {};
+  // In world units, including the lattice; absent if unbounded.
+  std::optional<double> distance_bound = {};
   bool is_full_resolution = false;
 };
 

@@ -50,8 +50,10 @@ class IsosurfaceRoute {
   [[nodiscard]] asio::awaitable<Result<std::vector<Surface>>> surfaces_of(
       const RequestedFile& wanted, std::vector<IsosurfaceRequest> requests, Caller& caller);
   struct Made {
-    std::optional<StoredMesh> file;  // Absent if the temporary folder is not writable.
-    std::uint64_t triangles = 0;     // Of the whole surfaces.
+    // Absent if the temporary folder is not writable.
+    std::optional<StoredMesh> file;
+    // The number of triangles of the whole surfaces.
+    std::uint64_t triangles = 0;
   };
   [[nodiscard]] asio::awaitable<Result<Made>> make(const RequestedFile& wanted,
                                                    std::vector<IsosurfaceRequest> requests,

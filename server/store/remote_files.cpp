@@ -29,7 +29,7 @@ std::string name_of_version(const std::string& address, const std::string& versi
 struct RemoteFiles::OpenFile {
   explicit OpenFile(MemoryCache& memory) : owner(memory) {}
 
-  std::string address;  // As passed to open().
+  std::string address;  // The argument of open().
   std::string url;
   std::shared_ptr<StoreClient> client;
   std::uint64_t size = 0;

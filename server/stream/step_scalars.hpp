@@ -13,7 +13,7 @@
 namespace multitetra {
 
 struct ScalarsOfTile {
-  std::shared_ptr<const std::string> codes;  // As in TileScalars.
+  std::shared_ptr<const std::string> codes;  // See TileScalars.
   double largest_deviation = 0;
 };
 

@@ -72,11 +72,14 @@ class StreamMessages {
   std::uint32_t step_ = 0;  // The step being computed or sent.
   std::size_t datasets_ = 1;
   StepResult current_;
-  std::deque<StepResult> previews_;  // Of the datasets after that of current_.
+  // The previews of the datasets after that of current_.
+  std::deque<StepResult> previews_;
   double seconds_a_preview_ = 0;
   std::size_t next_tile_ = 0;
-  StepEnd totals_;      // Of the current step so far.
-  ServerMessage last_;  // Valid in phase kLast.
+  // The totals of the current step so far.
+  StepEnd totals_;
+  // Valid in phase kLast.
+  ServerMessage last_;
 };
 
 }  // namespace multitetra

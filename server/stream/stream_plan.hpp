@@ -16,7 +16,7 @@ namespace multitetra {
 
 // The state of a stream: everything that determines its next step.
 struct StreamState {
-  IsosurfaceRequest request = {};  // As received.
+  IsosurfaceRequest request = {};  // The received request.
   StepPolicy steps = StepPolicy::kProgressive;
   // The stream starts with these previews, regardless of the plan.
   std::vector<Preview> resumed_previews = {};

@@ -24,10 +24,10 @@ struct TiledStep {
   // Those crossed by the surface.
   std::uint64_t active_tetrahedra = 0;
   std::vector<EncodedTile> tiles;  // In the order of sending.
-  std::uint64_t appearance = 0;    // As in TileKey.
-  // As in TileKey.
+  // The appearance and the dataset of the tiles' keys: see TileKey.
+  std::uint64_t appearance = 0;
   std::string dataset = {};
-  std::uint32_t crossed_octants = 0;  // As in StepBegin.
+  std::uint32_t crossed_octants = 0;  // See StepBegin.
   bool is_in_shells = false;
   // With a budget and simplification: the smallest floor of thresholds that the budget required.
   double at_least = 0;

@@ -42,7 +42,7 @@ struct VolumeReport {
   std::uint64_t file_bytes = 0;  // The size of the prepared file.
   double open_seconds = 0;       // Median.
   int processors = 0;
-  std::vector<int> threads;               // As requested.
+  std::vector<int> threads;               // The requested numbers.
   std::vector<std::string> flying_edges;  // The backend per number of threads; empty without VTK.
   // For the first preview; nullopt if there is none.
   std::optional<BrickReads> preview;

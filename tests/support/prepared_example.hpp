@@ -37,7 +37,7 @@ struct PreparedExample {
   DatasetMetadata metadata;
   std::vector<std::string> sample_bricks;
   std::vector<std::string> spectrum_bricks;
-  std::string coarse;  // Of the required length, with any content.
+  std::string coarse;  // Has the required length and any content.
   std::string ranges;
   std::string bins;
 

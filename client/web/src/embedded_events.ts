@@ -1,4 +1,4 @@
-// What a page around a viewer is told, by events of the module (module.ts) and by messages of a frame (embedding.ts).
+// The events that an embedding page receives: from the module (module.ts) or as messages of a frame (embedding.ts).
 import type { ShownComponents, StepFacts } from "./state/progress";
 import type { Settings } from "./state/settings";
 
@@ -27,7 +27,7 @@ export type EmbeddedStep = Omit<StepFacts, "errorWorld" | "errorVoxels"> & {
 
 export interface EmbeddedPick {
   world: readonly number[];
-  index: readonly number[]; // In samples.
+  index: readonly number[]; // Sample indices.
   isovalue: number | null; // Null: on a slice.
 }
 
@@ -36,5 +36,5 @@ export interface EmbeddedEvents {
   dataset: EmbeddedDataset;
   shown: EmbeddedStep;
   picked: EmbeddedPick;
-  error: string; // Why what is set cannot be shown.
+  error: string; // The reason why the current settings cannot be shown.
 }

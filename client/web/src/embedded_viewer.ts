@@ -99,7 +99,7 @@ export class EmbeddedViewer {
     }
   }
 
-  // What a listener that comes now has missed.
+  // Emits the current state to a listener that was added later.
   emitMissed(): void {
     const { info, surfaces } = this.viewer;
     if (info) this.events.emit("dataset", this.summaryOf(info));

@@ -9,7 +9,7 @@ interface Query {
   multitetra?: unknown;
   id?: unknown;
   state?: unknown;
-  dragging?: unknown; // Of set: more will follow at once.
+  dragging?: unknown; // In a `set` message: whether more will follow at once.
 }
 
 export class Embedding {

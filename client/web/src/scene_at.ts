@@ -18,7 +18,7 @@ export function sceneOf(list: readonly DatasetInfo[], settings: Settings, info: 
   return {
     moment: { scene: info.member?.series || info.name, time: timeOf(info) },
     infos: surfacesOf(settings).map(({ dataset }) => (dataset ? besideOf(list, info, findByName(list, dataset)) : info)),
-    scalars: settings.colorBy ? wishOf(list, besideOf(list, info, findByName(list, settings.colorBy)), settings.colorBy) : undefined,
+    scalars: settings.colorBy ? scalarOptionsOf(list, besideOf(list, info, findByName(list, settings.colorBy)), settings.colorBy) : undefined,
   };
 }
 
@@ -33,7 +33,7 @@ function besideOf(list: readonly DatasetInfo[], info: DatasetInfo, one: DatasetI
   return one && isSameSeries(one, info) ? atTime(list, one, timeOf(info)) : one;
 }
 
-// What of the settings cannot be shown, as text, and the change without it.
+// Names the settings that cannot be shown, and the change that replaces them.
 export interface SceneRefusal {
   text: string;
   change: Partial<Settings>;
@@ -54,8 +54,8 @@ export function sceneRefusal(list: readonly DatasetInfo[], { colorBy, samplesOf,
   return difference ? { text: `Slices cannot show "${samplesOf}": ${difference}.`, change: { samplesOf: "" } } : null;
 }
 
-// The server rejects unknown names.
-function wishOf(list: readonly DatasetInfo[], by: DatasetInfo | null, name: string): ScalarOptions {
+// Returns the options for a dataset that colors surfaces; without a known dataset only the name, which the server rejects.
+function scalarOptionsOf(list: readonly DatasetInfo[], by: DatasetInfo | null, name: string): ScalarOptions {
   if (!by) return { dataset: name };
   const { min, max } = rangeOf(list, by);
   return min < max ? { dataset: by.name, low: min, high: max } : { dataset: by.name };

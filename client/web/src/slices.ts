@@ -19,7 +19,8 @@ import { suggestedIsovalue } from "./stream/request";
 
 export class Slices {
   private readonly slice: ShownSlice;
-  private readonly faces = new Map<number, ShownSlice>(); // Of the crop, by their numbers; made when they are first shown.
+  // The faces of the crop box, by number; created when they are first shown.
+  private readonly faces = new Map<number, ShownSlice>();
 
   constructor(
     private readonly stage: Stage,
@@ -39,7 +40,7 @@ export class Slices {
     if (!info || !sampled || (!place && faces.length === 0)) return;
     const scale = { map: settings.sliceColors, ...scaleOf(settings.level, settings.windowWidth, settings.samplesLog, rangeOfSamples() ?? sampled) };
     const air = settings.transparentAir ? airBelow(sampled, scale.low) : -Infinity;
-    // Other data do not tell what is inside the surfaces.
+    // Only the first surface's own samples show what is inside of it.
     const filling = { ...scale, above: sampled.name === info.name ? leastIsovalue(settings, info) : air };
     const crop = cropPlanes(settings.crop);
     if (place?.isFilling) this.slice.show(info, sampled, place, filling, crop);
@@ -53,7 +54,7 @@ export class Slices {
     }
   }
 
-  // Returns the nearest place where a ray hits one of them.
+  // Returns the nearest place where a ray hits the slice or a face; null: nowhere.
   hit(ray: Ray): Vec3 | null {
     const hits = [this.slice, ...this.faces.values()].map(({ plane }) => plane.hit(ray)).filter((place) => place !== null);
     const distance = (place: Vec3) => ray.origin.distanceToSquared(new Vector3(...place));
@@ -92,9 +93,9 @@ class ShownSlice {
 
 export interface ShownSamples {
   info: DatasetInfo | null; // The dataset of the first surface.
-  sampled: DatasetInfo | null; // That of the samples; both or neither are null.
+  sampled: DatasetInfo | null; // The dataset of the samples; null exactly if `info` is.
   settings: Settings;
-  rangeOfSamples: () => ValueRange | null; // Of all times of a series, which takes a look at each.
+  rangeOfSamples: () => ValueRange | null; // Computes the range over all times of a series, which takes time.
 }
 
 // `usual`: the default window; absent: all values.

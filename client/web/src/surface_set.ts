@@ -38,14 +38,14 @@ interface Member {
 export interface SurfaceSetEvents {
   shown: (at: number, shown: ShownSurface, isFirstOfScene: boolean) => void;
   drawn: (shown: ViewerEvents["shown"]) => void;
-  progress: (at: number) => void; // Of a surface other than the first.
+  progress: (at: number) => void; // Called if the progress of a surface other than the first changes.
 }
 
 const maxWithPreviews = 24; // With more surfaces, one coarse preview of each is requested, so that all are visible soon.
 const maxConnections = 5; // For surfaces other than the first.
 
 export class SurfaceSet {
-  readonly progress = new Store<Progress>(noProgress); // Of the first surface.
+  readonly progress = new Store<Progress>(noProgress); // The progress of the first surface.
   readonly datasets = new Store<ServedDatasets>(noDatasets);
   readonly sizes = new Store<{ expected: SurfaceSize | null }>({ expected: null });
   readonly reports = new ShownReports(this, () => this.look!.settings, (shown) => this.events.drawn(shown));

@@ -39,7 +39,7 @@ struct Fragment {
 
 // The translucent layers in front of a sample's solid surface, blended.
 struct Mix {
-  Light light = {0, 0, 0};  // As it reaches the eye.
+  Light light = {0, 0, 0};  // The light that reaches the eye.
   float passing = 1;        // The fraction of the light behind that passes.
 };
 

@@ -103,7 +103,8 @@ std::string meshopt_attributes(std::span<const std::byte> elements, std::size_t 
 }
 
 std::string meshopt_triangles(std::span<const TriangleIndices> triangles, std::size_t vertices) {
-  static const bool kHasVersion = (meshopt_encodeIndexVersion(1), true);  // That of the extension.
+  // The version that EXT_meshopt_compression requires.
+  static const bool kHasVersion = (meshopt_encodeIndexVersion(1), true);
   static_cast<void>(kHasVersion);
   const std::size_t corners = 3 * triangles.size();
   std::string bytes(meshopt_encodeIndexBufferBound(corners, vertices), '\0');

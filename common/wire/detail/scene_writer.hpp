@@ -63,7 +63,8 @@ class SceneWriter {
   MeshCodec codec_;
   nlohmann::json json_ = empty_gltf();
   std::string binary_;
-  std::size_t unpacked_bytes_ = 0;  // Of all views, with EXT_meshopt_compression.
+  // The unpacked size of all views, with EXT_meshopt_compression.
+  std::size_t unpacked_bytes_ = 0;
 };
 
 }  // namespace multitetra

@@ -25,7 +25,7 @@ void visit_own_leaves(const Model& model, const OctreeCube& cube, const Visit& v
   const auto walk = [&](const auto& self, const Tetrahedron& t) -> void {
     if (!t.is_divisible() || !model.kept(t.dividing_point())) {
       visit(t);
-    } else if (t.kind != PointKind::kCube) {  // Those of a cube point lie in a refined child.
+    } else if (t.kind != PointKind::kCube) {  // The halves at a cube point lie in a refined child.
       for (const Tetrahedron& half : t.bisect()) self(self, half);
     }
   };

@@ -24,9 +24,10 @@
 namespace multitetra {
 
 struct OwnError {
-  double displacement = 0;  // The paper's error without its treatment of flips. World units.
-  // As above; but if m and v lie on different sides of c, the surface passes through the point: the
-  // largest t(m)|pX| plus the largest t(v)|pX|. World units.
+  // The paper's error without its treatment of flips. World units.
+  double displacement = 0;
+  // The displacement; but if m and v lie on different sides of c, the surface passes through the
+  // point, and this is the largest t(m)|pX| plus the largest t(v)|pX|. World units.
   double certified = 0;
   bool flip = false;
   bool critical = false;  // Implies flip.

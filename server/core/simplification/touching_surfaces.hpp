@@ -32,7 +32,8 @@ struct SurfacePatch {
   std::uint32_t first = 0;       // The number of its surface. Triangles face as they do there.
   std::uint32_t second = kNone;  // The surface on the other side, greater than `first`, or kNone.
   LatticeMesh mesh = {};
-  double bound = 0;  // As in Simplified.
+  // The bound in Simplified.
+  double bound = 0;
 };
 
 // Returns the patches of all surfaces, sorted by `first`, then `second`. Requires surfaces of one

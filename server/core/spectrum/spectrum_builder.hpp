@@ -70,8 +70,10 @@ void build_spectrum(const DatasetInfo& info, const IsovalueBins& bins, const Spe
 // The curves of a box of cells; the bytes of the tiles are in a scratch.
 struct CellCurves {
   CellBox cells;
-  GridPoint tile;                      // The size of a tile in cells.
-  std::vector<std::byte> tile_ranges;  // Of the tiles in the scratch.
+  // The size of a tile in cells.
+  GridPoint tile;
+  // The ranges of the tiles in the scratch.
+  std::vector<std::byte> tile_ranges;
 };
 
 // Writes the curves of these cells to work.scratch. The curves do not depend on threads, memory or

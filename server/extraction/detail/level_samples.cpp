@@ -45,8 +45,8 @@ class CrossedCells {
     });
   }
 
-  // Returns whether one of them, closed, contains a point from `low` to `high`. Requires points in
-  // the range above.
+  // Returns whether a crossed cell, including its border, contains a point from `low` to `high`.
+  // Requires points in the range above.
   [[nodiscard]] bool any_touches(GridPoint low, GridPoint high) const {
     const GridPoint extent = cells_.last - cells_.first + GridPoint{1, 1, 1};
     return visit(cells_around(cube_, low, high), [&](GridPoint cell) {
@@ -56,7 +56,7 @@ class CrossedCells {
   }
 
  private:
-  // Until `look` returns true; whether it has.
+  // Visits the cells until `look` returns true; returns whether it did.
   template <typename Look>
   static bool visit(const CellSpan& cells, const Look& look) {
     for (std::int32_t z = cells.first.z; z <= cells.last.z; ++z) {
@@ -71,7 +71,7 @@ class CrossedCells {
 
   OctreeCube cube_;
   CellSpan cells_;
-  std::vector<bool> crossed_;  // As in cells_, x fastest.
+  std::vector<bool> crossed_;  // By cell of cells_, x fastest.
 };
 
 }  // namespace

@@ -17,7 +17,7 @@ namespace multitetra {
 struct LevelBox {
   GridPoint first;           // The data's first sample in the cube, in spacings.
   GridPoint count;           // Samples of the data along each axis, at least 1.
-  std::uint32_t layers = 0;  // As in ShellBox.
+  std::uint32_t layers = 0;  // See ShellBox.
 
   // The data's last sample in the cube, in spacings.
   [[nodiscard]] GridPoint last() const { return first + count - GridPoint{1, 1, 1}; }

@@ -34,7 +34,7 @@ class VolumeFileError : public std::runtime_error {
 [[noreturn]] void fail_damaged(const std::filesystem::path& file, const std::string& problem);
 
 struct ImageHeader {
-  std::array<std::int64_t, 3> dims = {1, 1, 1};  // As in the file, not validated.
+  std::array<std::int64_t, 3> dims = {1, 1, 1};  // The file's, not validated.
   StoredType type = StoredType::kU8;
   Vec3 spacing = {1, 1, 1};
   Affine index_to_world = {};

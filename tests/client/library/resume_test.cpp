@@ -133,7 +133,7 @@ class Resume : public ::testing::TestWithParam<Transport> {
   }
 
   RunningServer server_{shared_gyroid()};
-  std::vector<ContentDigest> digests_;  // Of the steps.
+  std::vector<ContentDigest> digests_;  // The digests of the steps.
   std::size_t tiles_ = 0;
   std::size_t final_tiles_ = 0;
   std::size_t messages_ = 0;

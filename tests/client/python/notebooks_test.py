@@ -46,7 +46,7 @@ class ViewerOfNotebooks(unittest.TestCase):
         self.assertEqual(
             viewer.page, "https://volumes.example/path/?embed#dataset=a%20head&isovalue=1.5&max_triangles=9&simplify=false&color=aabbcc"
         )
-        viewer.settings = {"dataset": "a head", "isovalue": 7.5, "error": 0.25}  # As the page does.
+        viewer.settings = {"dataset": "a head", "isovalue": 7.5, "error": 0.25}  # The page does the same.
         viewer.error = 2.0
         self.assertEqual(viewer.wanted["isovalue"], 7.5)
         self.assertEqual(viewer.wanted["error"], 2.0)

@@ -974,7 +974,7 @@ async function runsTheExample(page) {
   await page.waitForFunction(() => / triangles within [0-9.]+ voxels$/.test(document.querySelector("p").textContent), null, { timeout: patience });
   await page.waitForFunction(() => window.eye, null, { timeout: patience });
   const [before, eye] = [await facts(), await page.evaluate(() => window.eye)];
-  await page.fill("input", "17"); // As the user moves it: input, then change.
+  await page.fill("input", "17"); // Emits the events of a user's drag: input, then change.
   await page.waitForFunction(
     (text) => document.querySelector("p").textContent !== text && / triangles within [0-9.]+ voxels$/.test(document.querySelector("p").textContent),
     before, { timeout: patience },

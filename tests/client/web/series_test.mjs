@@ -452,7 +452,7 @@ async function leavesRoom(page) {
 }
 
 async function showsHundreds(page) {
-  const requests = []; // Of the connection for coarse previews.
+  const requests = []; // The requests on the connection for coarse previews.
   page.on("websocket", (socket) => {
     const sent = [];
     socket.on("framesent", ({ payload }) => {

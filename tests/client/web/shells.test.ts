@@ -11,7 +11,7 @@ const golden = new URL("../../golden/", import.meta.url);
 const decoder = shellDecoder(readFileSync(new URL("../../../common/codec/wasm/shell_decoder.wasm", import.meta.url)));
 const listed = readFileSync(new URL("shells.txt", golden), "utf8").trim().split("\n").map((line) => line.split(" "));
 
-// As in tests/support/golden_shells.hpp: mode and lattice resolution of each shell. `cube` contains all.
+// The mode and the lattice resolution of each shell, the same as in tests/support/golden_shells.hpp. `cube` contains all.
 const modes: Record<string, [ShellMode, number]> = {
   example: [{ values: 0, levelsPerOctave: 0, spacing: 1 }, 5],
   exact: [{ values: 0, levelsPerOctave: 0, spacing: 1 }, 5],

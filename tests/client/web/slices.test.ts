@@ -108,7 +108,7 @@ describe("LinkedSlices", () => {
   });
 
   test("KnowTheSamplesOfTheAxes", () => {
-    // Of 9 x 9 x 9 samples; index z is world x.
+    // A volume of 9 x 9 x 9 samples; index z is world x.
     const thick = { ...plain("a"), indexToWorld: [0, -0.5, 0, 0, 0, 0.5, 3, 0, 0, 10, 0, 0], spacing: [0.5, 0.5, 3] };
     expect(worldSpacing(thick)).toEqual([3, 0.5, 0.5]);
     expect(nearestSample(thick, 0, 14.2)).toBe(13);

@@ -10,7 +10,7 @@ const isovalues = (settings: Settings) => surfacesOf(settings).map(({ isovalue }
 
 describe("Surfaces", () => {
   test("OfOtherDatasetsAreTranslucent", () => {
-    const added = { ...two, opacity: 0.35 }; // As after adding an inner surface.
+    const added = { ...two, opacity: 0.35 }; // The opacity after adding an inner surface.
     const own = { dataset: "cells.actin", isovalue: 9, color: "#00ff00" };
     expect(withOtherDataset(added, 1, own)).toEqual({ surfaces: [{ ...further, ...own, opacity: 0.35 }], opacity: 1 });
     expect(withOtherDataset({ ...two, opacity: 0.8 }, 1, own)).not.toHaveProperty("opacity"); // The user's.

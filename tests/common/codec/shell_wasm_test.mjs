@@ -25,7 +25,7 @@ function decode(bytes) {
 const compare = (a, b) => a.findIndex((v, i) => v !== b[i]);
 const less = (a, b) => { const i = compare(a, b); return i >= 0 && a[i] < b[i]; };
 
-// As in tests/support/golden_shells.hpp.
+// The same as in tests/support/golden_shells.hpp.
 function checksum({ vertices, triangles }) {
   const point = (index) => [...vertices.subarray(3 * index, 3 * index + 3)];
   const all = [];

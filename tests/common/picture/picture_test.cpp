@@ -385,7 +385,7 @@ TEST(ScaleBar, HasARoundLengthThatFitsThePicture) {
     const ScaleLength length = scale_length(camera);
     EXPECT_GT(length.pixels, 40) << radius;
     EXPECT_LE(length.pixels, 110.001) << radius;
-    // As long as the same distance between two places in the middle of the picture.
+    // The same length as that distance between two places in the middle of the picture.
     EXPECT_NEAR(length.world * camera.pixels_at_one / -camera.seen({0, 0, 0})[2], length.pixels,
                 1e-6)
         << radius;

@@ -61,7 +61,7 @@ TEST(LabelDetection, RecognizesManyOrFewLabelsOfEachType) {
     EXPECT_TRUE(looks_so<std::uint16_t>(cells)) << radius;
     EXPECT_TRUE(looks_so<float>(cells)) << radius;
     EXPECT_TRUE(looks_so<std::uint8_t>([&](int x, int y, int z) { return cells(x, y, z) > 30; }));
-    // As in a brain atlas.
+    // Labels of a brain atlas.
     EXPECT_TRUE(looks_so<std::int16_t>([&](int x, int y, int z) { return 35 * cells(x, y, z); }));
   }
 }
@@ -74,7 +74,7 @@ TEST(LabelDetection, TakesImagesForImages) {
   EXPECT_FALSE(looks_so<float>(distance));
   EXPECT_FALSE(looks_so<std::int16_t>([](int, int, int) { return 7; })) << "one value";
   EXPECT_FALSE(looks_so(fields::integer_noise({kSide, kSide, kSide}, 20, 3))) << "few values";
-  // Of a scan, with air, saturated bone, and one tissue of equal samples.
+  // A scan with air, saturated bone, and one tissue of equal samples.
   std::mt19937_64 random(9);
   EXPECT_FALSE(looks_so<std::uint8_t>([&](int x, int y, int z) {
     const double r = distance(x, y, z);

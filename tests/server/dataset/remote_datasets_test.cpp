@@ -147,7 +147,7 @@ TEST_F(RemoteDatasets, FetchLittleForAFirstPreview) {
   const DatasetPtr dataset = open_dataset(server_.address() + "/large.mtd", opened);
   EXPECT_EQ(opened->counts().requests, 1U);
   const SurfaceExtractor extractor(dataset);
-  // As plans choose it: the finest spacing with little to fetch besides the opening.
+  // The spacing that plans choose: the finest spacing with little to fetch besides the opening.
   std::int32_t finest = 8;
   while (spectrum_bytes_to_fetch(*dataset, finest) > kFirstFetchedBytes) finest *= 2;
   EXPECT_LE(finest, 64);

@@ -43,7 +43,7 @@ class TlsFilesTest : public ::testing::Test {
 struct Handshake {
   boost::system::error_code server;
   boost::system::error_code client;
-  std::string version;   // As negotiated by the client.
+  std::string version;   // The version that the client negotiated.
   std::string protocol;  // Chosen by ALPN.
 };
 

@@ -118,7 +118,8 @@ TEST(StreamPlan, MeetsABudgetWithConstantEstimates) {
   }
 }
 
-// As for large smooth surfaces, where size samples fail: their simplified blocks are mostly border.
+// Numbers of a large smooth surface, where size samples fail: its simplified blocks are mostly
+// border.
 TEST(StreamPlan, UsesABudgetIfEstimatesStopDecreasing) {
   class Plateau : public Misjudged {
    public:

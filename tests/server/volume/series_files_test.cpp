@@ -81,7 +81,8 @@ class SeriesFiles : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-// As VTK and VisIt write them: between DATASET and DIMENSIONS, numbers as text or big-endian.
+// Fields as VTK and VisIt write them: between DATASET and DIMENSIONS, numbers as text or
+// big-endian.
 TEST_F(SeriesFiles, LegacyVtkFilesHaveATime) {
   const auto times_with = [&](std::string_view format, const std::string& field,
                               const std::string& samples) {

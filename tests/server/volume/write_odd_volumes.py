@@ -495,7 +495,7 @@ def hdf5():
                 if is_short and bytes_left_out:
                     shorten(file["v"], bytes_left_out)
                 elif is_short:
-                    file["v"].id.write_direct_chunk((4, 4, 0), bytes(143))  # Of the size of a whole one, it would stay unpacked.
+                    file["v"].id.write_direct_chunk((4, 4, 0), bytes(143))  # With the size of a whole chunk it would stay unpacked.
             if is_short:
                 refuse(f"hdf5-short-{name}", path, sentence)
             else:

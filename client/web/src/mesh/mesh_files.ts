@@ -6,7 +6,7 @@ import { PointNumbers } from "./point_numbers";
 interface Tile {
   positions: Float32Array; // Lattice coordinates.
   triangles: Uint16Array | Uint32Array;
-  normals: Int16Array; // As of pack(): four numbers per vertex, in lattice coordinates.
+  normals: Int16Array; // Four numbers per vertex, in lattice coordinates: see pack().
   sums: Float32Array | null; // Present if normals are those of the triangles, not of the field.
 }
 export interface WorldMesh {

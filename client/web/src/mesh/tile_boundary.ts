@@ -10,7 +10,7 @@ export interface TileBoundary {
   innerEdges: number; // Edges with more than one triangle of this tile.
   nonmanifoldEdges: number; // Inner edges with more than two triangles.
   degenerateTriangles: number;
-  components: number; // Of this tile alone.
+  components: number; // Components of this tile alone.
   // The boundary vertices: lattice coordinates, number in the tile, number of the component.
   positions: Int32Array;
   vertices: Uint32Array;

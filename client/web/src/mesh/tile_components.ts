@@ -18,7 +18,7 @@ interface Tile {
 }
 
 export interface DrawnComponents {
-  components: number; // Of the whole surface.
+  components: number; // All components of the surface.
   shown: number; // Drawn components.
   triangles: number; // Drawn triangles.
   largest: LatticeBox | null; // The box of the drawn component with the longest diagonal; null: none is drawn.

@@ -11,7 +11,7 @@ export interface DatasetSelect {
 }
 
 interface Offer {
-  name: string; // Of the dataset or its series.
+  name: string; // The name of a dataset or of a series.
   words: string;
 }
 

@@ -13,7 +13,7 @@ export type ValueRange = Pick<DatasetInfo, "min" | "max">;
 export interface Isoline {
   surface: number; // 0 for the first. Surfaces of other datasets have no line.
   isovalue: number;
-  color: string; // Of its surface.
+  color: string; // The surface's color.
 }
 
 const integerTypes = 4; // U8, I8, U16 and I16 precede the floats.

@@ -20,7 +20,7 @@ export interface LabelRow {
 export interface LabelRowEvents {
   change: (changes: LabelLook) => void;
   isolate: () => void;
-  click: (event: MouseEvent) => void; // Of its name.
+  click: (event: MouseEvent) => void; // Called for clicks on the name.
   rename: (name: string) => void;
 }
 

@@ -9,7 +9,7 @@ export interface MeasuredLabel {
   samplesVolume: number; // In cubed world units; 0: unknown.
   found: MassProperties | null; // Null: not shown, and thus not measured.
   bound: number | null; // The surface's error in world units; null: unknown.
-  centroid: Vec3 | null; // Of the label's samples, in world coordinates; null: unknown.
+  centroid: Vec3 | null; // The centroid of the label's samples, in world coordinates; null: unknown.
 }
 
 // Returns CSV with a header of ASCII letters, which all programs read. Unknown numbers are empty. Volumes have more

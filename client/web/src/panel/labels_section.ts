@@ -21,7 +21,7 @@ export interface LabelsPart extends PanelSection {
 }
 
 export interface LabelsEvents {
-  saveLabels: (surfaces: readonly number[] | null) => void; // As a table of those that are visible; null: of all.
+  saveLabels: (surfaces: readonly number[] | null) => void; // Saves a table of the visible ones of these surfaces; null: of all surfaces.
   zoomToLabel: (dataset: string) => void;
 }
 

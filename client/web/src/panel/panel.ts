@@ -49,7 +49,7 @@ export class Panel {
   private readonly expected = h("p", { class: "expected", "data-tip":
     "The server's estimate for these settings. The view shows the full resolution instead where that arrives sooner." });
   private size: SurfaceSize | null = null;
-  private shown: StepFacts | null = null; // Of the first surface.
+  private shown: StepFacts | null = null; // The shown step of the first surface.
   private info: DatasetInfo | null = null;
 
   constructor(

@@ -132,7 +132,7 @@ export class StatusBar {
     const isFirst = progress.firstSurface === null;
     const share = `${Math.round((100 * tilesReceived) / Math.max(1, tilesToCome))} %`;
     const tiles = tilesToCome > 0 ? left ? `${share}, ${left}` : `${share} of step ${step + 1}` : "waiting for the server";
-    // Until then the previous surface is shown, and the seal is about that one.
+    // Until the first step of the new surface, the previous surface is shown, and the badge applies to it.
     this.say(!isFirst ? "Refining…" : drawn.length > 0 ? "Updating…" : "First preview…", tiles, `${isFirst ? "The first preview" : `Step ${step + 1}`} is loading`);
   }
 

@@ -56,7 +56,7 @@ export function surfacesPart(change: Change): SurfacesPart {
     show: (now, shown) => {
       settings = now;
       info = shown;
-      // Before the list of datasets arrives, labels cannot be told from other surfaces.
+      // Before the list of datasets arrives, it is unknown which surfaces are labels.
       const surfaces = datasets.length > 0 ? surfacesOf(now) : surfacesOf(now).slice(0, maxSurfaces);
       const isLabel = ({ dataset }: SurfaceSettings) => labelOf(datasets, dataset || now.dataset) !== null;
       for (const [at, row] of rows) {

@@ -51,7 +51,7 @@ export class TimeBar {
     const text = timeText(now, unit);
     this.slider.setAttribute("aria-valuetext", text);
     this.time.textContent = text;
-    // As wide as the longest text, so that nothing moves during playback.
+    // The width of the longest text, so that nothing moves during playback.
     this.time.style.minWidth = `${Math.max(...all.map((time) => timeText(time, unit).length))}ch`;
     this.play.textContent = settings.playing ? "❚❚" : "▶";
     this.play.setAttribute("aria-label", settings.playing ? "Pause" : "Play");

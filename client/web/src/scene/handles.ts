@@ -9,7 +9,7 @@ export class Handles {
   private readonly region: RegionHandles;
   private readonly cropBox: RegionHandles;
   private readonly cut: CutHandles;
-  private crop: Crop | null = null; // As shown.
+  private crop: Crop | null = null; // The shown crop box.
 
   constructor(stage: Stage, canvas: HTMLCanvasElement, changed: (changes: Partial<Settings>, isDragging: boolean) => void) {
     this.region = new RegionHandles(stage, canvas, (region, isDragging) => changed({ region }, isDragging));

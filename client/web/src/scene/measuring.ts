@@ -25,7 +25,7 @@ export interface Measurement {
 }
 
 interface Place extends MeasuredPlace {
-  info: DatasetInfo; // Of the surface or the samples.
+  info: DatasetInfo; // The dataset of the surface or the samples.
   index: Vec3; // In samples.
   surface: { tiles: ShownTiles; part: MeasuredPart } | null; // Null: on no shown surface.
 }
@@ -37,7 +37,7 @@ export class Measuring {
   private places: Place[] = [];
   private readonly dots: HTMLElement[] = [];
   private readonly partLine = h("div");
-  private isPartMeasured = false; // Of the place picked last.
+  private isPartMeasured = false; // Whether the part at the place picked last is measured.
   private readonly drawing = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   private readonly line = document.createElementNS("http://www.w3.org/2000/svg", "polyline");
 
@@ -98,7 +98,7 @@ export class Measuring {
     this.write();
   }
 
-  // As currently visible.
+  // The places and lengths that are currently visible.
   get measurement(): Measurement {
     const points = this.places.map(({ world }) => this.stage.project(new THREE.Vector3(...world)));
     const isWhole = points.every((at) => at !== null); // None is behind the eye.

@@ -20,7 +20,7 @@ export interface Picked {
 }
 
 export interface Pickable {
-  info: DatasetInfo | null; // Of the slice's samples.
+  info: DatasetInfo | null; // The dataset of the slice's samples.
   tiles: ShownTiles[];
   clip: readonly THREE.Plane[]; // The half-spaces that remain visible.
   slice: (ray: THREE.Ray) => Vec3 | null;
@@ -83,8 +83,8 @@ export class Picking {
   }
 }
 
-// Of places sorted from near to far, returns the one with the largest contribution to the pixel's color, so that clicks
-// pass through nearly transparent surfaces; null: there is none.
+// Returns the place with the largest contribution to the pixel's color, so that clicks pass through nearly transparent
+// surfaces. Requires places sorted from near to far. Null: there is none.
 export function mostVisible<Place>(hits: { place: Place; opacity: number }[]): Place | null {
   let best: Place | null = null;
   let largest = 0;

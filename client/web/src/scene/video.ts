@@ -3,7 +3,7 @@ import type { CanvasSource } from "mediabunny";
 
 export interface Recording {
   file: Blob;
-  ending: string; // Of its name: "mp4".
+  ending: string; // The extension of its file name, such as "mp4".
 }
 
 export interface Video {

@@ -49,7 +49,7 @@ export function inSeconds(milliseconds: number): string {
     : `${(milliseconds / 1000).toFixed(milliseconds < 9950 ? 2 : 1)} s`;
 }
 
-// As short as the value allows.
+// Formats a value with at most `digits` significant digits.
 export function inDigits(value: number, digits = 4): string {
   return String(Number(value.toPrecision(digits)));
 }

@@ -3,7 +3,7 @@ import type { BrowserStorage } from "./browser_storage";
 
 export interface Bookmark {
   name: string;
-  address: string; // As toAddress() writes it, without the token.
+  address: string; // The result of toAddress(), without the token.
 }
 
 const key = "bookmarks";

@@ -7,7 +7,7 @@ export interface HiddenParts {
   // World coordinates. Hides the component nearest to each place; it is the same in steps of any error, as long as all
   // other components are farther from the place than the error.
   places: readonly Vec3[];
-  largestOnly?: boolean; // Of the remaining components, only the one with the largest bounding box is shown; absent: false.
+  largestOnly?: boolean; // Shows only the remaining component with the largest bounding box; absent: false.
 }
 
 export const nothingHidden: HiddenParts = { minComponent: 0, places: [] };

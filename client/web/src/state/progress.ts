@@ -23,7 +23,7 @@ export interface StepFacts {
   errorVoxels: number;
   isCertified: boolean; // The error is a bound.
   shell: ShellMode | null; // The mode of sample shells; null: a triangle mesh.
-  spacing: number; // Of a preview's samples; 1: all samples.
+  spacing: number; // The spacing of a preview's samples; 1: all samples.
   pixels: number | null; // The allowed error in pixels if it follows the camera.
   preservesTopology: boolean;
   tolerance: number;
@@ -37,7 +37,7 @@ export interface StepFacts {
 // The visible components of the surface, if some are hidden.
 export interface ShownComponents {
   minComponent: number; // In samples: components whose bounding box has a shorter diagonal are hidden.
-  components: number; // Of the whole surface.
+  components: number; // All components of the surface.
   shown: number; // Visible components.
   triangles: number; // Visible triangles.
 }
@@ -60,11 +60,11 @@ export interface Progress {
   step: number; // The step being received.
   tilesToCome: number;
   tilesReceived: number;
-  bytesReceived: number; // Of all steps.
+  bytesReceived: number; // Bytes of all steps.
   firstTile: number | null; // Milliseconds after the request.
   firstSurface: number | null;
   complete: number | null;
-  shown: StepFacts | null; // Of the whole surface.
+  shown: StepFacts | null; // The shown step, with all components.
   components: ShownComponents | null; // Null: all are shown.
   // The reason why the server is busy, and performance.now() of the next attempt.
   postponed: { text: string; until: number } | null;
@@ -84,7 +84,7 @@ export interface DrawnSurface {
 
 // All visible surfaces.
 export interface SurfacesStatus {
-  progress: Progress; // Of the first visible surface, or else of the first one.
+  progress: Progress; // The progress of the first visible surface, or else of the first one.
   drawn: DrawnSurface[];
   done: number; // Surfaces that have a final step or will never have one.
   visible: number; // Visible surfaces.

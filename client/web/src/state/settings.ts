@@ -50,8 +50,8 @@ export interface AdditionalSurface {
   color: string; // "#rrggbb"
   opacity: number; // 0 to 1 (opaque).
   visible: boolean;
-  minComponent?: MinComponent; // As for the first surface; default: 0.
-  hiddenParts?: readonly [number, number, number][]; // As for the first surface; default: none.
+  minComponent?: MinComponent; // See Settings; default: 0.
+  hiddenParts?: readonly [number, number, number][]; // See Settings; default: none.
   material?: Material; // Default: neutral.
 }
 

@@ -135,7 +135,7 @@ function settingName(name: string): string {
 }
 
 interface Word {
-  name: string; // As written.
+  name: string; // The name as written in the address.
   setting: string; // Empty for names with capitals, which addresses do not have.
   value: string;
 }

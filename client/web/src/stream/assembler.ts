@@ -27,7 +27,7 @@ export interface StepOfTiles {
   begin: StepBegin;
   end: StepEnd;
   tiles: ManifestTile[];
-  digest: ContentDigest; // Of all triangles, computed here.
+  digest: ContentDigest; // The digest of all triangles, computed here.
   cached: number; // Cached tiles, which were not sent.
 }
 

@@ -60,11 +60,11 @@ export interface TileValues {
 }
 
 export interface ConversationOptions {
-  part: string; // Of the viewer: see helloFrom().
+  part: string; // The part of the viewer: see helloFrom().
   token: () => string;
   // Keys of cached tiles that fit this request, the most useful first.
   cachedTiles: (order: StreamRequest) => string[];
-  priority?: Priority; // Of all requests; default: normal.
+  priority?: Priority; // The priority of all requests; default: normal.
   trianglesPerSecond?: () => number; // The page's measured speed of decoding, checking and showing.
   isListing?: () => boolean; // Whether a new connection lists the datasets; default: yes.
 }
@@ -80,7 +80,7 @@ const maxWait = 600_000; // The longest accepted delay of a server.
 export class Conversation {
   private phase: Phase = "connecting";
   private retry = firstRetry;
-  private lastRequestId = 0n; // Of streams and queries.
+  private lastRequestId = 0n; // The last id of a stream or query.
   private streamId = 0n; // The request id of the last stream.
   private query: { id: bigint; order: StreamRequest } | null = null; // The running query.
   private nextQuery: StreamRequest | null = null;
@@ -97,7 +97,7 @@ export class Conversation {
   // The steps begun so far; after a lost connection exactly these are repeated.
   private begunPreviews: Preview[] = [];
   private hasFinalBegun = false;
-  private lastStep: StepBegin | null = null; // Of the running stream.
+  private lastStep: StepBegin | null = null; // The last step of the running stream.
 
   constructor(private readonly options: ConversationOptions) {}
 

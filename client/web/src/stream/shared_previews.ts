@@ -14,7 +14,7 @@ import { Link } from "./link";
 import type { StreamRequest } from "./stream_request";
 
 export interface PreviewClient {
-  receive: (message: ServerKind) => void; // Of its stream, whose only step has the number 0.
+  receive: (message: ServerKind) => void; // Receives a message of the client's stream, whose only step has the number 0.
   requestAlone: () => void; // Called if its preview cannot be received here.
 }
 

@@ -2,7 +2,7 @@
 // a step's last tile on, because until then the network may be the bottleneck.
 
 const few = 5000; // Smaller steps are ignored.
-const weight = 0.5; // Of the latest step.
+const weight = 0.5; // The weight of the latest step in the moving average.
 
 export class StepSpeed {
   // The default until a step was measured.

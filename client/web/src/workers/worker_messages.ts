@@ -96,7 +96,7 @@ export interface Hit {
 }
 // The drawn components of a step.
 export interface Selection {
-  components: number; // Of the whole step.
+  components: number; // All components of the step.
   shown: number; // Drawn components.
   triangles: number; // Drawn triangles.
   largest: LatticeBox | null; // The box of the largest drawn component; null: none is drawn.

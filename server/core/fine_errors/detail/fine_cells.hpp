@@ -26,8 +26,10 @@ namespace multitetra {
 // A support cell; it owns the points at offsets 0 to 7 from `low`.
 struct FineCell {
   GridPoint low;
-  bool is_crossed;  // Its points' diamonds may have values on both sides of the isovalue.
-  bool is_near;     // Those of their descendants may: it or a neighbour is crossed.
+  // The diamonds of its points may have values on both sides of the isovalue.
+  bool is_crossed;
+  // The diamonds of their descendants may: the cell or a neighbour is crossed.
+  bool is_near;
 };
 
 class FineCells {

@@ -82,7 +82,7 @@ void ComponentVolumes::find_volumes() {
       }
     }
   }
-  std::uint32_t component = CollapsingMesh::kNone;  // That of the last triangle.
+  std::uint32_t component = CollapsingMesh::kNone;  // The last triangle's.
   std::optional<LatticePoint> origin;
   for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
     const auto& [a, b, c] = mesh_.triangle(t);
@@ -110,7 +110,7 @@ ComponentVolumes::Volume ComponentVolumes::volume_seen_from(const LatticePoint& 
                              p[2] * (q[0] * r[1] - q[1] * r[0]));
 }
 
-// As seen from w_0, the triangles that the collapse leaves have none.
+// Seen from w_0, the triangles that the collapse leaves have no volume.
 ComponentVolumes::Volume ComponentVolumes::loss(std::span<const std::uint32_t> ring) const {
   const LatticePoint& goal = vertices_[mesh_.vertex(CollapsingMesh::next(ring[0]))];
   const std::uint32_t u = mesh_.vertex(ring[0]);

@@ -27,7 +27,7 @@ class ComponentVolumes {
   void commit(std::span<const std::uint32_t> ring);
 
  private:
-  // Six times a volume in lattice steps, modulo 2^64. Of a component it is below 2^63, as
+  // Six times a volume in lattice steps, modulo 2^64. A component's is below 2^63, as
   // coordinates are at most 2^20.
   using Volume = std::uint64_t;
 
@@ -35,13 +35,14 @@ class ComponentVolumes {
   void find_volumes();
   [[nodiscard]] Volume volume_seen_from(const LatticePoint& origin, std::uint32_t a,
                                         std::uint32_t b, std::uint32_t c) const;
-  // Returns what the component loses.
+  // Returns the volume that the component loses in the collapse.
   [[nodiscard]] Volume loss(std::span<const std::uint32_t> ring) const;
 
   const CollapsingMesh& mesh_;
   std::span<const LatticePoint> vertices_;
-  std::vector<std::uint32_t> component_of_;  // Of each vertex: a vertex of its component.
-  // By this vertex; 0: not restricted.
+  // By vertex: one vertex, the same for all vertices of a component.
+  std::vector<std::uint32_t> component_of_;
+  // By that vertex: the component's volume; 0: not restricted.
   std::vector<Volume> volumes_;
 };
 

@@ -54,7 +54,7 @@ class ThresholdPyramid {
 
   Affine to_samples_;
   double unit_;
-  std::vector<float> thresholds_;  // As given; NaN means no threshold.
+  std::vector<float> thresholds_;  // NaN means no threshold.
   std::vector<Level> levels_;
 };
 

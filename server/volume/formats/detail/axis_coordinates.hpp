@@ -14,8 +14,10 @@ namespace multitetra {
 // The coordinates along an axis. Without values, samples are 1 apart.
 struct AxisCoordinates {
   std::vector<double> values = {};
-  std::string unit = {};                      // As in the file.
-  std::optional<double> step = std::nullopt;  // Replaces values; coordinates start at 0.
+  // The unit's name in the file.
+  std::string unit = {};
+  // Replaces `values`; coordinates start at 0.
+  std::optional<double> step = std::nullopt;
 };
 
 // Sets the placement of a volume along x, y, z; `coordinates` are known for the first `axes` axes.

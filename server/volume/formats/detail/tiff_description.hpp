@@ -16,7 +16,7 @@
 
 namespace multitetra {
 
-// As a microscope names and shows it.
+// A channel's name and display settings, written by a microscope.
 struct TiffChannel {
   std::string name = {};                              // May be empty.
   std::optional<std::uint32_t> color = std::nullopt;  // 0xRRGGBB.

@@ -277,7 +277,8 @@ bool Hdf5ChunkSizes::is_whole(Bytes chunk, unsigned skipped) const {
 }
 
 bool Hdf5ChunkSizes::unpack(const Filter& filter, bool needs_contents, Bytes& bytes) const {
-  const std::size_t most = chunk_bytes_ + chunk_bytes_ / 8 + 4096;  // Of data for a second filter.
+  // The maximum size of data for a second filter.
+  const std::size_t most = chunk_bytes_ + chunk_bytes_ / 8 + 4096;
   const std::vector<unsigned>& values = filter.values;
   const auto has_size = [&](std::optional<std::size_t> size) {
     if (size && *size <= most) bytes.resize(*size);

@@ -35,7 +35,8 @@ class Hdf5ChunkSizes {
   struct Source {
     Hdf5Mapping mapping;
     std::unique_ptr<Hdf5ChunkSizes> sizes = nullptr;  // Null until the source is first read.
-    bool is_checked = false;  // As a whole; mappings of boxes are checked in parts.
+    // Whether the whole source was checked; mappings of boxes are checked in parts.
+    bool is_checked = false;
   };
 
   void require_whole_source(Source& source, const Hdf5Box& box);
