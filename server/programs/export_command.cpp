@@ -272,7 +272,7 @@ void add_export_command(Command& program, Run& run) {
       "export", "Write a surface with its levels of detail as files for a web server");
   command
       ->add_option("file", arguments->file,
-                   "Dataset: a file (.mtd) or an address of one (https://, s3://bucket/key)")
+                   "Dataset: a file (.mtd) or the address of a dataset (https://, s3://bucket/key)")
       ->required()
       ->type_name("DATASET");
   command->add_option("-o,--output", arguments->folder, "Folder to write to; created if missing")

@@ -333,9 +333,10 @@ void add_extract_command(Command& program, Run& run) {
   Command* command =
       program.add_subcommand("extract", "Write isosurfaces as mesh files, without a network");
   command
-      ->add_option("file", a->file,
-                   "Dataset: a file (.mtd) or an address of one (https://, s3://bucket/key); or a "
-                   "folder of labels, whose meshes then fit together")
+      ->add_option(
+          "file", a->file,
+          "Dataset: a file (.mtd) or the address of a dataset (https://, s3://bucket/key); or a "
+          "folder of labels, whose meshes then fit together")
       ->required()
       ->type_name("DATASET");
   command

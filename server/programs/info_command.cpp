@@ -157,9 +157,10 @@ void add_info_command(Command& program, Run& run) {
   const auto arguments = std::make_shared<InfoArguments>();
   Command* command = program.add_subcommand("info", "Print the properties of a dataset");
   command
-      ->add_option("file", arguments->file,
-                   "Dataset: a file (.mtd) or an address of one (https://, s3://bucket/key); a "
-                   "local folder or one in a bucket: all of its datasets")
+      ->add_option(
+          "file", arguments->file,
+          "Dataset: a file (.mtd) or the address of a dataset (https://, s3://bucket/key); a "
+          "local folder or one in a bucket: all of its datasets")
       ->required()
       ->type_name("DATASET");
   command->add_flag("--json", arguments->json, "Print JSON, with the histogram");

@@ -83,7 +83,7 @@ void add_plot_command(Command& program, Run& run) {
       "plot", "Draw a dataset's histogram and the sizes of its surfaces (SVG)");
   command
       ->add_option("file", a->file,
-                   "Dataset: a file (.mtd) or an address of one (https://, s3://bucket/key)")
+                   "Dataset: a file (.mtd) or the address of a dataset (https://, s3://bucket/key)")
       ->required()
       ->type_name("DATASET");
   command->add_option("-o,--output", a->output, "Drawing to write (.svg)")

@@ -75,7 +75,7 @@ void add_verify_command(Command& program, Run& run) {
       "verify", "Check every byte of a dataset; serving checks only what it reads");
   command
       ->add_option("file", arguments->file,
-                   "Dataset: a file (.mtd) or an address of one; a local folder or one in a "
+                   "Dataset: a file (.mtd) or the address of a dataset; a local folder or one in a "
                    "bucket: all of its datasets")
       ->required()
       ->type_name("DATASET");

@@ -1,4 +1,4 @@
-// Trees of cells over HTTP, as 3D Tiles made on demand.
+// 3D Tiles tilesets, made on demand.
 #pragma once
 
 #include <optional>

@@ -147,7 +147,7 @@ void add_prepare_command(Command& program, Run& run) {
   command
       ->add_option("input", a->inputs,
                    "Volumes: a file, a folder (DICOM, OME-Zarr, TIFF slices), a pattern of slices, "
-                   "or raw samples with --dims, an address of an OME-Zarr; several of them, or a "
+                   "raw samples with --dims, or the address of an OME-Zarr; several of them, or a "
                    "folder of many. `multitetra-server formats` lists the formats")
       ->type_name("SOURCE");
   command

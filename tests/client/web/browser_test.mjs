@@ -557,7 +557,7 @@ async function hidesSmallComponents(page) {
   await page.waitForFunction((all) => document.querySelector(".seal").textContent.endsWith(`1 of ${all} components shown`), large.all, { timeout: patience });
   await hide("12", `${larger.shown} of ${larger.all} components shown`);
   const room = await page.evaluate(() => ["facts", "fact.error"].map((name) => document.querySelector(`.${name}`).getBoundingClientRect().right));
-  assert(room[1] <= room[0] + 1, `the seal leaves ${room[0]} to an error that ends at ${room[1]}`);
+  assert(room[1] <= room[0] + 1, `the facts end at ${room[0]}, the error at ${room[1]}`);
   await page.waitForTimeout(800); // Changes in quick succession are undone together.
   await hide("1000", "Nothing shown");
   assert.match(await page.textContent(".notice"), new RegExp(`No components of ${large.all} shown \\(smaller than 1000 samples hidden\\)`));

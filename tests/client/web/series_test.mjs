@@ -50,7 +50,7 @@ async function showsLabels(page) {
     const { right } = document.querySelector(".facts").getBoundingClientRect();
     return [...document.querySelectorAll(".fact span")].filter((one) => one.getBoundingClientRect().right > right + 1).map((one) => one.textContent);
   });
-  assert.deepEqual(cut, [], "no fact is cut off beside the seal");
+  assert.deepEqual(cut, [], "no fact is cut off beside the badge");
   await examine(page);
   const all = (await surfacePixels(page)).share;
   await page.click('.eye[aria-label="Show label 5"]');
