@@ -38,7 +38,7 @@ void add_border_options(Command& command, std::string& outside, std::optional<in
       ->type_name("VALUE");
   command
       .add_option("--margin", margin,
-                  "Layers of samples of that value around the data (default: 0; 1 for labels)")
+                  "Layers of that value around the data (default: 0; 1 for labels)")
       ->within(0, 4096);
 }
 

@@ -19,6 +19,7 @@ check() {
   [ "$count" -le 15 ] || fail "$* --help has $count options: $options"
   [ "$count" = "$lines" ] || fail "$* --help has $lines lines for $count options: $(sed -n '/^Options:/,/^$/p' <<<"$page" | grep -v '^  -')"
   [ -z "$(awk 'length > 100' <<<"$(sed -n '/^Options:/,/^$/p' <<<"$page")")" ] || fail "$* --help has a line of more than 100 characters"
+  [ -z "$(awk '{ line = $0; if (gsub(/\(/, "", line) != gsub(/\)/, "", line)) print }' <<<"$(sed -n '/^Options:/,/^$/p' <<<"$page")")" ] || fail "$* --help cuts a text inside parentheses"
   awk '/^Examples:/ { seen = 1 } /^Options:/ && !seen { exit 1 }' <<<"$page" || fail "$* --help has no examples before its options"
   for option in $options; do
     options_of "$all" | grep -qx -- "$option" || fail "$* --help-all lacks $option"

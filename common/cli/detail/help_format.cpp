@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <string_view>
 
 #include <CLI/CLI.hpp>
 
@@ -37,6 +38,17 @@ Footer footer_of(const CLI::App& app) {
     (is_example ? footer.examples : footer.rest) += line + "\n";
   }
   return footer;
+}
+
+// Returns the position of the first "; " or ". " outside of parentheses, or npos.
+std::size_t end_of_first_clause(std::string_view text) {
+  int open = 0;
+  for (std::size_t i = 0; i + 1 < text.size(); ++i) {
+    if (text[i] == '(') ++open;
+    if (text[i] == ')') --open;
+    if (open <= 0 && (text[i] == ';' || text[i] == '.') && text[i + 1] == ' ') return i;
+  }
+  return std::string_view::npos;
 }
 
 // CLI11's group of options without an explicit group.
@@ -125,8 +137,8 @@ std::string short_description(const CLI::Option& option) {
   const std::string& default_text = option.get_default_str();
   const bool has_default = !default_text.empty() && default_text != "\"\"";
   const std::string& text = option.get_description();
-  const std::size_t end = std::min(text.find("; "), text.find(". "));
-  return text.substr(0, end) + (has_default ? " (default " + default_text + ")" : "");
+  return text.substr(0, end_of_first_clause(text)) +
+         (has_default ? " (default " + default_text + ")" : "");
 }
 
 std::string full_description(const CLI::Option& option) {

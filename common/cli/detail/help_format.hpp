@@ -15,7 +15,8 @@ namespace multitetra {
 // Returns the value shown after the option's name: "FILE", "on|off"; empty for a flag.
 [[nodiscard]] std::string value_text(const CLI::Option& option);
 
-// Returns the option's description up to the first "; " or ". ", and its default.
+// Returns the option's description up to the first "; " or ". " outside of parentheses, and its
+// default.
 [[nodiscard]] std::string short_description(const CLI::Option& option);
 
 // Returns the full description with range, default and environment variable.

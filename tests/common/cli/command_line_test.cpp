@@ -104,6 +104,22 @@ TEST(HelpFormat, ShowsTypeChoicesRangeAndDefault) {
   EXPECT_EQ(full_description(*flag), "Whether");
 }
 
+TEST(HelpFormat, ShortLinesHaveBalancedParentheses) {
+  CLI::App app;
+  double number = 3;
+  const auto line = [&](const std::string& name, const std::string& description) {
+    return short_description(*app.add_option("--" + name, number, description));
+  };
+  EXPECT_EQ(line("a", "Layers (default: 0; 1 for labels)"), "Layers (default: 0; 1 for labels)");
+  EXPECT_EQ(line("b", "Files (.mtd. or .nrrd; (s3: a; b)) to read; more"),
+            "Files (.mtd. or .nrrd; (s3: a; b)) to read");
+  EXPECT_EQ(line("c", "Brief. More (a; b)"), "Brief");
+  EXPECT_EQ(line("d", "1) one; two"), "1) one");
+  CLI::Option* const known = app.add_option("--e", number, "Depth (in mm; or cm); of a cut");
+  known->capture_default_str();
+  EXPECT_EQ(short_description(*known), "Depth (in mm; or cm) (default 3)");
+}
+
 TEST(HelpFormat, WrapsLines) {
   EXPECT_EQ(wrapped("one two three", 8), "one two\nthree");
   EXPECT_EQ(wrapped("a longer-than-allowed b", 6), "a\nlonger-than-allowed\nb");
