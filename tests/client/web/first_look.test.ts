@@ -6,7 +6,7 @@ import { columns } from "../../../client/web/src/panel/histogram";
 import { labelTable } from "../../../client/web/src/panel/label_table";
 import { timeLeft } from "../../../client/web/src/panel/status_bar";
 import { create, HistogramSchema, LabelSchema, WorldSpace } from "../../../client/web/src/protocol/messages";
-import { annotate } from "../../../client/web/src/scene/annotations";
+import { annotate, type Annotations } from "../../../client/web/src/scene/annotations";
 import { nearestName } from "../../../client/web/src/shared/nearest_name";
 import { worldDifference } from "../../../client/web/src/stream/dataset";
 import { plain } from "./made_datasets";
@@ -81,16 +81,43 @@ describe("ExportedPictures", () => {
     expect(captionOf({ ...defaults, isovalue: 7 }, { ...info, name: "head", valueUnit: "", member: undefined })).toBe("head, isovalue 7");
   });
 
-  test("DrawFrontAxesLast", () => {
+  const nothing: Annotations = { scale: null, numbers: [], axes: [], legends: [], points: [], words: [] };
+  const legend = { map: "gray" as const, name: "samples of head", low: "-160", high: "240 HU" };
+
+  // Returns the texts with their positions, and the path's corners.
+  function drawn(annotations: Annotations, [width, height] = [800, 600], ratio = 1) {
     const written: [string, number, number][] = [];
-    const context = new Proxy({ canvas: { width: 800, height: 600 } } as Record<string, unknown>, {
-      get: (target, name) => {
-        if (name === "fillText") return (...words: [string, number, number]) => written.push(words);
-        return target[name as string] ?? (() => {});
-      },
-    }) as unknown as CanvasRenderingContext2D;
+    const corners: [number, number][] = [];
+    const recorders: Record<string, unknown> = {
+      canvas: { width, height }, fillText: (...words: [string, number, number]) => written.push(words),
+      moveTo: (...corner: [number, number]) => corners.push(corner), lineTo: (...corner: [number, number]) => corners.push(corner),
+      createLinearGradient: () => ({ addColorStop: () => {} }),
+    };
+    const context = new Proxy(recorders, { get: (target, name) => target[name as string] ?? (() => {}) });
+    annotate(context as unknown as CanvasRenderingContext2D, annotations, ratio, "#fff", "#000");
+    return { written, corners };
+  }
+
+  test("ContainMeasurementsScaleAndLegends", () => {
+    const points = [{ x: 100, y: 50, note: "" }, { x: 300, y: 90, note: "a saddle" }];
+    const words = ["head, isovalue 500.5 HU", "A to B: 44.72 mm"];
+    const { written, corners } = drawn({ ...nothing, points, words, scale: { pixels: 120, text: "50 mm" }, legends: [legend] });
+    const texts = written.map(([text]) => text).sort();
+    expect(texts).toEqual([...words, "50 mm", "A", "B", "a saddle", "-160", "240 HU", "samples of head"].sort());
+    expect(written.find(([text]) => text === "a saddle")).toEqual(["a saddle", 313, 94.5]); // Beside B.
+    expect(corners).toEqual(expect.arrayContaining([[100, 50], [300, 90], [664, 580], [784, 580]])); // The length's line, the scale bar.
+  });
+
+  test("LegendsAndScaleBarDoNotOverlap", () => {
+    const heightOf = (width: number, legends: number) => drawn({ ...nothing, scale: { pixels: 120, text: "50 mm" }, legends: Array(legends).fill(legend) }, [width, 600])
+      .written.find(([text]) => text === "50 mm")![2];
+    expect([heightOf(400, 2), heightOf(360, 0)]).toEqual([573, 573]); // At the lower right corner,
+    expect([heightOf(360, 1), heightOf(360, 2)]).toEqual([521, 469]); // or above the legends.
+  });
+
+  test("DrawFrontAxesLast", () => {
     const axes = [{ letter: "R", axis: 0, x: -1, y: 0, isBehind: true }, { letter: "S", axis: 2, x: 0, y: -1, isBehind: false }];
-    annotate(context, { scale: null, numbers: [{ text: "20", x: 100, y: 50 }], axes, legends: [], points: [], words: [] }, 2, "#fff", "#000");
+    const { written } = drawn({ ...nothing, numbers: [{ text: "20", x: 100, y: 50 }], axes }, [800, 600], 2);
     expect(written.map(([letter]) => letter)).toEqual(["20", "R", "S"]);
     const [number, [, rightX, rightY], [, upX, upY]] = written;
     expect(number.slice(1)).toEqual([100, 54.5]); // The center stays where it is on the screen.

@@ -29,6 +29,8 @@ export interface AxisArm {
 }
 
 const margin = 16;
+const legendLength = 200;
+const legendHeight = 52; // With the space to the next one.
 const arm = 30; // CSS pixels.
 const axisColors = ["#d9534f", "#5cb85c", "#4f8fd9"];
 const measured = "#ffd24a";
@@ -50,7 +52,9 @@ export function annotate(context: CanvasRenderingContext2D, { scale, numbers, ax
   };
   for (const { text, x, y } of numbers) write(text, x, y + 4.5, "center");
   if (scale) {
-    const [left, right, bottom] = [width - margin - scale.pixels, width - margin, height - margin];
+    const [left, right] = [width - margin - scale.pixels, width - margin];
+    const isBesideLegends = left >= margin + legendLength + margin; // Otherwise it lies above them.
+    const bottom = height - margin - (isBesideLegends ? 0 : legendHeight * legends.length);
     context.strokeStyle = ink;
     context.lineWidth = 1.5;
     context.beginPath();
@@ -61,8 +65,8 @@ export function annotate(context: CanvasRenderingContext2D, { scale, numbers, ax
     context.stroke();
     write(scale.text, (left + right) / 2, bottom - 11, "center");
   }
-  legends.forEach((legend, i) => drawLegend(context, legend, margin, height - margin - 52 * i, write));
-  drawAxes(context, axes, margin + arm + 10, height - margin - arm - 10 - 52 * legends.length, ink, paper);
+  legends.forEach((legend, i) => drawLegend(context, legend, margin, height - margin - legendHeight * i, write));
+  drawAxes(context, axes, margin + arm + 10, height - margin - arm - 10 - legendHeight * legends.length, ink, paper);
   drawPoints(context, points);
   for (const { x, y, note } of points) if (note) write(note, x + 13, y + 4.5, "left");
   words.forEach((text, i) => write(text, margin, margin + 12 + 18 * i, "left"));
@@ -73,14 +77,13 @@ function drawLegend(
   context: CanvasRenderingContext2D, { name, low, high, map }: LegendText, x: number, bottom: number,
   write: (text: string, x: number, y: number, align: CanvasTextAlign) => void,
 ): void {
-  const length = 200;
   const colors = gradientOf(map).match(/#[0-9a-f]{6}/g)!;
-  const gradient = context.createLinearGradient(x, 0, x + length, 0);
+  const gradient = context.createLinearGradient(x, 0, x + legendLength, 0);
   colors.forEach((color, i) => gradient.addColorStop(i / (colors.length - 1), color));
   context.fillStyle = gradient;
-  context.fillRect(x, bottom - 28, length, 11);
+  context.fillRect(x, bottom - 28, legendLength, 11);
   write(low, x, bottom - 3, "left");
-  write(high, x + length, bottom - 3, "right");
+  write(high, x + legendLength, bottom - 3, "right");
   if (name) write(name, x, bottom - 33, "left");
 }
 
