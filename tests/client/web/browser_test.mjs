@@ -39,6 +39,7 @@ await test("ExchangesMessagesWithTheEmbeddingPage", exchangesMessages);
 await test("RunsTheExampleOfTheGuide", runsTheExample);
 await test("HidesToolsInLowFrames", hidesTools);
 await test("ShowsSamplesAndTheirValuesOnAPlane", showsASlice);
+await test("ShowsTomographyInItsWindows", showsTomography);
 await test("LinksThreeSlicesByACrosshair", linksSlices);
 await test("RefinesNearbySurfacesToAPixel", refinesWhatIsNear);
 await test("FollowsTheViewByDefault", followsTheView);
@@ -650,6 +651,65 @@ async function showsASlice(page) {
   await page.focus(".legend:not([hidden]) .legend-slider");
   await page.keyboard.press("ArrowUp");
   await page.waitForFunction(() => !/window_width=1(&|$)/.test(location.hash));
+}
+
+// A CT of a ball of bone in soft tissue, in a file that defines no axes of the patient.
+async function showsTomography(page) {
+  const folder = path.join(scratch, "tomography");
+  mkdirSync(folder, { recursive: true });
+  const volume = path.join(scratch, "ct.nrrd");
+  writeNrrd(volume, 33, samplesOf(33, (x, y, z) => {
+    const radius = Math.hypot(x - 16, y - 16, z - 16);
+    return radius > 12 ? -1000 : radius > 7 ? 40 - radius : 1000 - 50 * radius;
+  }));
+  run("prepare", volume, "--name", "ct", "--force", "-o", path.join(folder, "ct.mtd"));
+  await open(page, "#dataset=ct&error=2&visible=false&occlusion=false&eye=16,-60,16&target=16,16,16&slice=y", await serveFolder(folder));
+  await page.waitForFunction(() => document.querySelector(".state b").textContent === "Complete", null, { timeout: patience });
+  const said = (pattern) => page.waitForFunction((text) => new RegExp(text).test(location.hash), pattern.source, { timeout: patience });
+  const suggested = await page.locator('[aria-label="Suggested isovalues"] button').allTextContents();
+  assert(suggested.length > 1 && suggested.every((text) => /^-?[\d.]+ (skin|bone)$/.test(text)), String(suggested));
+  assert(new Set(suggested.map((text) => text.split(" ")[1])).size === 2, `${suggested} are skin and bone`);
+  // Level and window of the slice.
+  await page.click('[aria-label="Windows"] button:text-is("Bone")');
+  await said(/level=500&window_width=2000(&|$)/);
+  const legend = await page.locator(".legend:not([hidden]) .legend-slider").boundingBox();
+  const [x, y] = [legend.x + legend.width / 2, legend.y + legend.height / 2];
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + 50, y - 15, { steps: 2 }); // To the right and up.
+  await page.mouse.up();
+  await page.waitForFunction(() => {
+    const [level, width] = ["level", "window_width"].map((name) => Number(new URLSearchParams(location.hash.slice(1)).get(name)));
+    return level > 550 && width > 2200 && width < 2700;
+  });
+  // Air around the ball.
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  const air = async (isIt) => {
+    const until = Date.now() + patience;
+    while (true) {
+      const pixel = String(await pixelOf(page, await page.screenshot({ clip: canvas }), 0.5 - (0.25 * canvas.height) / canvas.width, 0.3));
+      if (isIt(pixel)) return pixel;
+      assert(Date.now() < until, `${pixel} is the color of air`);
+    }
+  };
+  await page.waitForTimeout(500);
+  const hidden = await air(() => true);
+  await page.click('label:has-text("Transparent air")');
+  await said(/transparent_air=false/);
+  await air((pixel) => pixel !== hidden);
+  await page.click('[aria-label="Plane"] button:text-is("Off")');
+  await air((pixel) => pixel === hidden);
+  // The file does not define which way is up.
+  assert.equal(await page.textContent(".turn-up"), "up: z");
+  await page.click(".turn-up");
+  await said(/up=0,0,-1(&|$)/);
+  await page.waitForFunction(() => document.querySelector(".turn-up").textContent === "up: −z");
+  await page.focus(".stage canvas");
+  await page.keyboard.press("u");
+  await page.waitForFunction(() => document.querySelector(".turn-up").textContent === "up: z" && !/up=0,0,-1/.test(location.hash));
+  const upright = await page.evaluate(() => location.hash);
+  await page.keyboard.press("[");
+  await page.waitForFunction((before) => location.hash !== before && /up=-?0\.[01]\d*,/.test(location.hash), upright);
 }
 
 async function linksSlices(page) {
