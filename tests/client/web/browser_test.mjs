@@ -55,8 +55,24 @@ await finish();
 // ----
 
 async function showsASurface(page) {
+  await page.addInitScript(() => {
+    window.states = [];
+    new MutationObserver(() => {
+      const [word, label] = ["b", "span"].map((part) => document.querySelector(`.state ${part}`)?.textContent);
+      if (word && word !== window.states.at(-1)?.[0]) window.states.push([word, label]);
+      else if (word) window.states.at(-1)[1] = label;
+    }).observe(document, { subtree: true, childList: true, characterData: true });
+  });
   await open(page, "#dataset=head");
   const shown = await complete(page);
+  const states = await page.evaluate(() => window.states);
+  const loading = states.slice(states.findIndex(([word]) => word === "First preview…"));
+  const steps = ["First preview…", "Refining…", "Complete"];
+  assert.deepEqual(loading.map(([word]) => word).filter((word) => steps.includes(word)), steps, JSON.stringify(states));
+  assert.match(loading.at(-1)[1], /^within [\d.]+ mm$/);
+  const facts = await page.locator(".bar .facts .fact").evaluateAll((all) => all.map(({ classList }) => classList[1]));
+  assert.deepEqual(facts, ["state", "error", "triangles"]);
+  assert(await page.locator(".fact.bytes").count() === 1 && await page.isHidden(".certificate .fact.bytes"), "the rest is in the certificate");
   assert(shown.triangles > 100, `${shown.triangles} triangles`);
   assert((await surfacePixels(page)).share > 0.03, "a surface fills a part of the picture");
   await page.click(".seal");
@@ -64,6 +80,8 @@ async function showsASurface(page) {
   assert.match(certificate, /Cracks\s*none/);
   assert.match(certificate, /Guaranteed by the server.*that of the full-resolution surface/);
   assert.match(certificate, /[0-9a-f]{32}/);
+  assert.match(certificate, /^Error ≤ [\d.]+ voxels? = [\d.]+ mm\. /, "the bound comes first");
+  assert(await page.isVisible(".certificate .fact.bytes"));
   await page.keyboard.press("Escape");
   assert(await page.isHidden(".certificate"), "Escape closes it");
   await page.waitForFunction(
@@ -196,9 +214,34 @@ async function pressesKeys(page) {
   await page.keyboard.press("ArrowLeft");
   await page.waitForFunction(() => /eye=/.test(location.hash));
   await page.keyboard.press("?");
-  assert.match(await page.textContent("dialog[open]"), /wireframe/);
+  const [help, panel] = [await page.textContent("dialog[open]"), await page.textContent(".panel")];
+  for (const word of ["wireframe", "Zoom", "Pan", "undo, redo", "ambient occlusion", "reset view"]) assert(help.includes(word), `${word} is explained`);
+  assert.match(panel, /Wireframe.*Ambient occlusion/);
   await page.keyboard.press("Escape");
   assert.equal(await page.locator("dialog[open]").count(), 0);
+  await page.focus(".stage canvas");
+  await page.keyboard.press("o");
+  await page.waitForFunction(() => /occlusion=false/.test(location.hash));
+  await page.keyboard.press("w");
+  await changesMaterials(page);
+}
+
+// Each material gives another picture.
+async function changesMaterials(page) {
+  const clip = await page.locator(".stage canvas").boundingBox();
+  const picture = async () => (await page.screenshot({ clip })).toString("base64");
+  const pictures = [];
+  for (const material of ["skin", "bone", "glossy", "matcap", "neutral", "bone"]) {
+    await page.evaluate((word) => (location.hash = `${location.hash.replace(/&material=[^&]*/, "")}&material=${word}`), material);
+    if (pictures.length === 0) await page.waitForTimeout(500); // The address rounds the camera.
+    const isAgain = pictures.length === 5;
+    const until = Date.now() + patience;
+    let now;
+    do now = await picture();
+    while ((isAgain ? now !== pictures[1] : pictures.includes(now)) && Date.now() < until);
+    assert.equal(pictures.indexOf(now), isAgain ? 1 : -1, `${material} has a picture of its own`);
+    pictures.push(now);
+  }
 }
 
 async function clips(page) {
