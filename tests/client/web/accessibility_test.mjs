@@ -6,7 +6,7 @@ import assert from "node:assert/strict";
 import path from "node:path";
 
 import { examine } from "./axe.mjs";
-import { complete, finish, open, patience, scratch, test } from "./in_a_browser.mjs";
+import { complete, finish, notice, open, patience, scratch, test } from "./in_a_browser.mjs";
 
 const everything = "#dataset=head&isovalue=300.5&error=2&opacity=0.5&surfaces=900.5,3060ff,1&slice=y&region=ball:32,32,32,8=0";
 
@@ -70,7 +70,24 @@ await test("TouchTargetsAreLargeEnough", async (page) => {
   });
   assert(hidden.top >= 0 && hidden.ends > 0, `the certificate begins in the picture: ${JSON.stringify(hidden)}`);
   assert.equal(hidden.over, 0, "the axes lie below the certificate");
+  await showsANoticeBelowTheTools(page, 390);
 }, telephone);
+await test("NoticesDoNotOverlapTheTools", async (page) => {
+  for (const width of [1600, 900, 390]) await showsANoticeBelowTheTools(page, width);
+});
+async function showsANoticeBelowTheTools(page, width) {
+  await page.setViewportSize({ width, height: 844 });
+  await page.goto("about:blank");
+  await open(page, "#dataset=head&isovalue=99999");
+  await notice(page, /no surface at isovalue 99999/);
+  const { tools, met } = await page.evaluate(() => {
+    const box = document.querySelector(".notice").getBoundingClientRect();
+    const tools = [...document.querySelectorAll(".tools button")].map((one) => one.getBoundingClientRect());
+    const met = tools.filter(({ left, right, top, bottom }) => left < box.right && right > box.left && top < box.bottom && bottom > box.top);
+    return { tools: tools.filter(({ width }) => width > 0).length, met: met.length };
+  });
+  assert(tools > 4 && met === 0, `the notice lies over ${met} of ${tools} tools in a width of ${width}`);
+}
 for (const [layout, width] of [["surface", 390], ["four", 390], ["surface", 900]]) {
   await test(`LegendsDoNotOverlapTheTools_${layout}_${width}`, async (page) => {
     await open(page, `${everything}&color_by=gyroid&layout=${layout}`);
