@@ -1,11 +1,15 @@
 #include "client/commands/connected_request.hpp"
 
 #include <algorithm>
+#include <map>
+#include <set>
+#include <tuple>
 #include <utility>
 
 #include "common/base/exit_codes.hpp"
 #include "common/base/nearest_word.hpp"
 #include "common/request/request_notices.hpp"
+#include "common/request/shared_budget.hpp"
 
 namespace multitetra {
 namespace {
@@ -36,6 +40,56 @@ std::string advice(const ClientError& failure) {
   return "Give the token that you were sent with --token-file FILE or MULTITETRA_TOKEN.";
 }
 
+// Returns the name of a member without its time: "flow.density" of "flow.density.t0003".
+std::string field_name(const DatasetInfo& info) {
+  return info.member->time ? info.name.substr(0, info.name.rfind('.')) : info.name;
+}
+
+// Returns whether a dataset belongs to the series, or to the field of a series.
+bool is_of_series(const DatasetInfo& info, const std::string& name) {
+  return info.member && (name == info.member->series || name == field_name(info));
+}
+
+// Fails if isovalues are given for several fields, whose values differ.
+void require_one_field(const SurfaceOrder& order, const std::vector<DatasetInfo>& members) {
+  if (order.surface.query.isovalues.empty()) return;
+  std::set<std::string> fields;
+  for (const DatasetInfo& info : members) {
+    if (!info.member->label) fields.insert(field_name(info));
+  }
+  if (fields.size() < 2) return;
+  throw ExitError(
+      kUsage, "\"" + order.dataset + "\" has several fields, and isovalues are for one. " +
+                  "Choose one with --dataset: " + few_of("", {fields.begin(), fields.end()}) + ".");
+}
+
+// The values that color a surface: those of the named dataset, or of the named field of the
+// surface's series at the same time.
+void choose_colors(ScalarRequest& scalars, const DatasetInfo& info,
+                   const std::vector<DatasetInfo>& datasets) {
+  const auto is_named = [&](const DatasetInfo& one) { return one.name == scalars.dataset; };
+  if (!info.member || std::any_of(datasets.begin(), datasets.end(), is_named)) return;
+  std::vector<const DatasetInfo*> times;
+  for (const DatasetInfo& one : datasets) {
+    if (!one.member || one.member->label || one.member->series != info.member->series) continue;
+    const bool is_field =
+        scalars.dataset == one.member->field || scalars.dataset == field_name(one);
+    if (is_field) times.push_back(&one);
+  }
+  const auto now = std::find_if(times.begin(), times.end(), [&](const DatasetInfo* one) {
+    return one->member->time == info.member->time;
+  });
+  if (now == times.end()) return;
+  scalars.dataset = (*now)->name;
+  if (scalars.limits) return;
+  // One range for all times, so that colors are comparable.
+  ScalarRequest::Limits limits{.low = (*now)->min, .high = (*now)->max};
+  for (const DatasetInfo* const one : times) {
+    limits = {.low = std::min(limits.low, one->min), .high = std::max(limits.high, one->max)};
+  }
+  if (limits.low < limits.high) scalars.limits = limits;
+}
+
 // Returns the named dataset, or the only one if the name is empty.
 Result<DatasetInfo> chosen(const std::string& name, const std::vector<DatasetInfo>& datasets) {
   if (datasets.empty()) {
@@ -50,13 +104,6 @@ Result<DatasetInfo> chosen(const std::string& name, const std::vector<DatasetInf
   const auto found = std::find_if(datasets.begin(), datasets.end(),
                                   [&](const DatasetInfo& info) { return info.name == name; });
   if (found != datasets.end()) return *found;
-  for (const DatasetInfo& info : datasets) {
-    if (!info.member || info.member->series != name) continue;
-    return fail(ErrorCode::kUnknownDataset, "\"" + name +
-                                                "\" is a series of datasets; choose one of them, "
-                                                "as --dataset " +
-                                                info.name + ".");
-  }
   std::vector<std::string> known = names(datasets);
   const std::string some = few_of(name, known);
   for (const DatasetInfo& info : datasets) known.push_back(info.name);
@@ -75,6 +122,7 @@ DatasetRequest request_for(DatasetInfo info, const SurfaceOrder& order,
                            const ConnectedServer& connected) {
   auto requests = value_or_usage_error(requests_from(order.surface, info));
   auto scalars = value_or_usage_error(scalars_for(order.surface.query));
+  if (scalars) choose_colors(*scalars, info, connected.datasets);
   std::string color_unit;
   for (const DatasetInfo& values : connected.datasets) {
     if (!scalars || values.name != scalars->dataset) continue;
@@ -117,12 +165,6 @@ void add_order_options(Command& command, SurfaceOrder& order,
   add_server_options(command, order.server);
 }
 
-ConnectedRequest ordered(const SurfaceOrder& order, const RetryOptions& retries) {
-  ConnectedServer connected = connected_to(order.server, retries);
-  DatasetRequest request = request_for(usable_dataset(order, connected), order, connected);
-  return {std::move(request), connected.server, std::move(connected.client)};
-}
-
 ConnectedRequests ordered_datasets(const SurfaceOrder& order, const RetryOptions& retries) {
   ConnectedServer connected = connected_to(order.server, retries);
   std::vector<DatasetInfo> members;
@@ -131,9 +173,10 @@ ConnectedRequests ordered_datasets(const SurfaceOrder& order, const RetryOptions
       members.clear();
       break;
     }
-    if (info.member && info.member->series == order.dataset) members.push_back(info);
+    if (is_of_series(info, order.dataset)) members.push_back(info);
   }
   const bool is_series = !members.empty();
+  if (is_series) require_one_field(order, members);
   if (!is_series) members.push_back(usable_dataset(order, connected));
   std::vector<DatasetRequest> datasets;
   for (DatasetInfo& info : members) {
@@ -143,14 +186,28 @@ ConnectedRequests ordered_datasets(const SurfaceOrder& order, const RetryOptions
 }
 
 void share_budget(ConnectedRequests& connected) {
-  DatasetRequest& first = connected.datasets.front();
-  if (connected.is_series) {
-    const IsosurfaceRequest& request = first.requests.front();
-    if (request.max_triangles == 0 && request.max_bytes == 0) return;
-    throw ExitError(kUsage, "--max-triangles and --max-bytes are for one dataset, not a series.");
+  // Surfaces of one time are one scene; nullopt: no time.
+  std::map<std::optional<double>, std::vector<DatasetRequest*>> scenes;
+  for (DatasetRequest& one : connected.datasets) {
+    scenes[connected.is_series ? one.info.member->time : std::nullopt].push_back(&one);
   }
-  const auto shared = connected.client.share_budget(first.info.name, first.requests);
-  if (!shared) exit_with(shared.error());
+  for (const auto& [time, scene] : scenes) {
+    std::vector<std::string> names;
+    std::vector<IsosurfaceRequest> requests;
+    for (const DatasetRequest* const one : scene) {
+      names.insert(names.end(), one->requests.size(), one->info.name);
+      requests.insert(requests.end(), one->requests.begin(), one->requests.end());
+    }
+    if (const auto fits = check_shared_budget(requests); !fits) {
+      throw ExitError(kUsage, fits.error().text);
+    }
+    const auto shared = connected.client.share_budget(names, requests);
+    if (!shared) exit_with(shared.error());
+    auto share = requests.begin();
+    for (DatasetRequest* const one : scene) {
+      for (IsosurfaceRequest& request : one->requests) request = *share++;
+    }
+  }
 }
 
 }  // namespace multitetra

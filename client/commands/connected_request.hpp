@@ -50,27 +50,20 @@ struct DatasetRequest {
   std::string color_unit = {};  // The unit of the colored values; empty: unknown.
 };
 
-struct ConnectedRequest : DatasetRequest {
-  Endpoint server;
-  Client client;
-};
-// Connects to the server of the order and returns its request.
-[[nodiscard]] ConnectedRequest ordered(const SurfaceOrder& order,
-                                       const RetryOptions& retries = {.most = 0});
-
 struct ConnectedRequests {
   Endpoint server;
   Client client;
   std::vector<DatasetRequest> datasets;  // At least one.
   bool is_series = false;
 };
-// Does the same for an order that may name a series: then returns a request for each of its
-// datasets.
+// Connects to the server of the order and returns its request. An order may name a series, or a
+// field of one ("flow.density"): then there is a request for each of its datasets. A field of the
+// series that colors them does so at their times, with one range.
 [[nodiscard]] ConnectedRequests ordered_datasets(const SurfaceOrder& order,
                                                  const RetryOptions& retries = {.most = 0});
 
-// Divides the common budget among the requests, in proportion to sizes estimated by the server.
-// Throws ExitError (kUsage) if a series has a budget.
+// Divides the budget among the surfaces of each time, in proportion to sizes estimated by the
+// server.
 void share_budget(ConnectedRequests& connected);
 
 }  // namespace multitetra

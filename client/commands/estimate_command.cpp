@@ -25,6 +25,19 @@ void print(const EstimateReply& reply, const IsosurfaceRequest& request, const D
             << "\n";
 }
 
+Json json_of(const EstimateReply& reply, const DatasetRequest& surface) {
+  const IsosurfaceRequest& request = surface.requests.front();
+  const TriangleRange range = expected_triangles(reply.triangles, request.max_triangles);
+  return {{"dataset", surface.info.name},
+          {"parameters", multitetra::json_of(request)},
+          {"notices", surface.notices.texts()},
+          {"triangles", reply.triangles},
+          {"triangles_least", range.least},
+          {"triangles_most", range.most},
+          {"bytes", reply.bytes},
+          {"error_bound_world", reply.error_bound_world}};
+}
+
 }  // namespace
 
 void add_estimate(Command& app, EstimateArguments& a) {
@@ -47,25 +60,27 @@ int estimate(const EstimateArguments& arguments) {
   if (arguments.order.surface.query.isovalues.size() > 1) {
     throw ExitError(kUsage, "--isovalue: an estimate is for one surface; give one isovalue.");
   }
-  ConnectedRequest surface = ordered(arguments.order);
-  const auto reply = surface.client.estimate(surface.info.name, surface.requests.front());
-  if (!reply) exit_with(reply.error());
-  if (arguments.json) {
-    const TriangleRange range =
-        expected_triangles(reply->triangles, surface.requests.front().max_triangles);
-    const Json report = {{"server", to_string(surface.server)},
-                         {"dataset", surface.info.name},
-                         {"parameters", json_of(surface.requests.front())},
-                         {"notices", surface.notices.texts()},
-                         {"triangles", reply->triangles},
-                         {"triangles_least", range.least},
-                         {"triangles_most", range.most},
-                         {"bytes", reply->bytes},
-                         {"error_bound_world", reply->error_bound_world}};
-    std::cout << text_of(report);
-  } else {
-    print(*reply, surface.requests.front(), surface.info);
+  ConnectedRequests connected = ordered_datasets(arguments.order);
+  share_budget(connected);
+  Json surfaces = Json::array();
+  for (const DatasetRequest& surface : connected.datasets) {
+    const auto reply = connected.client.estimate(surface.info.name, surface.requests.front());
+    if (!reply) exit_with(reply.error());
+    if (arguments.json) {
+      surfaces.push_back(json_of(*reply, surface));
+    } else {
+      if (connected.is_series) std::cout << surface.info.name << ", ";
+      print(*reply, surface.requests.front(), surface.info);
+    }
   }
+  if (!arguments.json) return kOk;
+  Json report = {{"server", to_string(connected.server)}};
+  if (connected.is_series) {
+    report["surfaces"] = std::move(surfaces);
+  } else {
+    report.update(surfaces.front());
+  }
+  std::cout << text_of(report);
   return kOk;
 }
 

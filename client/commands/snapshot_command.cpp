@@ -52,12 +52,47 @@ struct TakenSurface {
   OutputSurface drawn;
 };
 
+// The surfaces of one picture: all of an order, or those of one time.
+struct Scene {
+  std::span<DatasetRequest> datasets;  // At least one.
+  std::string picture_file;
+};
+
+// Sorts the datasets by time. Several times have a picture each, named like the first dataset's
+// last part: flow_t0003.png.
+std::vector<Scene> scenes_of(const SnapshotArguments& arguments, ConnectedRequests& connected) {
+  std::vector<DatasetRequest>& all = connected.datasets;
+  const auto time = [&](const DatasetRequest& one) {
+    return connected.is_series ? one.info.member->time : std::nullopt;
+  };
+  std::stable_sort(all.begin(), all.end(),
+                   [&](const auto& a, const auto& b) { return time(a) < time(b); });
+  std::vector<Scene> scenes;
+  for (auto from = all.begin(); from != all.end();) {
+    const auto to =
+        std::find_if(from, all.end(), [&](const auto& one) { return time(one) != time(*from); });
+    const std::string& name = from->info.name;
+    scenes.push_back(
+        {.datasets = {from, to},
+         .picture_file =
+             file_of_part(arguments.picture, name.substr(name.rfind('.') + 1)).string()});
+    from = to;
+  }
+  if (scenes.size() == 1) scenes.front().picture_file = arguments.picture;
+  return scenes;
+}
+
 // All fetched surfaces and timings.
 struct Taken {
   std::vector<TakenSurface> surfaces;
   double fetch_seconds = 0;
   double draw_seconds = 0;
 
+  [[nodiscard]] std::size_t empty_surfaces() const {
+    return static_cast<std::size_t>(
+        std::count_if(surfaces.begin(), surfaces.end(),
+                      [](const TakenSurface& each) { return each.topology.triangles == 0; }));
+  }
   [[nodiscard]] std::uint64_t triangles() const {
     std::uint64_t sum = 0;
     for (const TakenSurface& s : surfaces) sum += static_cast<std::uint64_t>(s.topology.triangles);
@@ -79,10 +114,10 @@ Json surface_json(const TakenSurface& surface) {
           {"bytes", surface.bytes}};
 }
 
-Json report_of(const SnapshotArguments& arguments, const ConnectedRequests& connected,
+Json report_of(const SnapshotArguments& arguments, const Endpoint& server, const Scene& scene,
                const PictureSize& size, const Taken& taken) {
-  Json json = {{"server", to_string(connected.server)}, {"notices", Json::array()}};
-  for (const DatasetRequest& dataset : connected.datasets) {
+  Json json = {{"server", to_string(server)}, {"notices", Json::array()}};
+  for (const DatasetRequest& dataset : scene.datasets) {
     for (const std::string& text : dataset.notices.texts()) json["notices"].push_back(text);
   }
   if (taken.surfaces.size() == 1) {
@@ -91,7 +126,7 @@ Json report_of(const SnapshotArguments& arguments, const ConnectedRequests& conn
     json["surfaces"] = Json::array();
     for (const TakenSurface& each : taken.surfaces) json["surfaces"].push_back(surface_json(each));
   }
-  json.update({{"picture_file", arguments.picture},
+  json.update({{"picture_file", scene.picture_file},
                {"width", size.width},
                {"height", size.height},
                {"azimuth", arguments.azimuth},
@@ -105,12 +140,12 @@ Json report_of(const SnapshotArguments& arguments, const ConnectedRequests& conn
   return json;
 }
 
-void print(const SnapshotArguments& arguments, const PictureSize& size, const Taken& taken) {
+void print(const Scene& scene, const PictureSize& size, const Taken& taken) {
   std::set<double> isovalues;
   for (const TakenSurface& surface : taken.surfaces) isovalues.insert(surface.request.isovalue);
   std::string text;
   for (const double one : isovalues) text += (text.empty() ? "" : ",") + shortest_text(one);
-  std::cout << arguments.picture << ": " << human_count_of(taken.surfaces.size(), "surface")
+  std::cout << scene.picture_file << ": " << human_count_of(taken.surfaces.size(), "surface")
             << ", isovalue " << text << ", " << size.width << " x " << size.height << " pixels, "
             << human_count_of(taken.triangles(), "triangle") << ", " << human_bytes(taken.bytes())
             << " fetched in " << human_seconds(taken.fetch_seconds) << ", drawn in "
@@ -154,28 +189,16 @@ TakenSurface taken_surface(const SnapshotArguments& arguments, Client& client,
 }
 
 // Fetches all ordered surfaces.
-Taken taken_surfaces(const SnapshotArguments& arguments, ConnectedRequests& connected) {
+Taken taken_surfaces(const SnapshotArguments& arguments, Client& client, const Scene& scene) {
   Taken taken;
   const auto asked = Clock::now();
-  for (DatasetRequest& dataset : connected.datasets) {
+  for (DatasetRequest& dataset : scene.datasets) {
     for (const IsosurfaceRequest& request : dataset.requests) {
-      taken.surfaces.push_back(taken_surface(arguments, connected.client, dataset, request));
+      taken.surfaces.push_back(taken_surface(arguments, client, dataset, request));
     }
   }
   taken.fetch_seconds = seconds_since(asked);
   return taken;
-}
-
-void require_one_time(const SnapshotArguments& arguments, const ConnectedRequests& connected) {
-  const DatasetInfo& first = connected.datasets.front().info;
-  const bool has_times = std::any_of(
-      connected.datasets.begin(), connected.datasets.end(), [&](const DatasetRequest& one) {
-        return connected.is_series && one.info.member->time != first.member->time;
-      });
-  if (!has_times) return;
-  throw ExitError(kUsage, "\"" + arguments.order.dataset +
-                              "\" has several times. Choose one, such as --dataset " + first.name +
-                              ".");
 }
 
 // Returns the vertices of large components, for framing: dust would shift the center.
@@ -187,6 +210,22 @@ std::vector<std::array<float, 3>> middle_of(const Taken& taken) {
     }
   }
   return points;
+}
+
+// Returns the corners of the data, which are the same at all times.
+std::vector<std::array<float, 3>> corners_of(const DatasetInfo& info, CoordinateSystem system) {
+  const Affine to_file = system == CoordinateSystem::kWorld ? info.index_to_world : Affine();
+  std::vector<std::array<float, 3>> corners;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    Vec3 at = {};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      at[axis] = (corner >> axis & 1U) != 0 ? info.dims[axis] - 1 : 0;
+    }
+    const Vec3 place = to_file(at);
+    corners.push_back(
+        {static_cast<float>(place[0]), static_cast<float>(place[1]), static_cast<float>(place[2])});
+  }
+  return corners;
 }
 
 // Draws the scale bar and the color legend.
@@ -205,6 +244,29 @@ void annotate(Picture& picture, const Camera& camera, const DatasetRequest& surf
                .name = arguments.order.surface.query.color_by,
                .unit = surface.color_unit},
               background);
+}
+
+// Draws a scene into its file. The pictures of several times all show the whole data.
+void draw(const SnapshotArguments& arguments, const Scene& scene, const PictureSize& size,
+          bool is_one_of_times, std::vector<DrawnSurface> appearances, Taken& taken) {
+  const auto came = Clock::now();
+  const DatasetRequest& first = scene.datasets.front();
+  const std::vector<std::array<float, 3>> points =
+      is_one_of_times ? corners_of(first.info, arguments.order.surface.query.coordinates)
+                      : middle_of(taken);
+  const Camera camera = framing(points, arguments.azimuth, arguments.elevation, size.width,
+                                size.height, up_axis_from(arguments.up).value());
+  for (std::size_t i = 0; i < appearances.size(); ++i)
+    appearances[i].mesh = &taken.surfaces[i].drawn.mesh;
+  Picture picture =
+      drawn(appearances, camera,
+            {.background = background_from(arguments.background),
+             .shading = arguments.shading == "facets" ? Shading::kFlat : Shading::kSmooth,
+             .wireframe = arguments.wireframe,
+             .threads = arguments.threads});
+  if (!arguments.is_bare) annotate(picture, camera, first, taken, arguments);
+  taken.draw_seconds = seconds_since(came);
+  write_file(scene.picture_file, png_file(picture));
 }
 
 }  // namespace
@@ -231,38 +293,31 @@ int snapshot(const SnapshotArguments& arguments) {
   require_outputs({{"--output", arguments.picture}},
                   {{"--threshold-grid", arguments.order.surface.threshold_grid}});
   ConnectedRequests connected = ordered_datasets(arguments.order);
-  require_one_time(arguments, connected);
   share_budget(connected);
-  std::vector<DrawnSurface> appearances =
-      value_or_usage_error(appearances_of(arguments, connected));
-  Taken taken = taken_surfaces(arguments, connected);
-  const auto empty =
-      std::count_if(taken.surfaces.begin(), taken.surfaces.end(),
-                    [](const TakenSurface& each) { return each.topology.triangles == 0; });
-  // Some labels of a series may be empty.
-  const auto allowed = connected.is_series ? std::ssize(taken.surfaces) - 1 : 0;
-  if (empty > allowed && !arguments.order.surface.allow_empty) {
-    if (arguments.json) std::cout << text_of(report_of(arguments, connected, size, taken));
-    throw ExitError(kEmptySurface, not_written_text(arguments.picture));
+  const std::vector<Scene> scenes = scenes_of(arguments, connected);
+  const bool are_several = scenes.size() > 1;
+  Json reports = Json::array();
+  bool is_empty = true;
+  for (const Scene& scene : scenes) {
+    std::vector<DrawnSurface> appearances =
+        value_or_usage_error(appearances_of(arguments, scene.datasets));
+    Taken taken = taken_surfaces(arguments, connected.client, scene);
+    const std::size_t empty = taken.empty_surfaces();
+    is_empty &= empty == taken.surfaces.size();
+    // Some labels and times of a series may be empty.
+    const bool is_complete =
+        connected.is_series ? are_several || empty < taken.surfaces.size() : empty == 0;
+    const bool is_drawn = is_complete || arguments.order.surface.allow_empty;
+    if (is_drawn) draw(arguments, scene, size, are_several, std::move(appearances), taken);
+    reports.push_back(report_of(arguments, connected.server, scene, size, taken));
+    if (is_drawn && !arguments.json && !arguments.order.quiet) print(scene, size, taken);
+    if (!is_drawn) is_empty = true;
   }
-  const auto came = Clock::now();
-  const Camera camera = framing(middle_of(taken), arguments.azimuth, arguments.elevation,
-                                size.width, size.height, up_axis_from(arguments.up).value());
-  for (std::size_t i = 0; i < appearances.size(); ++i)
-    appearances[i].mesh = &taken.surfaces[i].drawn.mesh;
-  Picture picture =
-      drawn(appearances, camera,
-            {.background = background_from(arguments.background),
-             .shading = arguments.shading == "facets" ? Shading::kFlat : Shading::kSmooth,
-             .wireframe = arguments.wireframe,
-             .threads = arguments.threads});
-  if (!arguments.is_bare) annotate(picture, camera, connected.datasets.front(), taken, arguments);
-  taken.draw_seconds = seconds_since(came);
-  write_file(arguments.picture, png_file(picture));
   if (arguments.json) {
-    std::cout << text_of(report_of(arguments, connected, size, taken));
-  } else if (!arguments.order.quiet) {
-    print(arguments, size, taken);
+    std::cout << text_of(are_several ? Json{{"pictures", reports}} : reports.front());
+  }
+  if (is_empty && !arguments.order.surface.allow_empty) {
+    throw ExitError(kEmptySurface, not_written_text(arguments.picture));
   }
   return kOk;
 }

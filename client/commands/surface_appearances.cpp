@@ -12,12 +12,12 @@
 namespace multitetra {
 
 Result<std::vector<DrawnSurface>> appearances_of(const SnapshotArguments& arguments,
-                                                 const ConnectedRequests& connected) {
+                                                 std::span<const DatasetRequest> datasets) {
   const auto wrong = [](const std::string& text) {
     return fail(ErrorCode::kInvalidArgument, text);
   };
   std::vector<std::optional<std::uint32_t>> own_colors;
-  for (const DatasetRequest& dataset : connected.datasets) {
+  for (const DatasetRequest& dataset : datasets) {
     const auto& member = dataset.info.member;
     const bool has_own = member && dataset.requests.size() == 1;
     own_colors.insert(own_colors.end(), dataset.requests.size(),

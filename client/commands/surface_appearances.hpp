@@ -1,6 +1,7 @@
 // The opacities and colors of the surfaces in a picture.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "client/commands/connected_request.hpp"
@@ -11,7 +12,7 @@ namespace multitetra {
 
 // Returns opacity and color for each ordered surface. By default, a dataset's only surface has the
 // dataset's color. Returns kInvalidArgument, naming the option.
-[[nodiscard]] Result<std::vector<DrawnSurface>> appearances_of(const SnapshotArguments& arguments,
-                                                               const ConnectedRequests& connected);
+[[nodiscard]] Result<std::vector<DrawnSurface>> appearances_of(
+    const SnapshotArguments& arguments, std::span<const DatasetRequest> datasets);
 
 }  // namespace multitetra

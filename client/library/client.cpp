@@ -94,13 +94,14 @@ ClientResult<EstimateReply> Client::estimate(const std::string& dataset,
   return receive<EstimateReply>(socket_, "EstimateReply");
 }
 
-ClientResult<void> Client::share_budget(const std::string& dataset,
-                                        std::vector<IsosurfaceRequest>& requests) {
+ClientResult<void> Client::share_budget(std::span<const std::string> datasets,
+                                        std::span<IsosurfaceRequest> requests) {
   if (!needs_shared_budget(requests)) return {};
   std::vector<EstimatedSize> sizes;
-  for (IsosurfaceRequest alone : requests) {
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    IsosurfaceRequest alone = requests[i];
     alone.max_triangles = alone.max_bytes = 0;
-    const auto size = estimate(dataset, alone);
+    const auto size = estimate(datasets[i], alone);
     if (!size) return tl::unexpected(size.error());
     sizes.push_back({.triangles = size->triangles, .bytes = size->bytes});
   }

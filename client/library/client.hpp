@@ -89,9 +89,10 @@ class Client {
                                                      const IsosurfaceRequest& request);
 
   // Divides the common budget of the requests in proportion to the estimated sizes of their
-  // replies. Requires check_shared_budget (common/request/shared_budget.hpp).
-  [[nodiscard]] ClientResult<void> share_budget(const std::string& dataset,
-                                                std::vector<IsosurfaceRequest>& requests);
+  // replies; `datasets[i]` is the dataset of `requests[i]`. Requires check_shared_budget
+  // (common/request/shared_budget.hpp).
+  [[nodiscard]] ClientResult<void> share_budget(std::span<const std::string> datasets,
+                                                std::span<IsosurfaceRequest> requests);
 
   // Samples the field on a plane. The reply has as many pixels as requested.
   [[nodiscard]] ClientResult<SliceReply> slice(const std::string& dataset,

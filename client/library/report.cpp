@@ -81,6 +81,13 @@ Json json_of(const FetchReport& report) {
       {"components_written", value_or_null(report.components_written)},
       {"triangles_written", value_or_null(report.triangles_written)},
   };
+  if (const auto& scalars = report.open.scalars) {
+    json["color_by"] = scalars->dataset;
+    if (!report.steps.empty()) {
+      const auto& range = report.steps.back().step->begin.scalars;
+      json["color_range"] = {range->low, range->high};
+    }
+  }
   json.update(json_of(report.measures, report.distance_bound, is_full_resolution(report)));
   json["self_intersecting_triangles"] = value_or_null(report.self_intersecting_triangles);
   json["tiles_held"] = report.tiles_held;

@@ -98,7 +98,8 @@ EstimateReply Connection::estimate(const std::string& dataset, const IsosurfaceR
 std::vector<IsosurfaceRequest> Connection::share_budget(const std::string& dataset,
                                                         std::vector<IsosurfaceRequest> requests) {
   argument(check_shared_budget(requests));
-  ask([&](Client& client) { return client.share_budget(dataset, requests); });
+  const std::vector<std::string> datasets(requests.size(), dataset);
+  ask([&](Client& client) { return client.share_budget(datasets, requests); });
   return requests;
 }
 

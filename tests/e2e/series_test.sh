@@ -190,7 +190,7 @@ assert all(d["member"]["label"]["samples"] > 0 for d in datasets), datasets
 assert {d["member"]["series"] for d in datasets} == {"organs"}
 EOPY
 "$client" list --server "$url" | grep -F "\"organs\", label 3 (hepar, #010203)" >/dev/null || fail "list does not print members: $("$client" list --server "$url")"
-ends 1 '"organs" is a series of datasets; choose one of them' "$client" estimate --server "$url" --dataset organs
+ends 0 "organs.label7, isovalue 0.5: " "$client" estimate --server "$url" --dataset organs
 ends 1 '"nowhere"; it has "organs".' "$client" estimate --server "$url" --dataset nowhere
 ends 0 "organs.png: 2 surfaces, isovalue 0.5" "$client" snapshot --server "$url" --dataset organs --error 0.5 --size 160x120 --background light -o organs.png
 for color in "" "--surface-color #010203"; do
@@ -205,7 +205,7 @@ ends 2 "there are 2 surfaces" "$client" snapshot --server "$url" --dataset organ
 "$client" snapshot --server "$url" --dataset organs.label3 --isovalue 0.4,0.6 --opacity 0.5 --size 160x120 -o two.png --quiet
 "$client" snapshot --server "$url" --dataset organs.label3 --isovalue 0.4,0.6 --opacity 0.5 --surface-color '#010203' --size 160x120 -o alike.png --quiet
 ! cmp -s two.png alike.png || fail "two isovalues of a label have one color"
-ends 2 "are for one dataset, not a series" "$client" snapshot --server "$url" --dataset organs --max-triangles 100 -o x.png
+ends 0 "2 surfaces" "$client" snapshot --server "$url" --dataset organs --max-triangles 300 -o budget.png
 # All labels of a series: parts of one GLB, or a file each, as `extract` names them; also over HTTP.
 "$client" fetch --server "$url" --dataset organs --error 0.5 -o fetched.glb --json --quiet >fetched.json
 [ "$(parts_of fetched.glb)" = "hepar 3 010203, rest of it 7 adaefc" ] || fail "other parts: $(parts_of fetched.glb)"
@@ -216,7 +216,14 @@ for label in 3 7; do
 done
 grep -aq '^comment name hepar$' fetched_label3.ply || fail "no name in $(head -4 fetched_label3.ply)"
 [ ! -e fetched.ply ] || fail "a file of no label"
-ends 2 "are for one dataset, not a series" "$client" fetch --server "$url" --dataset organs --max-triangles 100 -o x.ply
+# The labels of one time share a budget.
+"$client" fetch --server "$url" --dataset organs --max-triangles 300 --error 0 -o budget.ply --json --quiet >budget.json
+python3 - <<'EOPY'
+import json
+triangles = [one["triangles_written"] for one in json.load(open("budget.json"))["surfaces"]]
+assert len(triangles) == 2 and 150 < sum(triangles) <= 300, triangles
+EOPY
+ends 2 "cannot be shared by 2 surfaces" "$client" fetch --server "$url" --dataset organs --max-triangles 1 -o x.ply
 ends 6 "is not written" "$client" fetch --server "$url" --dataset organs --isovalue 7 -o x.ply
 curl -sf "$http/v1/datasets/organs.label3/isosurface?format=glb" >label.glb
 [ "$(parts_of label.glb)" = "hepar 3 010203" ] || fail "over HTTP: $(parts_of label.glb)"
@@ -296,7 +303,8 @@ for isovalue in 0.4 0.5; do
   grep -aq "\"beat.t0002, isovalue $isovalue\"" beats_t0002.glb || fail "isovalue $isovalue is not in the file of its time"
 done
 [ "$(echo beats_*.glb | wc -w)" = 3 ] && [ ! -e beats.glb ] || fail "not one file for each time: $(ls)"
-ends 2 '"beat" has several times. Choose one, such as --dataset beat.t0000' "$client" snapshot --server "$(url_of beats tcp)" --dataset beat -o beat.png
+ends 0 "beat_t0002.png: 1 surface, isovalue 0.5" "$client" snapshot --server "$(url_of beats tcp)" --dataset beat --isovalue 0.5 --size 80x60 -o beat.png
+[ "$(echo beat_*.png)" = "beat_t0000.png beat_t0001.png beat_t0002.png" ] && [ ! -e beat.png ] || fail "not one picture for each time: $(ls)"
 ends_well beats "$pid"
 ends 0 "pulse_t0002.glb" "$server" extract beat --isovalue 0.5 -o pulse.glb
 [ "$(echo pulse*.glb)" = "pulse_t0000.glb pulse_t0001.glb pulse_t0002.glb" ] || fail "not one file for each time: $(ls)"
@@ -306,6 +314,19 @@ says run/run.hot_cold.t0001.mtd '"run", field hot/cold, time 0.1 s'
 says run/run.pressure.t0001.mtd 'run_9.vti'
 ends 0 '"run.pressure.t0002", 12 x 12 x 12 f32' "$server" prepare in/run_*.vti --time-series run --field all -o frames
 says frames/run.pressure.t0002.mtd '"run", field pressure, time 42.5'
+# A field of a series: its times, colored by another field at the same time, in one range.
+start runs "$server" serve run --tcp 127.0.0.1:0
+url=$(url_of runs tcp)
+"$client" fetch --server "$url" --dataset run.pressure --error 0.5 --color-by hot/cold -o run.ply --report run.json --quiet
+[ "$(echo run_*.ply)" = "run_pressure.t0000.ply run_pressure.t0001.ply run_pressure.t0002.ply" ] || fail "not the times of a field: $(ls)"
+python3 - <<'EOPY'
+import json
+surfaces = json.load(open("run.json"))["surfaces"]
+assert [one["color_by"] for one in surfaces] == [f"run.hot_cold.t000{time}" for time in range(3)], surfaces
+assert len({tuple(one["color_range"]) for one in surfaces}) == 1, surfaces
+EOPY
+ends 2 "has several fields, and isovalues are for one. Choose one with --dataset: \"run.hot_cold\"" "$client" fetch --server "$url" --dataset run --isovalue 1 -o x.ply
+ends_well runs "$pid"
 sed 's/TimeValue/other/' in/run_9.vti >in/run_11.vti
 ends 0 "4 members, 0 failed" "$server" prepare in/run_*.vti --time-series timeless --field pressure -o frames
 says frames/timeless.pressure.t0003.mtd 'time 3'
