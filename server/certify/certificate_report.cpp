@@ -243,6 +243,17 @@ const char* headline(const Certificate& certificate) {
                                                        : "Certified: ";
 }
 
+Json digest_json(const std::string& digest) { return digest.empty() ? Json() : Json(digest); }
+
+std::string digests_text(const CertifiedFiles& files) {
+  std::vector<std::vector<std::string>> rows;
+  if (!files.mesh_sha256.empty()) rows.push_back({"  SHA-256 of the mesh", files.mesh_sha256});
+  if (!files.volume_sha256.empty()) {
+    rows.push_back({"  SHA-256 of the volume", files.volume_sha256});
+  }
+  return rows.empty() ? "" : "\n" + text_table(rows);
+}
+
 }  // namespace
 
 std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
@@ -253,7 +264,7 @@ std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
          text_table({{"  error", error_line(certificate, options, lengths)},
                      {"  topology", topology_line(certificate, options)}}) +
          "\n" + distances_text(certificate, lengths) + "\n" + topology_text(certificate) +
-         hint(certificate, options);
+         digests_text(files) + hint(certificate, options);
 }
 
 Json json_of(const Certificate& certificate, const CertifiedFiles& files,
@@ -270,6 +281,8 @@ Json json_of(const Certificate& certificate, const CertifiedFiles& files,
   Json json = {{"kept", certificate.passes()},
                {"mesh_file", files.mesh},
                {"volume", files.volume},
+               {"mesh_sha256", digest_json(files.mesh_sha256)},
+               {"volume_sha256", digest_json(files.volume_sha256)},
                {"isovalue", options.isovalue},
                {"error", error_json(certificate, options, voxel)},
                {"topology_kept", certificate.keeps_topology()},

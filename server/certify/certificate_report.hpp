@@ -10,23 +10,27 @@
 
 namespace multitetra {
 
-// Names of the compared files.
+// Names of the compared files, and SHA-256 digests of their bytes as 64 hexadecimal digits; empty:
+// unknown, such as those of folders and addresses.
 struct CertifiedFiles {
   std::string mesh;
   std::string volume;
+  std::string mesh_sha256 = {};
+  std::string volume_sha256 = {};
 };
 
 // Returns the verdict, followed by the numbers: a table for distances and one for topology.
 [[nodiscard]] std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
                                   const CertifyOptions& options);
 
-// Returns kept, mesh_file, volume, isovalue, error: {kept (null: not requested), proven, world,
-// voxel, lattice_allowance_world, rounding_allowance_world}, topology_kept, watertight, distances:
-// {mesh_to_full and full_to_mesh: {world and voxel: {maximum, maximum_at_most, percentile_99,
-// mean}, farthest_point, samples}}, mesh and full_surface: the keys of json_report.hpp's topology
-// and nonmanifold_vertices; self_intersections (null: not counted): {triangles, pairs,
-// flat_triangles, place}. Infinite numbers (a surface is empty) become null. Distances in voxels
-// are relative to the smallest spacing; places are in world coordinates.
+// Returns kept, mesh_file, volume, mesh_sha256 and volume_sha256 (null: unknown), isovalue, error:
+// {kept (null: not requested), proven, world, voxel, lattice_allowance_world,
+// rounding_allowance_world}, topology_kept, watertight, distances: {mesh_to_full and full_to_mesh:
+// {world and voxel: {maximum, maximum_at_most, percentile_99, mean}, farthest_point, samples}},
+// mesh and full_surface: the keys of json_report.hpp's topology and nonmanifold_vertices;
+// self_intersections (null: not counted): {triangles, pairs, flat_triangles, place}. Infinite
+// numbers (a surface is empty) become null. Distances in voxels are relative to the smallest
+// spacing; places are in world coordinates.
 [[nodiscard]] nlohmann::ordered_json json_of(const Certificate& certificate,
                                              const CertifiedFiles& files,
                                              const CertifyOptions& options);

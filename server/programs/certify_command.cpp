@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/address_text.hpp"
 #include "common/base/exit_codes.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/certify/certificate_report.hpp"
@@ -16,6 +17,7 @@
 #include "server/programs/progress.hpp"
 #include "server/programs/thread_options.hpp"
 #include "server/programs/volume_options.hpp"
+#include "server/store/sha256.hpp"
 #include "server/volume/volume_files.hpp"
 
 namespace multitetra {
@@ -115,7 +117,10 @@ int run_certify(const CertifyArguments& arguments) {
   }
   const Certificate certificate = certify(mesh, volume, options);
   progress.finish();
-  const CertifiedFiles files{.mesh = arguments.mesh, .volume = arguments.volume};
+  const CertifiedFiles files{.mesh = arguments.mesh,
+                             .volume = without_password(arguments.volume),
+                             .mesh_sha256 = sha256_of_file(arguments.mesh),
+                             .volume_sha256 = sha256_of_file(arguments.volume)};
   if (arguments.json) {
     Json report = json_of(certificate, files, options);
     report["seconds"] = progress.seconds();

@@ -62,6 +62,9 @@ certify smooth.ply --error 0.5 --self-intersections --json >certificate.json
 [ "$(value certificate.json open_edges)" = 0 ] || fail "open edges: $(cat certificate.json)"
 grep -q '"flat_triangles"' certificate.json || fail "self-intersections are not counted: $(cat certificate.json)"
 "$server" extract smooth.mtd --isovalue "$isovalue" --error 0.5 -o index.ply --coordinates index --quiet
+for file in smooth.ply smooth.nrrd; do
+  [ "$(grep -c "sha256\": \"$(sha256sum "$file" | cut -d' ' -f1)\"" certificate.json)" = 1 ] || fail "no digest of $file: $(cat certificate.json)"
+done
 certify index.ply --error 0.5 --lattice 5 --coordinates index || fail "not certified in sample indices"
 ends 3 "NOT certified: smooth.ply" certify smooth.ply --error 0.01
 ends 3 "NOT KEPT" certify smooth.ply --scale 1.1 --error 0.5

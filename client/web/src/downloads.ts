@@ -6,13 +6,13 @@ import { labelTable, type MeasuredLabel } from "./panel/label_table";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Settings } from "./state/settings";
 import { fileName, type NamedSurface, seriesName } from "./state/file_names";
-import { renamedLabel, timeOf, timeText, withLabelsBeside } from "./state/series";
+import { nameOfLabel, renamedLabel, timeOf, timeText, withLabelsBeside } from "./state/series";
 import { toAddress } from "./state/url_state";
 import { applied, latticeToWorld, type Vec3, voxelVolume } from "./stream/dataset";
 import type { Viewer } from "./viewer";
 import type { PictureOptions } from "./viewer_options";
 import { boundOf, type ShownTiles } from "./shown_surface";
-import type { MeshFormat } from "./workers/worker_messages";
+import type { MeshFormat, SavedSurface } from "./workers/worker_messages";
 
 export class Downloads {
   private recording: AbortController | null = null;
@@ -103,28 +103,33 @@ export class Downloads {
     this.recording = null;
   }
 
+  // GLB has all visible surfaces, other formats the first one.
   async download(format: MeshFormat): Promise<void> {
     const { surfaces } = this.viewer;
-    const [first, ...others] = surfaces.shownTiles(this.viewer.get());
-    if (!first) {
+    const visible = surfaces.shownTiles(this.viewer.get());
+    const saved = format === "glb" ? visible : visible.slice(0, 1);
+    if (saved.length === 0) {
       this.viewer.notices.announce("There is no surface to save.", true);
       return;
     }
-    const toWorld = [...latticeToWorld(first.shown.info, first.shown.resolution)];
-    const { components } = surfaces.progressOf(first.at);
     try {
-      const bytes = await this.viewer.pool.file(first.drawn, format, toWorld);
-      this.save(new Blob([bytes as Uint8Array<ArrayBuffer>]), format, fileName([first].map(named)));
-      const { facts } = first.shown;
+      const bytes = await this.viewer.pool.file(saved.map((one) => this.savedSurface(one)), format);
+      this.save(new Blob([bytes as Uint8Array<ArrayBuffer>]), format, fileName(saved.map(named)));
       this.viewer.notices.announce(savedFileText({
-        triangles: components?.triangles ?? facts.triangles,
-        isOfSamples: facts.shell !== null,
-        isOneOfSeveral: others.length > 0,
-        expected: first.at === 0 ? surfaces.sizes.get().expected : null,
+        triangles: saved.reduce((sum, { at, shown }) => sum + (surfaces.progressOf(at).components?.triangles ?? shown.facts.triangles), 0),
+        isOfSamples: saved.some(({ shown }) => shown.facts.shell !== null),
+        isOneOfSeveral: visible.length > saved.length,
+        expected: saved.length === 1 && saved[0].at === 0 ? surfaces.sizes.get().expected : null,
       }), true);
     } catch {
       this.viewer.notices.announce("The surface has changed in the meantime; try again.", true);
     }
+  }
+
+  private savedSurface({ shown: { info, resolution, facts }, drawn, color, opacity }: ShownTiles): SavedSurface {
+    const label = info.member?.label;
+    const name = label ? nameOfLabel(label, this.viewer.get()) : `${info.name}, isovalue ${facts.isovalue}`;
+    return { drawn, toWorld: [...latticeToWorld(info, resolution)], look: { name, color, opacity } };
   }
 
   // Saves a table of all labels, with volumes and areas of visible ones; `only`: the indices of surfaces; null: all.

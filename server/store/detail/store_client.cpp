@@ -1,7 +1,6 @@
 #include "server/store/detail/store_client.hpp"
 
 #include <curl/curl.h>
-#include <openssl/evp.h>
 
 #include <algorithm>
 #include <array>
@@ -9,11 +8,11 @@
 #include <thread>
 #include <utility>
 
-#include "common/base/hex_text.hpp"
 #include "server/store/detail/content_range.hpp"
 #include "server/store/detail/curl_url.hpp"
 #include "server/store/detail/http_place.hpp"
 #include "server/store/detail/redirects.hpp"
+#include "server/store/sha256.hpp"
 #include "server/store/store_error.hpp"
 
 namespace multitetra {
@@ -21,13 +20,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
-
-std::string sha256_hex(std::span<const std::byte> bytes) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned size = 0;
-  EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr);
-  return hex_text(std::as_bytes(std::span(digest).first(size)));
-}
 
 std::string range_text(const ByteRange& range) {
   if (range.first == ByteRange::kFromEnd) return "-" + std::to_string(range.length);

@@ -1,5 +1,5 @@
 import { type DataBorder, isSound, matchBoundaries } from "../../../client/web/src/mesh/boundary_matcher";
-import { meshFile, weldedInWorld } from "../../../client/web/src/mesh/mesh_files";
+import { meshFile, type SavedPart, weldedInWorld } from "../../../client/web/src/mesh/mesh_files";
 import { nearestHit } from "../../../client/web/src/mesh/ray";
 import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
 import { payloadCounts } from "../../../client/web/src/mesh/tile_payload";
@@ -26,6 +26,10 @@ function tile(faces: number[][], shift = 0) {
     id: "tile", positions: Float32Array.from(surface.positions), triangles: surface.triangles,
     normals: packedNormals(sums), sums,
   };
+}
+
+function part(tiles: SavedPart["tiles"], look = { name: "one", color: "#ffffff", opacity: 1 }, toWorld = identity): SavedPart {
+  return { tiles, toWorld, look };
 }
 
 function topology(...tiles: number[][][]) {
@@ -81,24 +85,41 @@ describe("Files", () => {
 
   test("MatchTheLengthInTheirHeaders", () => {
     const tiles = [tile(octahedron)];
-    expect(meshFile(tiles, "stl", identity).length).toBe(84 + 8 * 50);
-    const glb = meshFile(tiles, "glb", identity);
+    expect(meshFile([part(tiles)], "stl").length).toBe(84 + 8 * 50);
+    const glb = meshFile([part(tiles)], "glb");
     expect(new DataView(glb.buffer).getUint32(8, true)).toBe(glb.length);
-    const ply = new TextDecoder("latin1").decode(meshFile(tiles, "ply", identity));
+    const ply = new TextDecoder("latin1").decode(meshFile([part(tiles)], "ply"));
     expect(ply.split("end_header\n")[1].length).toBe(6 * 12 + 8 * 13);
   });
 
   test("MatchNormalsAndMaterialOfTheCommandLine", () => {
-    const glb = meshFile([tile(octahedron)], "glb", identity);
+    const glb = meshFile([part([tile(octahedron)])], "glb");
     const length = new DataView(glb.buffer).getUint32(12, true);
     const json = JSON.parse(new TextDecoder().decode(glb.subarray(20, 20 + length)));
     expect(json.meshes[0].primitives[0]).toEqual({ attributes: { POSITION: 0, NORMAL: 1 }, indices: 2, material: 0 });
     expect(json.materials[0].pbrMetallicRoughness.metallicFactor).toBe(0);
-    const plain = new TextDecoder("latin1").decode(meshFile([tile(octahedron)], "ply", identity));
+    const plain = new TextDecoder("latin1").decode(meshFile([part([tile(octahedron)])], "ply"));
     expect(plain).not.toContain("property float nx");
-    const ply = new TextDecoder("latin1").decode(meshFile([{ ...tile(octahedron), sums: null }], "ply", identity));
+    const ply = new TextDecoder("latin1").decode(meshFile([part([{ ...tile(octahedron), sums: null }])], "ply"));
     expect(ply).toContain("property float nx");
     expect(ply.split("end_header\n")[1].length).toBe(6 * 24 + 8 * 13);
+  });
+
+  test("HaveANodeForEverySurface", () => {
+    const looks = [{ name: "skin", color: "#ff8000", opacity: 0.5 }, { name: "bone", color: "#ffffff", opacity: 1 }];
+    const glb = meshFile(looks.map((look, i) => part(i === 0 ? [tile(octahedron)] : [tile(octahedron.slice(0, 4))], look)), "glb");
+    const view = new DataView(glb.buffer);
+    expect(view.getUint32(8, true)).toBe(glb.length);
+    const json = JSON.parse(new TextDecoder().decode(glb.subarray(20, 20 + view.getUint32(12, true))));
+    expect(json.nodes.map(({ name, mesh }: { name: string; mesh: number }) => [name, mesh])).toEqual([["skin", 0], ["bone", 1]]);
+    expect(json.accessors.filter(({ type }: { type: string }) => type === "SCALAR").map(({ count }: { count: number }) => count)).toEqual([24, 12]);
+    const [skin, bone] = json.materials;
+    expect([skin.alphaMode, bone.alphaMode]).toEqual(["BLEND", undefined]);
+    const [red, green, blue, alpha] = skin.pbrMetallicRoughness.baseColorFactor;
+    expect([red, blue, alpha]).toEqual([1, 0, 0.5]);
+    expect(green).toBeCloseTo(0.2158, 3);
+    const { byteOffset, byteLength } = json.bufferViews.at(-1);
+    expect(byteOffset + byteLength).toBe(json.buffers[0].byteLength);
   });
 
   test("HaveOutwardNormalsInAnyWorld", () => {

@@ -45,6 +45,11 @@ describe("Air", () => {
     expect(airBelow(scan, 0)).toBe(3);
     expect(airBelow(ct, -160)).toBe(-500);
   });
+
+  test("IsShownWhereItIsNearlyAll", () => {
+    const fluorescence = dataset([97000, 600, 80, ...Array<number>(40).fill(50)]);
+    expect(airBelow(fluorescence, 0)).toBe(-Infinity);
+  });
 });
 
 describe("AirInALungWindow", () => {

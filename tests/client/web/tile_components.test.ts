@@ -121,7 +121,7 @@ describe("TileComponents", () => {
     const across = { normal: [0, 0, 1], constant: -10 }; // Through the small components, below the large one.
     expect(cutLine(cutAt(100), across).length).toBeGreaterThan(0);
     expect(cutLine(tiles, across)).toHaveLength(0);
-    const ply = new TextDecoder("latin1").decode(meshFile(tiles, "ply", [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]));
+    const ply = new TextDecoder("latin1").decode(meshFile([{ tiles, toWorld: [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0], look: { name: "", color: "#ffffff", opacity: 1 } }], "ply"));
     expect(ply).toContain("element vertex 6\n");
     expect(ply).toContain("element face 8\n");
   });

@@ -16,15 +16,23 @@ export interface WorldMesh {
   triangles: Uint32Array;
 }
 
-// `toWorld`: lattice -> world, the columns of x, y, z and the translation, three numbers each.
-export function meshFile(
-  tiles: readonly Tile[],
-  format: "glb" | "ply" | "stl",
-  toWorld: readonly number[],
-): Uint8Array {
-  const mesh = weldedInWorld(tiles, toWorld);
-  if (format === "glb") return glb(mesh);
-  return format === "ply" ? ply(mesh) : stl(mesh);
+// How a surface of a GLB file looks.
+export interface SavedLook {
+  name: string;
+  color: string; // "#rrggbb"
+  opacity: number; // 0 to 1.
+}
+export interface SavedPart {
+  tiles: readonly Tile[];
+  toWorld: readonly number[]; // Lattice -> world, the columns of x, y, z and the translation, three numbers each.
+  look: SavedLook;
+}
+
+// In GLB every part is a node with its own material; the other formats have the first part only.
+export function meshFile(parts: readonly SavedPart[], format: "glb" | "ply" | "stl"): Uint8Array {
+  const welded = ({ tiles, toWorld }: SavedPart) => weldedInWorld(tiles, toWorld);
+  if (format === "glb") return glb(parts.map((part) => ({ ...welded(part), look: part.look })));
+  return format === "ply" ? ply(welded(parts[0])) : stl(welded(parts[0]));
 }
 
 export function weldedInWorld(tiles: readonly Tile[], toWorld: readonly number[]): WorldMesh {
@@ -137,44 +145,44 @@ function stl({ positions: p, triangles }: WorldMesh): Uint8Array {
 }
 
 // The numbers are glTF's: 5125 unsigned int, 5126 float, 34962 and 34963 vertex and index buffers.
-function glb({ positions, normals, triangles }: WorldMesh): Uint8Array {
-  const low = [Infinity, Infinity, Infinity];
-  const high = [-Infinity, -Infinity, -Infinity];
-  for (let i = 0; i < positions.length; ++i) {
-    low[i % 3] = Math.min(low[i % 3], positions[i]);
-    high[i % 3] = Math.max(high[i % 3], positions[i]);
-  }
-  const vertexBytes = positions.byteLength;
-  const indexBytes = triangles.byteLength;
-  const vertices = positions.length / 3;
+function glb(parts: readonly (WorldMesh & { look: SavedLook })[]): Uint8Array {
+  const buffers: (Float32Array | Uint32Array)[] = [];
+  const views: object[] = [];
+  const accessors: object[] = [];
+  let binaryBytes = 0;
+  const add = (array: Float32Array | Uint32Array, type: "VEC3" | "SCALAR", bounds: object) => {
+    views.push({ buffer: 0, byteOffset: binaryBytes, byteLength: array.byteLength, target: type === "VEC3" ? 34962 : 34963 });
+    buffers.push(array);
+    binaryBytes += array.byteLength;
+    const isFloat = array instanceof Float32Array;
+    accessors.push({ bufferView: views.length - 1, componentType: isFloat ? 5126 : 5125, count: array.length / (type === "VEC3" ? 3 : 1), type, ...bounds });
+    return accessors.length - 1;
+  };
+  const meshes = parts.map(({ positions, normals, triangles }, material) => ({
+    primitives: [{
+      attributes: { POSITION: add(positions, "VEC3", boundsOf(positions)), NORMAL: add(normals, "VEC3", {}) },
+      indices: add(triangles, "SCALAR", {}), material,
+    }],
+  }));
   const description = {
     asset: { version: "2.0", generator: "Multi-Tetra streaming" },
     scene: 0,
-    scenes: [{ nodes: [0] }],
+    scenes: [{ nodes: parts.map((_, node) => node) }],
     // Column-major: (x, y, z) -> (x, z, -y), z up to y up.
-    nodes: [{ mesh: 0, matrix: [1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1] }],
-    meshes: [{ primitives: [{ attributes: { POSITION: 0, NORMAL: 1 }, indices: 2, material: 0 }] }],
-    materials: [
-      {
-        doubleSided: true,
-        pbrMetallicRoughness: { baseColorFactor: [0.8, 0.76, 0.7, 1], metallicFactor: 0, roughnessFactor: 0.6 },
-      },
-    ],
-    accessors: [
-      { bufferView: 0, componentType: 5126, count: vertices, type: "VEC3", min: low, max: high },
-      { bufferView: 1, componentType: 5126, count: vertices, type: "VEC3" },
-      { bufferView: 2, componentType: 5125, count: triangles.length, type: "SCALAR" },
-    ],
-    bufferViews: [
-      { buffer: 0, byteOffset: 0, byteLength: vertexBytes, target: 34962 },
-      { buffer: 0, byteOffset: vertexBytes, byteLength: vertexBytes, target: 34962 },
-      { buffer: 0, byteOffset: 2 * vertexBytes, byteLength: indexBytes, target: 34963 },
-    ],
-    buffers: [{ byteLength: 2 * vertexBytes + indexBytes }],
+    nodes: parts.map(({ look }, mesh) => ({ name: look.name, mesh, matrix: [1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1] })),
+    meshes,
+    materials: parts.map(({ look: { name, color, opacity } }) => ({
+      name,
+      doubleSided: true,
+      ...(opacity < 1 ? { alphaMode: "BLEND" } : {}),
+      pbrMetallicRoughness: { baseColorFactor: [...linearLight(color), opacity], metallicFactor: 0, roughnessFactor: 0.6 },
+    })),
+    accessors,
+    bufferViews: views,
+    buffers: [{ byteLength: binaryBytes }],
   };
   const plain = new TextEncoder().encode(JSON.stringify(description));
   const jsonBytes = Math.ceil(plain.length / 4) * 4;
-  const binaryBytes = 2 * vertexBytes + indexBytes;
   const total = 12 + 8 + jsonBytes + 8 + binaryBytes;
   const bytes = new Uint8Array(total).fill(0x20, 20, 20 + jsonBytes);
   const view = new DataView(bytes.buffer);
@@ -187,9 +195,27 @@ function glb({ positions, normals, triangles }: WorldMesh): Uint8Array {
   view.setUint32(20 + jsonBytes, binaryBytes, true);
   view.setUint32(24 + jsonBytes, 0x004e4942, true); // "BIN"
   let at = 28 + jsonBytes;
-  for (const part of [positions, normals, triangles]) {
+  for (const part of buffers) {
     bytes.set(new Uint8Array(part.buffer, part.byteOffset, part.byteLength), at);
     at += part.byteLength;
   }
   return bytes;
+}
+
+function boundsOf(positions: Float32Array): { min: number[]; max: number[] } {
+  const min = [Infinity, Infinity, Infinity];
+  const max = [-Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < positions.length; ++i) {
+    min[i % 3] = Math.min(min[i % 3], positions[i]);
+    max[i % 3] = Math.max(max[i % 3], positions[i]);
+  }
+  return { min, max };
+}
+
+// Converts "#rrggbb" from sRGB to linear light.
+function linearLight(color: string): number[] {
+  return [1, 3, 5].map((at) => {
+    const srgb = parseInt(color.slice(at, at + 2), 16) / 255;
+    return srgb <= 0.04045 ? srgb / 12.92 : ((srgb + 0.055) / 1.055) ** 2.4;
+  });
 }

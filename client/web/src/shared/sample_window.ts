@@ -29,6 +29,7 @@ export const mainTissues: readonly string[] = ["skin", "bone"]; // The surfaces 
 const spread = { low: 0.01, high: 0.995 }; // Shares of the samples that are not background.
 // A background's peak holds at least this share of all samples, within this share of the range from its low end.
 const backgroundShare = 0.15;
+const mostOfAPlane = 0.9;
 
 // Also recognizes CT files without a unit: few other data range from air to bone.
 export function isCt({ min, max, valueUnit }: WindowedDataset): boolean {
@@ -53,19 +54,21 @@ export function defaultWindow(info: WindowedDataset): { level: number; width: nu
   return { level: Number(((low + high) / 2).toPrecision(6)), width: Number((high - low).toPrecision(6)) };
 }
 
-// Samples below this value are air or background; -Infinity: none are. A CT window that begins lower, such as that of
+// Samples below this value are air or background; -Infinity: none are, or so many (in fluorescence) that planes without
+// them could hardly be seen. A CT window that begins lower, such as that of
 // lungs, shows them: nothing within it is air.
 export function airBelow(info: WindowedDataset, windowLow: number): number {
   if (isCt(info)) return Math.min(ctAir, windowLow);
   const bins = backgroundBins(info);
-  return bins === 0 ? -Infinity : endOf(info, bins);
+  const counts = info.histogram?.counts.map(Number) ?? [];
+  return bins === 0 || sumOf(counts.slice(0, bins)) > mostOfAPlane * sumOf(counts) ? -Infinity : endOf(info, bins);
 }
 
 // Returns the value below which a share of the samples lies, without the background.
 function percentile(info: WindowedDataset, share: number): number {
   const counts = info.histogram?.counts.map(Number) ?? [];
   const first = backgroundBins(info);
-  const total = counts.slice(first).reduce((sum, count) => sum + count, 0);
+  const total = sumOf(counts.slice(first));
   let below = 0;
   for (let bin = first; bin < counts.length; ++bin) {
     const part = share * total - below;
@@ -78,15 +81,19 @@ function percentile(info: WindowedDataset, share: number): number {
 // Returns the number of leading bins that are background: up to the minimum after the peak; 0 without such a peak.
 function backgroundBins({ histogram, min, max }: WindowedDataset): number {
   const counts = histogram?.counts.map(Number) ?? [];
-  const total = counts.reduce((sum, count) => sum + count, 0);
+  const total = sumOf(counts);
   const reach = Math.ceil(backgroundShare * counts.length);
   if (!(max > min) || counts.length < 8) return 0;
   const peak = counts.slice(0, reach).reduce((best, count, bin) => (count > counts[best] ? bin : best), 0);
   if (counts[peak] < Math.max(...counts)) return 0;
   let end = peak + 1;
   while (end < reach && counts[end] < counts[end - 1]) ++end;
-  const background = counts.slice(0, end).reduce((sum, count) => sum + count, 0);
+  const background = sumOf(counts.slice(0, end));
   return background >= backgroundShare * total && background < total ? end : 0;
+}
+
+function sumOf(counts: readonly number[]): number {
+  return counts.reduce((sum, count) => sum + count, 0);
 }
 
 // Returns where a bin begins.

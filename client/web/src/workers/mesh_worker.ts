@@ -127,7 +127,9 @@ async function resultOf(request: MeshRequest): Promise<MeshReply["result"]> {
     case "cut":
       return cutLine(await drawnTiles(request.drawn), request.plane);
     case "file":
-      return meshFile(await drawnTiles(request.drawn), request.format, request.toWorld);
+      return meshFile(await Promise.all(request.surfaces.map(async ({ drawn, toWorld, look }) => ({
+        tiles: await drawnTiles(drawn), toWorld, look,
+      }))), request.format);
     default:
       return null;
   }

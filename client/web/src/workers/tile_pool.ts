@@ -13,6 +13,7 @@ import type {
   MeasuredPart,
   MeshFormat,
   PickRay,
+  SavedSurface,
   Selection,
   TileJob,
 } from "./worker_messages";
@@ -88,8 +89,8 @@ export class TilePool {
     return this.query((request) => ({ kind: "cut", request, drawn, plane }));
   }
 
-  file(drawn: DrawnTiles, format: MeshFormat, toWorld: number[]): Promise<Uint8Array> {
-    return this.query((request) => ({ kind: "file", request, drawn, format, toWorld }));
+  file(surfaces: readonly SavedSurface[], format: MeshFormat): Promise<Uint8Array> {
+    return this.query((request) => ({ kind: "file", request, surfaces, format }));
   }
 
   // Ends all workers; pending promises never settle.

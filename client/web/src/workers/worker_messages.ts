@@ -2,6 +2,7 @@
 // same content with and without normals counts as two tiles.
 import type { CutPlane } from "../mesh/cut";
 import type { MassProperties } from "../mesh/mass_properties";
+import type { SavedLook } from "../mesh/mesh_files";
 import type { HalfSpace } from "../mesh/ray";
 import type { DataBorder, MeshTopology } from "../mesh/boundary_matcher";
 import type { ShellMode } from "../mesh/shell_decoder";
@@ -60,7 +61,14 @@ export type MeshRequest =
   | { kind: "measure"; request: number; drawn: DrawnTiles; toWorld: number[]; at: MeasuredPart | null }
   | { kind: "scalars"; request: number; id: string; codes: Uint8Array; bits: number }
   | { kind: "cut"; request: number; drawn: DrawnTiles; plane: CutPlane }
-  | { kind: "file"; request: number; drawn: DrawnTiles; format: MeshFormat; toWorld: number[] };
+  | { kind: "file"; request: number; surfaces: readonly SavedSurface[]; format: MeshFormat };
+
+// A surface to be written to a file.
+export interface SavedSurface {
+  drawn: DrawnTiles;
+  toWorld: number[];
+  look: SavedLook;
+}
 
 // The tiles of a step, without the components that are not drawn.
 export interface DrawnTiles {
