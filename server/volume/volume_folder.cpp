@@ -6,6 +6,7 @@
 
 #include "server/volume/formats/described_raw.hpp"
 #include "server/volume/formats/recognition.hpp"
+#include "server/volume/formats/vtk/pvd_file.hpp"
 
 namespace multitetra {
 namespace {
@@ -15,6 +16,7 @@ namespace fs = std::filesystem;
 constexpr int kMaxFolderDepth = 16;
 
 bool is_volume(const fs::path& file) {
+  if (is_pvd(file)) return false;  // Its files are there.
   try {
     const std::optional<VolumeFormat> format = recognized_format(file);
     if (format != VolumeFormat::kRaw) return format.has_value();

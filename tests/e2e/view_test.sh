@@ -139,6 +139,25 @@ starts fields --no-browser jet
 [ "$shown" = jet.pressure.t0000 ] || fail "another field than the first is shown: $shown"
 lists "jet.heat.t0000 jet.heat.t0001 jet.pressure.t0000 jet.pressure.t0001"
 ends_by_interrupt
+# A ParaView collection names the times; a folder with one shows its files.
+cat >jet/jet.pvd <<'END'
+<VTKFile type="Collection" version="0.1"><Collection>
+<DataSet timestep="2.5" part="0" file="jet_1.vti"/><DataSet timestep="0.5" part="0" file="jet_0.vti"/>
+</Collection></VTKFile>
+END
+starts collection --no-browser jet/jet.pvd
+lists "jet.heat.t0000 jet.heat.t0001 jet.pressure.t0000 jet.pressure.t0001"
+curl -s "$url/v1/datasets" | tr -d ' \n' | grep -qF '"time":2.5' || fail "the times are not those of the collection: $(curl -s "$url/v1/datasets")"
+ends_by_interrupt
+starts besides --no-browser jet
+lists "jet.heat.t0000 jet.heat.t0001 jet.pressure.t0000 jet.pressure.t0001"
+ends_by_interrupt
+sed 's/timestep="2.5"/timestep="0.5"/' jet/jet.pvd >jet/twice.pvd
+ends 2 "it has several files of time 0.5" "$server" view --no-browser jet/twice.pvd
+sed 's/timestep="2.5"//' jet/jet.pvd >jet/untimed.pvd
+ends 1 "files that each have a time step" "$server" prepare jet/untimed.pvd -o pvd
+sed 's/jet_1/..\/jet_1/' jet/jet.pvd >jet/outside.pvd
+ends 1 "--follow" "$server" prepare jet/outside.pvd -o pvd
 mkdir two
 volume two/a.nrrd '20 * x + y'
 volume two/b.nrrd '255 - 20 * x - y'

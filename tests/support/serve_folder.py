@@ -13,6 +13,7 @@ requests signed as S3 wants it, with listing and multipart uploads. Elsewhere it
     /lies/KIND/N/    the first N requests of each path get a lie:
                      401  403  503  401-blocks  403-blocks (of objects whose names are numbers)  truncated  long
                      wrong-bytes  wrong-range  lost (the connection ends)  stalled (nothing comes)
+                     trickle (ten bytes a second)
 
 Uploads to names with "fails-part2" and "fails-complete" fail there. Listings below endless/ have no last page, those below
 repeats/ return to their second page, and one below long-token/ has a token of 5000 bytes.
@@ -93,6 +94,10 @@ class Handler(http.server.BaseHTTPRequestHandler):
             body = body[:len(body) // 2] if self.kind == "truncated" else body
             self.close_connection = True
         try:
+            if self.kind == "trickle":
+                for byte in body[:300]:
+                    self.wfile.write(bytes([byte]))
+                    time.sleep(0.1)
             self.wfile.write(body)
         except ConnectionError:  # The client disconnected.
             self.close_connection = True

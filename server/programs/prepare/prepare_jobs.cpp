@@ -10,6 +10,7 @@
 #include "server/dataset/prepared_file.hpp"
 #include "server/store/http_store.hpp"
 #include "server/volume/formats/recognition.hpp"
+#include "server/volume/formats/vtk/pvd_file.hpp"
 #include "server/volume/volume_folder.hpp"
 
 namespace multitetra {
@@ -39,10 +40,11 @@ std::string label_text(const Label& label) {
 }
 
 bool has_several_volumes(const std::vector<std::string>& inputs) {
-  return inputs.size() > 1 || is_multi_volume_folder(inputs.front());
+  return inputs.size() > 1 || is_pvd(inputs.front()) || is_multi_volume_folder(inputs.front());
 }
 
-std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs, const fs::path& folder) {
+std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs, const fs::path& folder,
+                                 bool allow_external_files) {
   std::vector<PrepareJob> jobs;
   std::set<std::string> taken;
   const auto add = [&](const std::string& input) {
@@ -50,6 +52,13 @@ std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs, const f
     jobs.push_back({.input = input, .output = folder / (name + ".mtd"), .name = name});
   };
   for (const std::string& input : inputs) {
+    if (is_pvd(input)) {
+      for (const CollectedFile& one : files_of_pvd(input, allow_external_files)) {
+        add(one.file.string());
+        jobs.back().collected_time = one.time;
+      }
+      continue;
+    }
     if (!is_multi_volume_folder(input)) {
       add(input);
       continue;

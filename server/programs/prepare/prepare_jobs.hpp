@@ -19,6 +19,7 @@ struct PrepareJob {
   VolumeChoice choice = {};
   std::optional<SeriesMember> member = std::nullopt;
   double stored_label = 0;                     // The label's value in the label map.
+  std::optional<double> collected_time = std::nullopt;  // In the .pvd file that lists the input.
   std::vector<std::string> command_line = {};  // Options that select the member: "--time 3".
 };
 
@@ -29,10 +30,12 @@ struct PrepareJob {
 // volume.
 [[nodiscard]] bool has_several_volumes(const std::vector<std::string>& inputs);
 
-// Returns a job for every volume. Datasets get unique names in `folder`. Throws ExitError (kUsage)
+// Returns a job for every volume; .pvd files stand for those that they list. Datasets get unique
+// names in `folder`. Throws ExitError (kUsage)
 // if there is no volume.
 [[nodiscard]] std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs,
-                                               const std::filesystem::path& folder);
+                                               const std::filesystem::path& folder,
+                                               bool allow_external_files = false);
 
 // Returns whether the job's dataset exists, is complete, and has the same name, series member,
 // source and options as the job and `note`. The source's digest does not cover data files named by

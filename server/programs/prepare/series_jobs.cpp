@@ -9,6 +9,7 @@
 #include "common/base/natural_order.hpp"
 #include "common/base/utf8.hpp"
 #include "server/programs/prepare/label_jobs.hpp"
+#include "server/volume/formats/vtk/pvd_file.hpp"
 #include "server/volume/volume_files.hpp"
 
 namespace multitetra {
@@ -97,17 +98,24 @@ std::vector<double> stated_times(const std::vector<std::string>& inputs,
 
 SeriesSource series_of_files(const PrepareArguments& arguments) {
   std::vector<std::string> inputs;
-  for (const PrepareJob& job : jobs_for(arguments.inputs, arguments.output)) {
+  std::vector<double> collected;
+  for (const PrepareJob& job :
+       jobs_for(arguments.inputs, arguments.output, arguments.volume.allow_external_files)) {
     inputs.push_back(job.input);
+    if (job.collected_time) collected.push_back(*job.collected_time);
   }
-  std::sort(inputs.begin(), inputs.end(),
-            [](const std::string& a, const std::string& b) { return natural_order_less(a, b); });
+  const bool are_collected = collected.size() == inputs.size() && increase(collected);
+  if (!are_collected) {
+    std::sort(inputs.begin(), inputs.end(),
+              [](const std::string& a, const std::string& b) { return natural_order_less(a, b); });
+  }
   const SeriesArguments& asked = arguments.series;
   SeriesSource series{.name = asked.time_series,
                       .moments = {},
                       .time_unit = asked.time_unit,
                       .contents = contents_of(inputs.front(), arguments)};
   std::vector<double> times = asked.time_values(inputs.size());
+  if (times.empty() && are_collected) times = collected;
   if (times.empty()) times = stated_times(inputs, series.contents, arguments);
   if (times.empty()) times = frame_numbers(inputs.size());
   for (std::size_t i = 0; i < inputs.size(); ++i) {
@@ -284,7 +292,15 @@ std::vector<PrepareJob> jobs_of(const PrepareArguments& arguments, LatestLabelMa
     add_jobs(series_of_files(arguments), arguments, maps, notice, jobs);
     return jobs;
   }
-  std::vector<PrepareJob> volumes = jobs_for(arguments.inputs, arguments.output);
+  if (arguments.inputs.size() == 1 && is_pvd(arguments.inputs.front())) {
+    PrepareArguments collection = arguments;
+    collection.name.clear();
+    collection.series.time_series =
+        arguments.name.empty() ? default_dataset_name(arguments.inputs.front()) : arguments.name;
+    return jobs_of(collection, maps, notice);
+  }
+  std::vector<PrepareJob> volumes =
+      jobs_for(arguments.inputs, arguments.output, arguments.volume.allow_external_files);
   if (!arguments.name.empty() && volumes.size() > 1) {
     throw ExitError(kUsage, "--name is for one volume; several are named after their files.");
   }

@@ -17,6 +17,7 @@
 #include "server/dataset/provenance.hpp"
 #include "server/programs/prepare/prepare_jobs.hpp"
 #include "server/volume/formats/recognition.hpp"
+#include "server/volume/formats/vtk/pvd_file.hpp"
 #include "server/volume/volume_files.hpp"
 #include "server/volume/volume_folder.hpp"
 
@@ -153,7 +154,9 @@ bool is_prepared(const std::string& input) {
 std::vector<PrepareArguments> preparations_of(const std::vector<std::string>& inputs,
                                               const VolumeOptions& volume) {
   std::vector<std::string> volumes;
-  for (const PrepareJob& job : jobs_for(inputs, {})) volumes.push_back(job.input);
+  for (const PrepareJob& job : jobs_for(inputs, {}, volume.allow_external_files)) {
+    volumes.push_back(job.input);
+  }
   std::sort(volumes.begin(), volumes.end(),
             [](const std::string& a, const std::string& b) { return natural_order_less(a, b); });
   VolumeFileOptions options = volume.parsed();
@@ -165,6 +168,11 @@ std::vector<PrepareArguments> preparations_of(const std::vector<std::string>& in
     return contents.fields.size() > 1 && !chooses_field ? std::vector<std::string>{"all"}
                                                         : std::vector<std::string>();
   };
+  if (inputs.size() == 1 && is_pvd(inputs.front())) {
+    common.inputs = inputs;
+    common.series.fields = fields_of(open_volume(volumes.front(), options)->contents());
+    return {common};
+  }
   if (are_times(volumes, options)) {
     common.inputs = volumes;
     common.series.time_series = series_name(volumes.front());

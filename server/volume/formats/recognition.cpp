@@ -42,7 +42,7 @@ constexpr std::array kFormats = {
                       "blosc, lz4, zstd, gzip, zlib, bz2; shards; --level, --channel, --time"},
     FormatDescription{"Zarr 2 and 3, N5", "a folder, http(s)://, s3://",
                       "the same codecs; --array"},
-    FormatDescription{"VTK image data", ".vti, .pvti",
+    FormatDescription{"VTK image data", ".vti, .pvti, .pvd",
                       "text, base64, appended; zlib, LZ4; --array"},
     FormatDescription{"legacy VTK", ".vtk", "structured points, text or binary; --component"},
     FormatDescription{"TIFF", ".tif, a folder, a pattern",

@@ -7,6 +7,7 @@
 
 #include "server/gateway/detail/forwarded_stream.hpp"
 #include "server/gateway/detail/rendezvous.hpp"
+#include "server/operations/log.hpp"
 #include "tests/server/gateway/gateway_client.hpp"
 #include "tests/server/gateway/running_gateway.hpp"
 #include "tests/server/gateway/shell_streams.hpp"
@@ -226,6 +227,8 @@ TEST(GatewayTest, DropsDamagedTilesAndQuarantinesTheirServer) {
   options.upstream.failover_timeout = std::chrono::milliseconds(100);
   options.server.metrics = std::make_shared<PrometheusMetrics>();
   RunningGateway gateway(std::move(options));
+  ::testing::internal::CaptureStderr();
+  start_log({.level = LogLevel::kWarning});
   WebSocketClient client(gateway.http());
   greet(client);
   open(client, 1);
@@ -241,6 +244,10 @@ TEST(GatewayTest, DropsDamagedTilesAndQuarantinesTheirServer) {
   EXPECT_NE(metrics.find("multitetra_upstream_damaged_tiles_total{upstream="), std::string::npos);
   open(client, 2);
   EXPECT_EQ(testing::code_of(testing::end_of_stream(client)), ErrorCode::kUnavailable);
+  start_log({.level = LogLevel::kOff});
+  const std::string log = ::testing::internal::GetCapturedStderr();
+  EXPECT_NE(log.find("damaged"), std::string::npos) << log;
+  EXPECT_NE(log.find(to_string(damaged.endpoint())), std::string::npos) << log;
 }
 
 TEST(GatewayTest, QuarantinesAServerThatSendsDamagedShells) {

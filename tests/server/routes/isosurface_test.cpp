@@ -1,4 +1,7 @@
 // Isosurfaces as files over HTTP.
+#include <sys/resource.h>
+
+#include <csignal>
 #include <atomic>
 #include <chrono>
 
@@ -285,6 +288,21 @@ TEST_F(IsosurfaceTest, ReportsAnUnwritableTemporaryFolder) {
   const auto refused = client.get(kPath);
   EXPECT_EQ(refused.result_int(), 507U);
   EXPECT_NE(refused.body().find("temporary folder"), std::string::npos) << refused.body();
+}
+
+// The folder is full in the middle of a file.
+TEST_F(IsosurfaceTest, ReportsAFullTemporaryFolder) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit tiny{.rlim_cur = 100, .rlim_max = before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &tiny), 0);
+  const auto refused = client_.get(kPath);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(refused.result_int(), 507U) << refused.body();
+  EXPECT_NE(refused.body().find("temporary folder"), std::string::npos) << refused.body();
+  EXPECT_EQ(client_.get(kPath).result_int(), 200U);
 }
 
 }  // namespace

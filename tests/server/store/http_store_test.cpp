@@ -112,6 +112,17 @@ TEST_F(HttpStoreTest, GivesUpOnAStoreThatStallsTwice) {
   EXPECT_EQ(tried_again, 1);
 }
 
+TEST_F(HttpStoreTest, GivesUpOnAStoreThatSendsAFewBytesASecond) {
+  HttpStoreOptions options = quick();
+  options.max_attempts = 1;
+  options.stall_timeout = std::chrono::seconds(1);
+  const auto slow = store("/lies/trickle/1000", options);
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_NE(failure([&] { return whole(*slow); }).find("too slow"), std::string::npos)
+      << failure([&] { return whole(*slow); });
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
+}
+
 TEST_F(HttpStoreTest, RejectsRequestsDuringTheCooldown) {
   HttpStoreOptions options = quick();
   options.cooldown_after_failure = std::chrono::hours(1);

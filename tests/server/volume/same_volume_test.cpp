@@ -190,6 +190,21 @@ TEST(VolumeFormats, ReadHttpAndSignedBuckets) {
     EXPECT_THROW((void)read_volume("s3://volumes/" + file, options), VolumeFileError);
     ++read;
   }
+  // An image whose level lies beside it.
+  fs::create_directory(folder.path() / "image.zarr");
+  std::ofstream(folder.path() / "image.zarr/.zattrs") << R"({"multiscales": [{"axes": [
+      {"name": "z"}, {"name": "y"}, {"name": "x"}], "datasets": [{"path": "../elsewhere.zarr",
+      "coordinateTransformations": [{"type": "scale", "scale": [1, 1, 1]}]}]}]})";
+  setenv("AWS_SECRET_ACCESS_KEY", "a secret", 1);
+  for (const std::string& place :
+       {server.address() + "/image.zarr", std::string("s3://volumes/image.zarr")}) {
+    try {
+      (void)read_volume(place);
+      ADD_FAILURE() << place << " leads out of the store";
+    } catch (const VolumeFileError& problem) {
+      EXPECT_NE(std::string(problem.what()).find("--follow"), std::string::npos) << problem.what();
+    }
+  }
   unsetenv("AWS_ACCESS_KEY_ID");
   EXPECT_GE(read, 7);
   for (const std::string wrong : {"/nothing", "/sharded-end.zarr/s0/c"}) {
