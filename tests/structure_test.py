@@ -1,4 +1,4 @@
-"""The layers: includes point one way, and headers in a folder detail/ stay private to their room.
+"""The layers: includes point one way, and headers in a folder detail/ stay private to their library.
 
     python3 tests/structure_test.py
 
@@ -11,7 +11,7 @@ import sys
 PROJECT = pathlib.Path(__file__).resolve().parent.parent
 
 # Folder -> the folders that it may include besides itself; their dependencies are included.
-ROOMS = {
+LIBRARIES = {
     "common/base": [],
     "common/codec": ["common/base"],
     "common/image": ["common/base"],
@@ -68,17 +68,17 @@ THIRD_PARTY = {
 }
 
 
-def room_of(path):
+def library_of(path):
     folder = str(path.parent)
-    while folder not in ROOMS and "/" in folder:
+    while folder not in LIBRARIES and "/" in folder:
         folder = folder.rsplit("/", 1)[0]
-    return folder if folder in ROOMS else None
+    return folder if folder in LIBRARIES else None
 
 
-def reachable(room):
-    found = {room}
-    for next_room in ROOMS[room]:
-        found |= reachable(next_room)
+def reachable(library):
+    found = {library}
+    for dependency in LIBRARIES[library]:
+        found |= reachable(dependency)
     return found
 
 
@@ -86,38 +86,38 @@ def is_private(header):
     return "detail" in header.parts
 
 
-def complaints():
+def errors():
     for file in sorted(PROJECT.glob("common/**/*.[ch]pp")) + sorted(PROJECT.glob("server/**/*.[ch]pp")) + sorted(
             PROJECT.glob("client/**/*.[ch]pp")):
         path = file.relative_to(PROJECT)
         if "node_modules" in path.parts:
             continue
-        room = room_of(path)
-        if room is None:
-            yield f"{path}: its folder is not among the rooms of tests/structure_test.py."
+        library = library_of(path)
+        if library is None:
+            yield f"{path}: its folder is not among the libraries of tests/structure_test.py."
             continue
         text = file.read_text()
         for header in re.findall(r'#include "([^"]+)"', text):
             target = pathlib.Path(header)
             if target.suffix != ".hpp":
                 continue
-            other = room_of(target)
-            if other is None or other not in reachable(room):
-                yield f"{path}: {room} may not include {header}."
-            elif other != room and is_private(target):
-                yield f"{path}: {header} is a private matter of {other}."
+            other = library_of(target)
+            if other is None or other not in reachable(library):
+                yield f"{path}: {library} may not include {header}."
+            elif other != library and is_private(target):
+                yield f"{path}: {header} is private to {other}."
         if path.suffix == ".hpp" and not is_private(path):
             for header in re.findall(r"#include [<\"]([^>\"]+)[>\"]", text):
                 for pattern, owners in THIRD_PARTY.items():
-                    if re.match(pattern, header) and room not in owners:
+                    if re.match(pattern, header) and library not in owners:
                         yield f"{path}: a public header shows {header}."
 
 
 def main():
-    wrong = list(complaints())
+    wrong = list(errors())
     for line in wrong:
         print(line)
-    print(f"{len(wrong)} complaints about the structure")
+    print(f"{len(wrong)} errors in the structure")
     return 1 if wrong else 0
 
 

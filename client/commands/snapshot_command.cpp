@@ -191,13 +191,13 @@ TakenSurface taken_surface(const SnapshotArguments& arguments, Client& client,
 // Fetches all ordered surfaces.
 Taken taken_surfaces(const SnapshotArguments& arguments, Client& client, const Scene& scene) {
   Taken taken;
-  const auto asked = Clock::now();
+  const auto requested = Clock::now();
   for (DatasetRequest& dataset : scene.datasets) {
     for (const IsosurfaceRequest& request : dataset.requests) {
       taken.surfaces.push_back(taken_surface(arguments, client, dataset, request));
     }
   }
-  taken.fetch_seconds = seconds_since(asked);
+  taken.fetch_seconds = seconds_since(requested);
   return taken;
 }
 

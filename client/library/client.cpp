@@ -89,8 +89,8 @@ ClientResult<std::vector<DatasetInfo>> Client::list_datasets() {
 
 ClientResult<EstimateReply> Client::estimate(const std::string& dataset,
                                              const IsosurfaceRequest& request) {
-  const Estimate asked{.request_id = next_request_id(), .dataset = dataset, .request = request};
-  if (auto sent = send(asked); !sent) return tl::unexpected(sent.error());
+  const Estimate query{.request_id = next_request_id(), .dataset = dataset, .request = request};
+  if (auto sent = send(query); !sent) return tl::unexpected(sent.error());
   return receive<EstimateReply>(socket_, "EstimateReply");
 }
 
@@ -110,8 +110,8 @@ ClientResult<void> Client::share_budget(std::span<const std::string> datasets,
 }
 
 ClientResult<SliceReply> Client::slice(const std::string& dataset, const SliceRequest& request) {
-  const Slice asked{.request_id = next_request_id(), .dataset = dataset, .slice = request};
-  if (auto sent = send(asked); !sent) return tl::unexpected(sent.error());
+  const Slice query{.request_id = next_request_id(), .dataset = dataset, .slice = request};
+  if (auto sent = send(query); !sent) return tl::unexpected(sent.error());
   auto reply = receive<SliceReply>(socket_, "SliceReply");
   if (reply && (reply->width != request.width || reply->height != request.height)) {
     return fail(ErrorSource::kCheck,
@@ -122,8 +122,8 @@ ClientResult<SliceReply> Client::slice(const std::string& dataset, const SliceRe
 }
 
 ClientResult<ProbeReply> Client::probe(const std::string& dataset, const ProbeRequest& request) {
-  const Probe asked{.request_id = next_request_id(), .dataset = dataset, .probe = request};
-  if (auto sent = send(asked); !sent) return tl::unexpected(sent.error());
+  const Probe query{.request_id = next_request_id(), .dataset = dataset, .probe = request};
+  if (auto sent = send(query); !sent) return tl::unexpected(sent.error());
   auto reply = receive<ProbeReply>(socket_, "ProbeReply");
   if (reply && reply->places.size() != request.places.size()) {
     return fail(ErrorSource::kCheck,

@@ -9,18 +9,18 @@ Fetch::Fetch(Client& client, const DatasetInfo& info, OpenStream open, const Fet
       stream_(client, options.tiles != nullptr ? *options.tiles : own_tiles_),
       retries_(options.retries) {
   stream_.set_tile_listener(options.on_tile);
-  asked_ = stream_.open(info, std::move(open));
+  sent_ = stream_.open(info, std::move(open));
 }
 
 ClientResult<std::optional<FetchedStep>> Fetch::next() {
   for (;;) {
-    auto news = asked_ ? stream_.next(client_.options().timeout)
-                       : ClientResult<StreamUpdate>(tl::unexpected(asked_.error()));
+    auto news = sent_ ? stream_.next(client_.options().timeout)
+                      : ClientResult<StreamUpdate>(tl::unexpected(sent_.error()));
     if (!news) {
       if (stream_.received().tiles > tiles_before_) retries_.progress();
       tiles_before_ = stream_.received().tiles;
       if (!retries_.wait_after(news.error().error)) return tl::unexpected(news.error());
-      asked_ = stream_.resume();
+      sent_ = stream_.resume();
     } else if (auto* step = std::get_if<FetchedStep>(&*news)) {
       return *std::move(step);
     } else if (const auto* end = std::get_if<StreamEnded>(&*news)) {

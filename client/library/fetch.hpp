@@ -30,7 +30,7 @@ class Fetch {
   SurfaceStream stream_;
   Retries retries_;
   std::uint64_t tiles_before_ = 0;  // Tiles received before the last lost connection.
-  ClientResult<void> asked_;
+  ClientResult<void> sent_;
 };
 
 }  // namespace multitetra

@@ -45,7 +45,7 @@ struct MessageSocket::State {
   bool is_receiving = false;
   std::optional<Result<std::string>> received;
   // When the current wait for a message began.
-  Clock::time_point asked = Clock::now();
+  Clock::time_point waiting_since = Clock::now();
   // When a request was last sent or a message other than Pong last arrived.
   Clock::time_point progress = Clock::now();
   std::uint64_t bytes_at_progress = 0;
@@ -165,7 +165,7 @@ Result<void> MessageSocket::send_bytes(std::string_view bytes) {
 }
 
 Result<ServerMessage> MessageSocket::receive() {
-  state_->asked = Clock::now();
+  state_->waiting_since = Clock::now();
   state_->note_progress();
   for (;;) {
     auto message = receive_within(state_->timeout);
@@ -181,7 +181,7 @@ Result<std::optional<ServerMessage>> MessageSocket::receive_within(
       std::min(Clock::now() + max_wait + std::chrono::milliseconds(1), state.deadline);
   state.receive_from_now_on();
   const auto silent_at = [&state] {
-    return std::min(std::max(state.channel.last_activity(), state.asked) + state.timeout,
+    return std::min(std::max(state.channel.last_activity(), state.waiting_since) + state.timeout,
                     state.stalled_at());
   };
   while (!state.received && !state.is_interrupted && Clock::now() < std::min(until, silent_at())) {

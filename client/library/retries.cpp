@@ -16,8 +16,9 @@ bool Retries::wait_after(const Error& error) {
   for (int i = 0; i < in_a_row_ && wait < options_.longest_wait; ++i) wait *= 2;
   wait = std::min(wait, options_.longest_wait);
   // The delay requested by the server applies if it is longer, up to a limit.
-  const std::chrono::duration<double> asked(std::clamp(error.retry_after, 0.0, kMaxServerDelay));
-  wait = std::max(wait, std::chrono::ceil<std::chrono::milliseconds>(asked));
+  const std::chrono::duration<double> server_delay(
+      std::clamp(error.retry_after, 0.0, kMaxServerDelay));
+  wait = std::max(wait, std::chrono::ceil<std::chrono::milliseconds>(server_delay));
   if (options_.deadline - std::chrono::steady_clock::now() < wait) return false;
   ++in_a_row_;
   if (options_.on_retry) options_.on_retry({in_a_row_, wait, error});

@@ -23,10 +23,10 @@ ClientResult<void> SurfaceStream::open(const DatasetInfo& info, OpenStream open)
   given_.clear();
   started_ = Clock::now();
   first_byte_seconds_ = 0;
-  return ask();
+  return request();
 }
 
-ClientResult<void> SurfaceStream::ask() {
+ClientResult<void> SurfaceStream::request() {
   if (assembler_) {
     (void)assembler_->decode_waiting();  // Tiles that fail to decode are requested again.
     keep_decoded();
@@ -56,7 +56,7 @@ ClientResult<void> SurfaceStream::resume() {
                  "Since the connection was lost, the server has replaced or removed dataset \"" +
                      info_.name + "\"; fetch it again."});
   }
-  return ask();
+  return request();
 }
 
 ClientResult<StreamUpdate> SurfaceStream::next(std::chrono::milliseconds max_wait) {

@@ -72,7 +72,7 @@ class SurfaceStream {
   void set_tile_listener(TileListener listener) { listener_ = std::move(listener); }
 
  private:
-  ClientResult<void> ask();
+  ClientResult<void> request();
   ClientResult<std::optional<StreamUpdate>> take(const ServerMessage& message);
   ClientResult<std::optional<StreamUpdate>> take_step(const CommittedStepPtr& step);
   void keep(const ServerMessage& message);

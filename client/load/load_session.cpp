@@ -153,16 +153,17 @@ asio::awaitable<Result<std::vector<DatasetInfo>>> LoadSession::enter(ChannelPtr 
   Hello hello;
   hello.token = options_.token;
   hello.agent = "multitetra-load/" MULTITETRA_VERSION;
-  const auto welcome = co_await ask(channel, serialize(hello));
+  const auto welcome = co_await request(channel, serialize(hello));
   if (!welcome) co_return tl::unexpected(welcome.error());
-  auto list = co_await ask(channel, serialize(ListDatasets{.request_id = 1}));
+  auto list = co_await request(channel, serialize(ListDatasets{.request_id = 1}));
   if (!list) co_return tl::unexpected(list.error());
   if (auto* datasets = std::get_if<DatasetList>(&*list)) co_return std::move(datasets->datasets);
   co_return fail(ErrorCode::kUnexpectedMessage, "The server did not send a list of datasets.");
 }
 
 // Sends a request and returns the next message; an ErrorReply is returned as its error.
-asio::awaitable<Result<ServerMessage>> LoadSession::ask(ChannelPtr channel, std::string content) {
+asio::awaitable<Result<ServerMessage>> LoadSession::request(ChannelPtr channel,
+                                                            std::string content) {
   const auto sent = co_await channel->send(std::move(content));
   if (!sent) co_return tl::unexpected(sent.error());
   const auto received = co_await channel->receive();

@@ -56,7 +56,7 @@ class LoadSession {
 
   asio::awaitable<bool> connect();
   asio::awaitable<Result<std::vector<DatasetInfo>>> enter(ChannelPtr channel);
-  asio::awaitable<Result<ServerMessage>> ask(ChannelPtr channel, std::string content);
+  asio::awaitable<Result<ServerMessage>> request(ChannelPtr channel, std::string content);
   asio::awaitable<void> listen(ChannelPtr channel);
   asio::awaitable<void> play(ScriptedRequest scripted);
   asio::awaitable<void> send_open_stream();

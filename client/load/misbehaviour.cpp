@@ -127,8 +127,8 @@ class MisbehavingClient {
     while (datasets.empty() && Clock::now() < options_.stop) {
       ListDatasets query;
       query.request_id = 1;
-      const bool asked = co_await sent(channel, query);
-      if (!asked) co_return "";
+      const bool is_sent = co_await sent(channel, query);
+      if (!is_sent) co_return "";
       const auto content = co_await channel->receive();
       if (!content) co_return "";
       auto message = parse_server_message(*content);

@@ -42,7 +42,7 @@ std::invoke_result_t<const Operation&> Connection::unlocked(const Operation& ope
 }
 
 template <typename Query, typename Answer>
-typename Answer::value_type Connection::ask(const Query& query) {
+typename Answer::value_type Connection::run_query(const Query& query) {
   return value_of(unlocked([&]() -> Answer {
     if (auto free = free_client(); !free) return tl::unexpected(free.error());
     Answer answer = query(*client_);
@@ -75,7 +75,7 @@ void Connection::close() {
 }
 
 std::vector<DatasetInfo> Connection::datasets() {
-  infos_ = ask([](Client& client) { return client.list_datasets(); });
+  infos_ = run_query([](Client& client) { return client.list_datasets(); });
   return infos_;
 }
 
@@ -92,24 +92,24 @@ DatasetInfo Connection::info(const std::string& name) {
 }
 
 EstimateReply Connection::estimate(const std::string& dataset, const IsosurfaceRequest& request) {
-  return ask([&](Client& client) { return client.estimate(dataset, request); });
+  return run_query([&](Client& client) { return client.estimate(dataset, request); });
 }
 
 std::vector<IsosurfaceRequest> Connection::share_budget(const std::string& dataset,
                                                         std::vector<IsosurfaceRequest> requests) {
   argument(check_shared_budget(requests));
   const std::vector<std::string> datasets(requests.size(), dataset);
-  ask([&](Client& client) { return client.share_budget(datasets, requests); });
+  run_query([&](Client& client) { return client.share_budget(datasets, requests); });
   return requests;
 }
 
 SliceReply Connection::slice(const std::string& dataset, const SliceRequest& request) {
-  return ask([&](Client& client) { return client.slice(dataset, request); });
+  return run_query([&](Client& client) { return client.slice(dataset, request); });
 }
 
 std::vector<ProbedPlace> Connection::probe(const std::string& dataset,
                                            const ProbeRequest& request) {
-  return ask([&](Client& client) { return client.probe(dataset, request); }).places;
+  return run_query([&](Client& client) { return client.probe(dataset, request); }).places;
 }
 
 std::uint64_t Connection::open(const std::string& dataset, const IsosurfaceRequest& request,

@@ -54,7 +54,7 @@ class Connection {
   std::invoke_result_t<const Operation&> unlocked(const Operation& operation);
   // Runs a query of the client, which must be free, and returns its value.
   template <typename Query, typename Answer = std::invoke_result_t<const Query&, Client&>>
-  typename Answer::value_type ask(const Query& query);
+  typename Answer::value_type run_query(const Query& query);
   void disconnect();
   void stop_stream();
   // Ends a running stream, and reconnects if the connection was lost.

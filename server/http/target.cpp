@@ -46,8 +46,8 @@ std::string_view without_authority(std::string_view target) {
   return target;
 }
 
-Result<Target> parse_target(std::string_view asked) {
-  const std::string_view target = without_authority(asked);
+Result<Target> parse_target(std::string_view requested) {
+  const std::string_view target = without_authority(requested);
   if (!target.starts_with('/')) {
     return fail(ErrorCode::kInvalidArgument, "The request's target must begin with \"/\".");
   }

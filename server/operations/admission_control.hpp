@@ -3,7 +3,7 @@
 //   auto admitted = admission.admit("tcp", address, peer);   // After accept().
 //   if (!admitted.client) drop it;                           // Too many refused connections.
 //   if (admitted.refusal) send it, then close;
-//   if (const auto asked = admitted.client->check_rate_limit(); !asked) answer asked.error();
+//   if (const auto within = admitted.client->check_rate_limit(); !within) answer within.error();
 //   RequestRecord record(admitted.client, {.kind = "stream", ...});  // Lives as long as the request.
 //
 // Holds what may change while the server runs: certificate, access list, draining.

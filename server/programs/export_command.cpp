@@ -103,17 +103,17 @@ class Exporter {
   // Writes one file. Skips levels with nearly as many triangles as the previous one.
   void write_levels(MeshCodec codec) {
     constexpr double kFewer = 0.75;
-    const std::vector<WholeLevel> asked = whole_levels(tree_.info(), tree_.settings());
+    const std::vector<WholeLevel> planned = whole_levels(tree_.info(), tree_.settings());
     std::vector<LevelMesh> levels;
-    for (std::size_t i = 0; i < asked.size(); ++i) {
-      LatticeMesh mesh = surface(asked[i].request);
-      report_(100.0 * static_cast<double>(i + 1) / static_cast<double>(asked.size()));
+    for (std::size_t i = 0; i < planned.size(); ++i) {
+      LatticeMesh mesh = surface(planned[i].request);
+      report_(100.0 * static_cast<double>(i + 1) / static_cast<double>(planned.size()));
       if (mesh.triangles.empty()) break;
       const auto triangles = static_cast<double>(mesh.triangles.size());
       if (levels.empty() ||
           triangles <= kFewer * static_cast<double>(levels.back().mesh.triangles.size())) {
         exported_.triangles += mesh.triangles.size();
-        levels.push_back({.mesh = std::move(mesh), .error_bound = asked[i].error_bound});
+        levels.push_back({.mesh = std::move(mesh), .error_bound = planned[i].error_bound});
       }
     }
     write("surface.glb", whole_levels_glb(levels, tree_.info(), codec));

@@ -110,10 +110,10 @@ WrittenModel write_model(const ExtractArguments& arguments, const ReferenceModel
 
 // Makes the final step that a server would send for a request with a budget.
 StepResult affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
-                      const IsosurfaceRequest& asked) {
-  auto made =
-      make_next_step(ExtractedSurfaces(extractor),
-                     {.request = asked, .steps = StepPolicy::kFinalOnly}, {}, {.as_meshes = true});
+                      const IsosurfaceRequest& requested) {
+  auto made = make_next_step(ExtractedSurfaces(extractor),
+                             {.request = requested, .steps = StepPolicy::kFinalOnly}, {},
+                             {.as_meshes = true});
   if (!made) throw std::runtime_error(made.error().text);
   return *std::move(made);
 }
@@ -192,16 +192,16 @@ void require_one_isovalue(const ExtractArguments& arguments) {
 Extraction extracted(const ExtractArguments& arguments, const std::string& file,
                      const DatasetPtr& dataset,
                      const std::shared_ptr<const SurfaceExtractor>& extractor,
-                     const IsosurfaceRequest& asked, Notices& notices, Progress& progress) {
+                     const IsosurfaceRequest& requested, Notices& notices, Progress& progress) {
   const DatasetInfo& info = dataset->info;
-  if (const auto fits = check_lattice(asked, info); !fits) {
+  if (const auto fits = check_lattice(requested, info); !fits) {
     throw ExitError(kUsage, "--lattice: " + fits.error().text);
   }
-  notices.add(request_notices(asked, info));
+  notices.add(request_notices(requested, info));
   progress.begin("surface");
   std::optional<StepResult> within_budget;
-  if (has_budget(asked)) within_budget = affordable(extractor, asked);
-  IsosurfaceRequest request = within_budget ? within_budget->step.request : asked;
+  if (has_budget(requested)) within_budget = affordable(extractor, requested);
+  IsosurfaceRequest request = within_budget ? within_budget->step.request : requested;
   notices.add(request_notices(request, info));
   // Simplification has no error bound to obey on a uniform level.
   if (arguments.level) request.simplify = false;
@@ -276,14 +276,14 @@ int extract(const ExtractArguments& arguments) {
   progress.begin("open");
   const DatasetPtr dataset = open_dataset(arguments.file);
   const DatasetInfo& info = dataset->info;
-  const Result<std::vector<IsosurfaceRequest>> asked = requests_from(arguments.surface, info);
-  if (!asked) throw std::invalid_argument(asked.error().text);
+  const Result<std::vector<IsosurfaceRequest>> requested = requests_from(arguments.surface, info);
+  if (!requested) throw std::invalid_argument(requested.error().text);
   Notices notices(arguments.quiet);
   const auto extractor = std::make_shared<const SurfaceExtractor>(dataset);
   std::vector<Extraction> surfaces;
   for (std::size_t i = 0; i < files.size(); ++i) {
     surfaces.push_back(
-        extracted(arguments, files[i], dataset, extractor, (*asked)[i], notices, progress));
+        extracted(arguments, files[i], dataset, extractor, (*requested)[i], notices, progress));
   }
   const auto report_now = [&](bool is_written) {
     Json reports = Json::array();

@@ -151,19 +151,19 @@ asio::awaitable<Outcome> Router::routed(const HttpRequest& request, RequestConte
   if (std::holds_alternative<Readiness>(*route)) co_return readiness_answer(server_, id);
   if (std::holds_alternative<Metrics>(*route)) co_return metrics_answer(server_, id);
   if (std::holds_alternative<Description>(*route)) co_return description_answer(request);
-  const RouteArguments asked = {.request = request, .target = *target, .context = context};
+  const RouteArguments arguments = {.request = request, .target = *target, .context = context};
   const ServedRequest under_way(context);
-  co_return co_await served(*route, asked);
+  co_return co_await served(*route, arguments);
 }
 
-asio::awaitable<Answer> Router::served(const Route& route, RouteArguments asked) {
-  RequestContext& context = asked.context;
+asio::awaitable<Answer> Router::served(const Route& route, RouteArguments arguments) {
+  RequestContext& context = arguments.context;
   // Cached tiles cost almost nothing, so they are not rate-limited.
   const bool is_counted = !std::holds_alternative<TileBytes>(route);
   const auto within_rate = [&] {
     return is_counted ? context.client->check_rate_limit() : Result<void>();
   };
-  const std::string token = token_of(route, asked.request);
+  const std::string token = token_of(route, arguments.request);
   // Requests count for their token if the access list has it, else for their address.
   const AccessListPtr& access = context.client->admission().access();
   const auto permit = Permit::of(token, access, nullptr);
@@ -191,36 +191,37 @@ asio::awaitable<Answer> Router::served(const Route& route, RouteArguments asked)
     facts.dataset = dataset_of(route);
     context.record = std::make_unique<RequestRecord>(context.client, std::move(facts));
   }
-  co_return co_await answer_by(route, asked);
+  co_return co_await answer_by(route, arguments);
 }
 
-asio::awaitable<Answer> Router::answer_by(const Route& route, RouteArguments asked) {
-  RequestContext& context = asked.context;
+asio::awaitable<Answer> Router::answer_by(const Route& route, RouteArguments arguments) {
+  RequestContext& context = arguments.context;
   if (const auto* file = std::get_if<TilesetFile>(&route)) {
-    co_return co_await tilesets_.answer(*file, asked.request, context);
+    co_return co_await tilesets_.answer(*file, arguments.request, context);
   }
   if (const auto* file = std::get_if<NeuroglancerFile>(&route)) {
-    co_return co_await neuroglancer_.answer(*file, asked.request, context);
+    co_return co_await neuroglancer_.answer(*file, arguments.request, context);
   }
   if (const auto* surface = std::get_if<SurfaceFile>(&route)) {
-    co_return co_await isosurfaces_.answer(surface->dataset, asked.target, asked.request, context);
+    co_return co_await isosurfaces_.answer(surface->dataset, arguments.target, arguments.request,
+                                           context);
   }
   if (const auto* slice = std::get_if<SliceOfSamples>(&route)) {
-    co_return co_await samples_.slice(slice->dataset, asked.target, asked.request, context);
+    co_return co_await samples_.slice(slice->dataset, arguments.target, arguments.request, context);
   }
   if (const auto* value = std::get_if<ValueAtPlaces>(&route)) {
-    co_return co_await samples_.value(value->dataset, asked.target, context);
+    co_return co_await samples_.value(value->dataset, arguments.target, context);
   }
   if (const auto* picture = std::get_if<ThumbnailPicture>(&route)) {
     co_return co_await thumbnails_.answer(picture->dataset, asked.target, asked.request, context);
   }
   if (const auto* tile = std::get_if<TileBytes>(&route)) {
-    co_return tile_answer(server_.service, tile->digest, asked.request, context);
+    co_return tile_answer(server_.service, tile->digest, arguments.request, context);
   }
   if (const auto* one = std::get_if<DatasetDescription>(&route)) {
-    co_return dataset_answer(one->dataset, asked.request, context);
+    co_return dataset_answer(one->dataset, arguments.request, context);
   }
-  co_return datasets_answer(asked.request, context);
+  co_return datasets_answer(arguments.request, context);
 }
 
 MakeListener http_listener(HttpOptions options, RouteOptions routes) {

@@ -38,8 +38,8 @@ class Router : public RequestHandler {
   // Returns a route's answer, without the fields common to all answers.
   asio::awaitable<Outcome> routed(const HttpRequest& request, RequestContext& context);
   // Answers a request that uses the service, after checking its token.
-  asio::awaitable<Answer> served(const Route& route, RouteArguments asked);
-  asio::awaitable<Answer> answer_by(const Route& route, RouteArguments asked);
+  asio::awaitable<Answer> served(const Route& route, RouteArguments arguments);
+  asio::awaitable<Answer> answer_by(const Route& route, RouteArguments arguments);
 
   const ServerContext server_;
   const HttpOptions http_;

@@ -24,39 +24,39 @@ Result<const PreparedVolume*> volume_of(const SurfaceProvider& source) {
   return fail(ErrorCode::kInternal, "This server does not have samples of the dataset.");
 }
 
-Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Estimate& asked,
+Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Estimate& query,
                                  const std::stop_token& stop) {
-  const auto found = estimate(source, asked.request, stop);
+  const auto found = estimate(source, query.request, stop);
   if (!found) return tl::unexpected(found.error());
-  return EstimateReply{.request_id = asked.request_id,
+  return EstimateReply{.request_id = query.request_id,
                        .triangles = rounded(found->size.triangles),
                        .bytes = rounded(found->size.bytes),
                        .error_bound_world = largest_threshold(found->request, source.info())};
 }
 
-Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Slice& asked,
+Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Slice& query,
                                  const std::stop_token& stop) {
   const auto volume = volume_of(source);
   if (!volume) return tl::unexpected(volume.error());
-  const auto sampled = sampled_slice(**volume, asked.slice, stop);
+  const auto sampled = sampled_slice(**volume, query.slice, stop);
   if (!sampled) return tl::unexpected(sampled.error());
   const auto* const bytes = reinterpret_cast<const char*>(sampled->values.data());
   return SliceReply{
-      .request_id = asked.request_id,
-      .width = asked.slice.width,
-      .height = asked.slice.height,
+      .request_id = query.request_id,
+      .width = query.slice.width,
+      .height = query.slice.height,
       .sample_spacing = static_cast<std::uint32_t>(sampled->spacing),
       .values = std::make_shared<const std::string>(bytes, sampled->values.size() * sizeof(float))};
 }
 
-Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Probe& asked,
+Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Probe& query,
                                  const std::stop_token& stop) {
   const auto volume = volume_of(source);
   if (!volume) return tl::unexpected(volume.error());
-  ProbeReply reply{.request_id = asked.request_id, .places = {}};
-  for (const Vec3& place : asked.probe.places) {
+  ProbeReply reply{.request_id = query.request_id, .places = {}};
+  for (const Vec3& place : query.probe.places) {
     throw_if_stopped(stop);
-    reply.places.push_back(probed(**volume, asked.probe.coordinates, place));
+    reply.places.push_back(probed(**volume, query.probe.coordinates, place));
   }
   if ((*volume)->check) (*volume)->check();
   return reply;
@@ -65,16 +65,16 @@ Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Probe& ask
 }  // namespace
 
 std::uint64_t request_id_of(const DatasetQuery& query) {
-  return std::visit([](const auto& asked) { return asked.request_id; }, query);
+  return std::visit([](const auto& one) { return one.request_id; }, query);
 }
 
 const std::string& dataset_of(const DatasetQuery& query) {
-  return std::visit([](const auto& asked) -> const std::string& { return asked.dataset; }, query);
+  return std::visit([](const auto& one) -> const std::string& { return one.dataset; }, query);
 }
 
 Priority priority_of(const DatasetQuery& query) {
-  if (const auto* asked = std::get_if<Estimate>(&query)) return asked->priority;
-  if (const auto* asked = std::get_if<Slice>(&query)) return asked->priority;
+  if (const auto* one = std::get_if<Estimate>(&query)) return one->priority;
+  if (const auto* one = std::get_if<Slice>(&query)) return one->priority;
   return Priority::kNormal;
 }
 
@@ -84,8 +84,8 @@ const char* kind_of(const DatasetQuery& query) {
 }
 
 const IsosurfaceRequest* request_of(const DatasetQuery& query) {
-  const auto* asked = std::get_if<Estimate>(&query);
-  return asked ? &asked->request : nullptr;
+  const auto* one = std::get_if<Estimate>(&query);
+  return one ? &one->request : nullptr;
 }
 
 // A budget search takes as long as several steps, and so does simplifying a sample of the surface.
@@ -96,7 +96,7 @@ bool is_long(const DatasetQuery& query) {
 
 Result<DatasetQueryReply> answered(const SurfaceProvider& source, const DatasetQuery& query,
                                    const std::stop_token& stop) {
-  return std::visit([&](const auto& asked) { return answer(source, asked, stop); }, query);
+  return std::visit([&](const auto& one) { return answer(source, one, stop); }, query);
 }
 
 }  // namespace multitetra

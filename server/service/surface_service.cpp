@@ -70,7 +70,7 @@ asio::awaitable<Result<Surface>> Caller::surface(SurfaceRequest query) {
   co_return made;
 }
 
-asio::awaitable<Result<DatasetQueryReply>> Caller::ask(DatasetQuery query) {
+asio::awaitable<Result<DatasetQueryReply>> Caller::run_query(DatasetQuery query) {
   const auto waiting = client_->reserve(waiting_bytes(query));
   if (!waiting) co_return tl::unexpected(waiting.error());
   auto action = permit_.accept(std::move(query));
@@ -88,18 +88,18 @@ asio::awaitable<Result<EstimateReply>> Caller::estimate(std::string dataset,
                                                         IsosurfaceRequest request) {
   DatasetQuery query = Estimate{
       .request_id = request_, .dataset = std::move(dataset), .request = std::move(request)};
-  co_return the<EstimateReply>(co_await ask(std::move(query)));
+  co_return the<EstimateReply>(co_await run_query(std::move(query)));
 }
 
 asio::awaitable<Result<SliceReply>> Caller::slice(std::string dataset, SliceRequest slice) {
   DatasetQuery query = Slice{.request_id = request_, .dataset = std::move(dataset), .slice = slice};
-  co_return the<SliceReply>(co_await ask(std::move(query)));
+  co_return the<SliceReply>(co_await run_query(std::move(query)));
 }
 
 asio::awaitable<Result<ProbeReply>> Caller::probe(std::string dataset, ProbeRequest probe) {
   DatasetQuery query =
       Probe{.request_id = request_, .dataset = std::move(dataset), .probe = std::move(probe)};
-  co_return the<ProbeReply>(co_await ask(std::move(query)));
+  co_return the<ProbeReply>(co_await run_query(std::move(query)));
 }
 
 ServiceState state_of(const TileCache& tiles) {

@@ -121,7 +121,7 @@ class Caller {
   [[nodiscard]] const ConnectionContextPtr& client() const { return client_; }
 
  private:
-  [[nodiscard]] asio::awaitable<Result<DatasetQueryReply>> ask(DatasetQuery query);
+  [[nodiscard]] asio::awaitable<Result<DatasetQueryReply>> run_query(DatasetQuery query);
   // Returns the reason of close() if that caused the error, else the error.
   [[nodiscard]] Error reason(const Error& error) const;
 

@@ -136,13 +136,13 @@ Actions Session::answer(const Ping& ping) {
   return {Send{Pong{.value = ping.value, .requires_token = requires_token}}};
 }
 
-Actions Session::answer(const Estimate& estimate) { return ask(estimate); }
+Actions Session::answer(const Estimate& estimate) { return accept_query(estimate); }
 
-Actions Session::answer(const Slice& slice) { return ask(slice); }
+Actions Session::answer(const Slice& slice) { return accept_query(slice); }
 
-Actions Session::answer(const Probe& probe) { return ask(probe); }
+Actions Session::answer(const Probe& probe) { return accept_query(probe); }
 
-Actions Session::ask(DatasetQuery query) {
+Actions Session::accept_query(DatasetQuery query) {
   const std::uint64_t request_id = request_id_of(query);
   auto accepted = permit_.accept(std::move(query));
   if (!accepted) return {reply(accepted.error(), request_id)};

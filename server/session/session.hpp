@@ -92,7 +92,7 @@ class Session {
   Actions answer(const Estimate& estimate);
   Actions answer(const Slice& slice);
   Actions answer(const Probe& probe);
-  Actions ask(DatasetQuery query);
+  Actions accept_query(DatasetQuery query);
 
   CataloguePtr catalogue_;
   LatestCatalogue latest_;  // May be empty.

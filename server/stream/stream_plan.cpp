@@ -314,8 +314,8 @@ Result<StepResult> make_next_step(const SurfaceProvider& source, const StreamSta
     if (!level) level = schedule.lowest_fitting(source.sizes(stop, accuracy).of);
     return *level;
   };
-  const bool is_as_asked = is_first_preview || (has_own && !has_previews);
-  const IsosurfaceRequest request = is_as_asked ? state.request : schedule.at(affordable());
+  const bool is_as_requested = is_first_preview || (has_own && !has_previews);
+  const IsosurfaceRequest request = is_as_requested ? state.request : schedule.at(affordable());
   CostEstimates costs = source.costs();
   costs.bytes_per_second = limits.bytes_per_second;
   costs.client_triangles_per_second = state.triangles_per_second;

@@ -81,7 +81,7 @@ class Server::Running {
   }
 
   void run() {
-    if (options_.heed_signals) {
+    if (options_.handles_signals) {
       for (const int signal : {SIGINT, SIGTERM, SIGHUP}) signals_.add(signal);
       await_signal();
     }

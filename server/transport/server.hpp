@@ -31,7 +31,7 @@ struct ServerOptions {
   Endpoint listen{.host = "127.0.0.1", .port = kDefaultPort};  // Port 0: any free port.
   bool has_tcp_listener = true;
   // SIGINT and SIGTERM drain, and a second one stops at once. SIGHUP reloads.
-  bool heed_signals = false;
+  bool handles_signals = false;
   // SIGHUP is like SIGTERM: for programs that end with their terminal.
   bool ends_on_hangup = false;
   std::chrono::milliseconds drain_time{30'000};  // For running requests when draining.

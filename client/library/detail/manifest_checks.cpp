@@ -10,53 +10,55 @@
 namespace multitetra {
 namespace {
 
-std::optional<std::string> budget_fault(const StepBegin& begin, const IsosurfaceRequest& asked) {
+std::optional<std::string> budget_fault(const StepBegin& begin,
+                                        const IsosurfaceRequest& requested) {
   ManifestTotals totals;
   for (const TileSummary& tile : begin.tiles) totals.add(tile);
-  if (asked.max_triangles > 0 && totals.triangles > asked.max_triangles) {
+  if (requested.max_triangles > 0 && totals.triangles > requested.max_triangles) {
     return "it has " + std::to_string(totals.triangles) + " triangles, more than the budget of " +
-           std::to_string(asked.max_triangles);
+           std::to_string(requested.max_triangles);
   }
-  if (asked.max_bytes > 0 && totals.payload_bytes > asked.max_bytes) {
+  if (requested.max_bytes > 0 && totals.payload_bytes > requested.max_bytes) {
     return "it has " + std::to_string(totals.payload_bytes) + " bytes, more than the budget of " +
-           std::to_string(asked.max_bytes);
+           std::to_string(requested.max_bytes);
   }
   return std::nullopt;
 }
 
 // Previews may be coarser than the request; all other parameters must match it.
-std::optional<std::string> parameter_fault(const StepBegin& begin, const IsosurfaceRequest& asked) {
+std::optional<std::string> parameter_fault(const StepBegin& begin,
+                                           const IsosurfaceRequest& requested) {
   IsosurfaceRequest given = begin.request;
   if (begin.is_final) {
-    if (const auto beyond = budget_fault(begin, asked)) return beyond;
-    if (has_budget(asked)) {
+    if (const auto beyond = budget_fault(begin, requested)) return beyond;
+    if (has_budget(requested)) {
       // Within a budget the final step may be coarser than requested, and states its error.
-      given.thresholds.at_least = asked.thresholds.at_least;
-      given.topology_tolerance = asked.topology_tolerance;
+      given.thresholds.at_least = requested.thresholds.at_least;
+      given.topology_tolerance = requested.topology_tolerance;
     }
-    if (given != asked) return "the parameters of the final step differ from the request";
-    if (begin.request.thresholds.at_least < asked.thresholds.at_least ||
-        begin.request.topology_tolerance < asked.topology_tolerance) {
+    if (given != requested) return "the parameters of the final step differ from the request";
+    if (begin.request.thresholds.at_least < requested.thresholds.at_least ||
+        begin.request.topology_tolerance < requested.topology_tolerance) {
       return "the final step is finer than the request";
     }
     if (begin.finest_spacing != 1) return "the final step omits the finest points";
     return std::nullopt;
   }
-  if (!(given.error >= asked.error)) return "a preview's error is below the request's";
-  if (!(given.topology_tolerance >= asked.topology_tolerance)) {
+  if (!(given.error >= requested.error)) return "a preview's error is below the request's";
+  if (!(given.topology_tolerance >= requested.topology_tolerance)) {
     return "a preview's topology tolerance is below the request's";
   }
-  if (given.lattice_resolution > asked.lattice_resolution) {
+  if (given.lattice_resolution > requested.lattice_resolution) {
     return "a preview's lattice is finer than the request's";
   }
-  if (!(given.thresholds.at_least >= asked.thresholds.at_least)) {
+  if (!(given.thresholds.at_least >= requested.thresholds.at_least)) {
     return "a preview's least threshold is below the request's";
   }
-  given.lattice_resolution = asked.lattice_resolution;
-  given.thresholds.at_least = asked.thresholds.at_least;
-  given.error = asked.error;
-  given.topology_tolerance = asked.topology_tolerance;
-  if (given != asked) return "a preview differs from the request in more than its accuracy";
+  given.lattice_resolution = requested.lattice_resolution;
+  given.thresholds.at_least = requested.thresholds.at_least;
+  given.error = requested.error;
+  given.topology_tolerance = requested.topology_tolerance;
+  if (given != requested) return "a preview differs from the request in more than its accuracy";
   if (begin.finest_spacing < 1 ||
       !std::has_single_bit(static_cast<std::uint32_t>(begin.finest_spacing))) {
     return "the finest spacing is not a power of two";

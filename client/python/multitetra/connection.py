@@ -92,10 +92,10 @@ class Connection:
     @takes_a_request
     def isosurfaces(self, dataset, isovalues, **request):
         """Several surfaces of a dataset: a Mesh for each isovalue. A budget is shared by all of them."""
-        asked = [self._request(dataset, one, **request) for one in isovalues]
-        shares = self._client.share_budget(dataset, [one for one, _ in asked])
+        requests = [self._request(dataset, one, **request) for one in isovalues]
+        shares = self._client.share_budget(dataset, [one for one, _ in requests])
         meshes = []
-        for share, (_, scalars) in zip(shares, asked):
+        for share, (_, scalars) in zip(shares, requests):
             *_, step = self._steps(dataset, share, scalars, True, False)
             meshes.append(step.mesh)
         return meshes
@@ -151,10 +151,10 @@ class Connection:
 
     def _request(self, dataset, isovalue, **request):
         """As surface_request; a ValueError where colors would be those of another world, unless color_anyway allows it."""
-        asked, scalars = surface_request(isovalue, **request)
+        wanted, scalars = surface_request(isovalue, **request)
         if scalars is not None:
             _client.check_same_world(scalars, self._client.info(dataset), self._client.info(request["color_by"]))
-        return asked, scalars
+        return wanted, scalars
 
     def _steps(self, dataset, request, scalars, final_only, display):
         stream = self._client.open(dataset, request, final_only, display, scalars)

@@ -18,7 +18,7 @@ function render({ model, el }) {
     model.save_changes();
   };
   // Sends the settings that Python requests and that differ from the current ones.
-  const ask = () => {
+  const sendSettings = () => {
     const now = model.get("settings");
     const other = Object.entries(model.get("wanted")).filter(
       ([name, value]) => JSON.stringify(value) !== JSON.stringify(now[name]),
@@ -34,7 +34,7 @@ function render({ model, el }) {
         isListening = true;
         // From now on the frame reports its state.
         frame.contentWindow.postMessage({ multitetra: "get" }, origin);
-        ask();
+        sendSettings();
         break;
       case "state":
         save("settings", data.state);
@@ -50,6 +50,6 @@ function render({ model, el }) {
   };
   const plain = ({ multitetra, ...rest }) => rest;
   window.addEventListener("message", hear);
-  model.on("change:wanted", ask);
+  model.on("change:wanted", sendSettings);
   return () => window.removeEventListener("message", hear);
 }

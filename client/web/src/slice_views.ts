@@ -75,10 +75,10 @@ export class SliceViews {
     this.showValue("");
     if (this.isProbing) return;
     this.isProbing = true;
-    for (let asked: SliceViews["wanted"] = null; this.wanted && this.wanted !== asked;) {
-      asked = this.wanted;
-      const found = await this.sources.queries.probe(asked.sampled.name, asked.cross).catch(() => null);
-      if (this.wanted === asked && found?.value !== undefined) this.showValue(valueWithUnit(found.value, asked.sampled));
+    for (let requested: SliceViews["wanted"] = null; this.wanted && this.wanted !== requested;) {
+      requested = this.wanted;
+      const found = await this.sources.queries.probe(requested.sampled.name, requested.cross).catch(() => null);
+      if (this.wanted === requested && found?.value !== undefined) this.showValue(valueWithUnit(found.value, requested.sampled));
     }
     this.isProbing = false;
   }

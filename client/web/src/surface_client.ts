@@ -218,10 +218,10 @@ export class SurfaceClient implements PreviewClient {
     this.startStream(this.sizes.withBudget(effect.order));
   }
 
-  private open(asked: OrderAtMoment): void {
-    const { order } = asked;
+  private open(requested: OrderAtMoment): void {
+    const { order } = requested;
     this.next = null;
-    this.requested = asked;
+    this.requested = requested;
     this.isActive = true;
     this.isFinishing = false;
     this.progress.set({ sizeToConfirm: null });
@@ -255,15 +255,15 @@ export class SurfaceClient implements PreviewClient {
   }
 
   // The final step is already cached.
-  private showCached(asked: OrderAtMoment, cached: CachedStep): void {
+  private showCached(requested: OrderAtMoment, cached: CachedStep): void {
     this.stop();
-    this.requested = asked;
-    this.current = asked.order;
+    this.requested = requested;
+    this.current = requested.order;
     this.hasFinal = true;
     clearTimeout(this.dragTimer);
     this.dragTimer = 0;
     this.isActive = true;
-    this.steps.offerCached(asked, cached, () => {
+    this.steps.offerCached(requested, cached, () => {
       this.isActive = false;
       this.parts.connectionPool.distribute();
       this.events.settled();

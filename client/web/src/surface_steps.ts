@@ -207,8 +207,8 @@ export class SurfaceSteps {
     this.checks.checked(stream, step, result.topology);
   }
 
-  // Offers a complete step if it is new, and caches the final one for `asked`.
-  offerStep(order: StreamRequest, asked: OrderAtMoment | null, committed: Committed, isNew: boolean): void {
+  // Offers a complete step if it is new, and caches the final one for `requested`.
+  offerStep(order: StreamRequest, requested: OrderAtMoment | null, committed: Committed, isNew: boolean): void {
     const { number, surface, stepCache, isPrefetch } = this.parts;
     const { begin } = committed.step;
     const facts = factsOf(order, committed);
@@ -219,10 +219,10 @@ export class SurfaceSteps {
       shown: { info: order.info, resolution: begin.request!.lattice, request: begin.request!, facts },
       visible: this.checked?.visible ?? allComponents,
     };
-    if (facts.isFinal && asked) stepCache.keep({ ...asked.order, info: order.info }, step);
-    if (isPrefetch || !asked || !isNew || isRegression(this.shown, order, facts)) return;
+    if (facts.isFinal && requested) stepCache.keep({ ...requested.order, info: order.info }, step);
+    if (isPrefetch || !requested || !isNew || isRegression(this.shown, order, facts)) return;
     const elapsed = performance.now() - this.started;
-    this.events.offer(asked.moment, () => this.show(step, elapsed));
+    this.events.offer(requested.moment, () => this.show(step, elapsed));
   }
 
   // There is no surface at the requested time: others do not wait for it, and surfaces of other times are hidden.

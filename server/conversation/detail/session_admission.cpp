@@ -40,8 +40,8 @@ tl::expected<ByteReservations::Reservation, ErrorReply> admit(ConnectionContext&
   const auto refuse = [&](const Error& why) {
     return tl::unexpected(ErrorReply{.request_id = request->id, .error = why});
   };
-  if (const auto asked = client.check_rate_limit(message_bytes); !asked) {
-    return refuse(asked.error());
+  if (const auto within_limit = client.check_rate_limit(message_bytes); !within_limit) {
+    return refuse(within_limit.error());
   }
   auto reservation = client.reserve(request->waiting_bytes);
   if (!reservation) return refuse(reservation.error());

@@ -1,4 +1,4 @@
-// The parts of a cube that a surface can cross; the others are omitted from trees of cells.
+// The parts of a cube that a surface can cross; the others are omitted from tilesets.
 #pragma once
 
 #include <cstdint>

@@ -46,7 +46,7 @@ asio::awaitable<void> RemoteCaller::forward_query(
   const auto self = shared_from_this();
   auto dataset = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
   UpstreamClient client = upstream_client();
-  auto answer = co_await queries_.ask(std::move(dataset), std::move(client), action.query);
+  auto answer = co_await queries_.request(std::move(dataset), std::move(client), action.query);
   if (!answer) {
     done(tl::unexpected(answer.error()));
   } else if (auto* refusal = std::get_if<ErrorReply>(&*answer)) {

@@ -89,7 +89,7 @@ ProgressiveStreamPtr RemoteCaller::steps(StartStream action, std::function<void(
 }
 
 void RemoteCaller::cancel(RemoteStream& stream) {
-  if (std::exchange(stream.is_asked, false) && reached_) {
+  if (std::exchange(stream.is_requested, false) && reached_) {
     reached_->link->send(Cancel{stream.id()});
   }
   if (stream_.get() == &stream) stream_.reset();
@@ -138,9 +138,9 @@ asio::awaitable<void> RemoteCaller::forward_stream(StreamPtr stream) {
     const bool may_be_stale = std::exchange(reached_->was_used, true);
     stream->forwarded.restart();
     reached_->link->send(stream->forwarded.open());
-    stream->is_asked = true;
+    stream->is_requested = true;
     if (co_await forward(stream)) co_return;
-    stream->is_asked = false;
+    stream->is_requested = false;
     if (may_be_stale) continue;
     upstreams_->report_lost_stream(reached_->upstream, client()->facts().connection, stream->id());
     const RemoteStream::Clock::time_point now = RemoteStream::Clock::now();
@@ -169,7 +169,7 @@ asio::awaitable<bool> RemoteCaller::forward(StreamPtr stream) {
       link->close();
       co_return false;
     }
-    if (is_end) stream->is_asked = false;
+    if (is_end) stream->is_requested = false;
     if (!stream->is_stopped) take(stream, *std::move(message));
     if (is_end) co_return true;
     while (!stream->is_stopped && !is_closed_ && !stream->has_room()) co_await change_.wait();

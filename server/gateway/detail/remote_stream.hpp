@@ -72,8 +72,8 @@ class RemoteStream : public ProgressiveStream {
   ForwardedStream forwarded;
   std::shared_ptr<const UpstreamDataset> dataset;
   const bool shells;  // Sample shells allowed; constant per client.
-  // A server is making the stream.
-  bool is_asked = false;
+  // Whether the stream was requested from a server and has not ended there.
+  bool is_requested = false;
   bool is_stopped = false;
   // When the server was lost; reset once a message is forwarded.
   std::optional<Clock::time_point> lost_at = {};

@@ -137,8 +137,8 @@ void UpstreamLink::await_sign() {
         const auto self = weak.lock();
         if (cancelled || !self || self->is_lost()) return;
         const bool is_heard = self->channel_.bytes_received() != heard;
-        const bool was_asked = std::exchange(self->is_ping_pending_, !is_heard);
-        if (!is_heard && was_asked) {
+        const bool was_pending = std::exchange(self->is_ping_pending_, !is_heard);
+        if (!is_heard && was_pending) {
           self->is_silent_ = true;
           self->close();
           return;

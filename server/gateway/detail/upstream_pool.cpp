@@ -224,21 +224,21 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::catalogue(std::string token)
     co_return known->second.catalogue;
   }
   if (const auto found = pending_listings_.find(key); found != pending_listings_.end()) {
-    const std::shared_ptr<PendingListing> asking = found->second;
-    while (!asking->result) co_await asking->done.wait();
-    co_return *asking->result;
+    const std::shared_ptr<PendingListing> listing = found->second;
+    while (!listing->result) co_await listing->done.wait();
+    co_return *listing->result;
   }
-  const auto asking = std::make_shared<PendingListing>(executor_);
-  pending_listings_[key] = asking;
+  const auto listing = std::make_shared<PendingListing>(executor_);
+  pending_listings_[key] = listing;
   try {
-    asking->result = co_await list_all(key);
+    listing->result = co_await list_all(key);
   } catch (const std::exception& error) {
-    asking->result = fail(ErrorCode::kInternal, "The gateway failed to list the datasets.");
+    listing->result = fail(ErrorCode::kInternal, "The gateway failed to list the datasets.");
     log_line(LogLevel::kError, std::string("listing failed: ") + error.what(), {});
   }
   pending_listings_.erase(key);
-  asking->done.notify_all();
-  const Result<CataloguePtr>& found = *asking->result;
+  listing->done.notify_all();
+  const Result<CataloguePtr>& found = *listing->result;
   if (found) {
     datasets_ = (*found)->size();
     if (catalogues_.size() >= kMaxOffers) catalogues_.clear();

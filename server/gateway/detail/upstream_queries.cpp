@@ -11,27 +11,28 @@ constexpr int kAttempts = 3;
 
 }  // namespace
 
-asio::awaitable<Result<ServerMessage>> UpstreamQueries::ask(
+asio::awaitable<Result<ServerMessage>> UpstreamQueries::request(
     std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, DatasetQuery query) {
   Result<ServerMessage> answer = fail(ErrorCode::kUnavailable, "The client has disconnected.");
   for (int attempt = 0; attempt < kAttempts && !is_closed_; ++attempt) {
     std::function<bool()> is_wanted = [this] { return !is_closed_; };
     const auto reached = co_await upstreams_->reach(dataset, client, is_wanted);
     if (!reached) co_return tl::unexpected(reached.error());
-    answer = co_await ask_one(reached->link, query);
+    answer = co_await request_once(reached->link, query);
     if (answer || is_closed_) break;
     upstreams_->report_lost(reached->upstream);
   }
   co_return answer;
 }
 
-asio::awaitable<Result<ServerMessage>> UpstreamQueries::ask_one(LinkPtr link, DatasetQuery query) {
+asio::awaitable<Result<ServerMessage>> UpstreamQueries::request_once(LinkPtr link,
+                                                                     DatasetQuery query) {
   if (is_closed_) {
     link->close();
     co_return fail(ErrorCode::kUnavailable, "The client has disconnected.");
   }
   links_.insert(link);
-  link->send(std::visit([](const auto& asked) { return ClientMessage(asked); }, query));
+  link->send(std::visit([](const auto& message) { return ClientMessage(message); }, query));
   Result<ServerMessage> answer = co_await link->receive();
   link->close();
   links_.erase(link);

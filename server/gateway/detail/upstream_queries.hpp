@@ -18,12 +18,13 @@ class UpstreamQueries {
 
   // Returns the reply of a server that has the dataset, retrying with another one if that is lost;
   // kUnavailable if none replies or after close(). This object must outlive the call.
-  [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask(
+  [[nodiscard]] asio::awaitable<Result<ServerMessage>> request(
       std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, DatasetQuery query);
   void close();
 
  private:
-  [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask_one(LinkPtr link, DatasetQuery query);
+  [[nodiscard]] asio::awaitable<Result<ServerMessage>> request_once(LinkPtr link,
+                                                                    DatasetQuery query);
 
   std::shared_ptr<UpstreamPool> upstreams_;
   std::set<LinkPtr> links_;  // Links with a pending reply.

@@ -179,8 +179,8 @@ Result<void> HttpConnection::check_admission(const HttpRequest& request) {
 
 asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
   // The timeout between requests is longer than the one before the first request.
-  deadline_.set(std::exchange(has_asked_, true) ? options_.keep_alive_timeout
-                                                : options_.connection.handshake_timeout);
+  deadline_.set(std::exchange(had_request_, true) ? options_.keep_alive_timeout
+                                                  : options_.connection.handshake_timeout);
   std::array<char, 8 * 1024> buffer;  // NOLINT: it is read into before it is looked at.
   bool is_inside = false;
   for (;;) {

@@ -66,7 +66,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   asio::steady_timer watch_timer_;
   bool is_watching_ = false;
   bool is_answering_ = false;
-  bool has_asked_ = false;
+  bool had_request_ = false;
   bool is_ending_ = false;
   Deadline deadline_;
 };

@@ -28,17 +28,18 @@ PrepareJob job_of_label(const PrepareJob& volume, const Label& label, double sto
 LabelJobs::LabelJobs(const PrepareArguments& arguments, LatestLabelMap& maps,
                      const std::string& input, std::vector<SourceLabel> named)
     : arguments_(arguments), maps_(maps), named_(std::move(named)) {
-  const SeriesArguments& asked = arguments.series;
+  const SeriesArguments& requested = arguments.series;
   has_layers_ =
-      have_layers(named_) && arguments.volume.component.empty() && asked.components.empty();
-  if (has_layers_ && !asked.labels.empty()) {
+      have_layers(named_) && arguments.volume.component.empty() && requested.components.empty();
+  if (has_layers_ && !requested.labels.empty()) {
     notice_ =
         "'" + input +
         "' has segments in several layers: the numbers of the segments are used as labels, 1 to " +
         std::to_string(named_.size()) + ".";
   }
-  if (asked.label_names.empty()) return;
-  for (Label& label : read_label_names(asked.label_names)) renamed_[label.value] = std::move(label);
+  if (requested.label_names.empty()) return;
+  for (Label& label : read_label_names(requested.label_names))
+    renamed_[label.value] = std::move(label);
 }
 
 std::vector<PrepareJob> LabelJobs::of(const PrepareJob& volume) const {

@@ -55,16 +55,16 @@ SeriesSource series_of_volume(const std::string& input, const std::string& name,
                               const PrepareArguments& arguments, const Notice& notice) {
   SeriesSource series{
       .name = name, .moments = {{.input = input}}, .contents = contents_of(input, arguments)};
-  const SeriesArguments& asked = arguments.series;
+  const SeriesArguments& requested = arguments.series;
   const SourceTimes& source_times = series.contents.times;
-  if (!asked.all_times) return series;
+  if (!requested.all_times) return series;
   if (source_times.count > std::int64_t{kMaxSeriesJobs}) {
     throw ExitError(kUsage, "'" + input + "' has " + std::to_string(source_times.count) +
                                 " times; --all-times prepares a dataset of each, for at most " +
                                 std::to_string(kMaxSeriesJobs) + ".");
   }
   const auto count = static_cast<std::size_t>(source_times.count);
-  std::vector<double> times = asked.time_values(count);
+  std::vector<double> times = requested.time_values(count);
   if (times.empty() && !source_times.at.empty() && increase(source_times.at)) {
     times = source_times.at;
     series.time_unit = source_times.unit;
@@ -75,7 +75,7 @@ SeriesSource series_of_volume(const std::string& input, const std::string& name,
     notice("'" + input + "' has no time stamps; using frames 0, 1, 2, ...");
   }
   if (times.empty()) times = frame_numbers(count);
-  if (!asked.time_unit.empty()) series.time_unit = asked.time_unit;
+  if (!requested.time_unit.empty()) series.time_unit = requested.time_unit;
   series.moments.clear();
   for (std::size_t i = 0; i < count; ++i) {
     series.moments.push_back(
@@ -109,12 +109,12 @@ SeriesSource series_of_files(const PrepareArguments& arguments) {
     std::sort(inputs.begin(), inputs.end(),
               [](const std::string& a, const std::string& b) { return natural_order_less(a, b); });
   }
-  const SeriesArguments& asked = arguments.series;
-  SeriesSource series{.name = asked.time_series,
+  const SeriesArguments& requested = arguments.series;
+  SeriesSource series{.name = requested.time_series,
                       .moments = {},
-                      .time_unit = asked.time_unit,
+                      .time_unit = requested.time_unit,
                       .contents = contents_of(inputs.front(), arguments)};
-  std::vector<double> times = asked.time_values(inputs.size());
+  std::vector<double> times = requested.time_values(inputs.size());
   if (times.empty() && are_collected) times = collected;
   if (times.empty()) times = stated_times(inputs, series.contents, arguments);
   if (times.empty()) times = frame_numbers(inputs.size());
@@ -142,20 +142,20 @@ std::string list_of_names(const std::vector<SourceField>& fields) {
   return names;
 }
 
-std::vector<SourceField> asked_fields(const SeriesSource& series, const PrepareArguments& arguments,
-                                      const Notice& notice) {
+std::vector<SourceField> requested_fields(const SeriesSource& series,
+                                          const PrepareArguments& arguments, const Notice& notice) {
   const std::vector<SourceField>& there = series.contents.fields;
-  const SeriesArguments& asked = arguments.series;
+  const SeriesArguments& requested = arguments.series;
   const std::string& input = series.moments.front().input;
-  if (asked.fields.empty()) return {SourceField{}};
+  if (requested.fields.empty()) return {SourceField{}};
   std::vector<SourceField> fields;
-  if (asked.wants_all_fields()) {
+  if (requested.wants_all_fields()) {
     for (const std::string& name : series.contents.unnamed) {
       notice("'" + series.moments.front().input + "': field '" + printable(name, false) +
              "' is skipped because its name is empty, too long or has control characters. Prepare "
              "it separately with --array.");
     }
-    const bool chooses = !arguments.volume.component.empty() || !asked.components.empty();
+    const bool chooses = !arguments.volume.component.empty() || !requested.components.empty();
     for (const SourceField& field : there) {
       if (field.components == 1 || chooses) {
         fields.push_back(field);
@@ -167,7 +167,7 @@ std::vector<SourceField> asked_fields(const SeriesSource& series, const PrepareA
     if (fields.empty()) fields.emplace_back();
     return fields;
   }
-  for (const std::string& name : asked.fields) {
+  for (const std::string& name : requested.fields) {
     const auto found = std::find_if(there.begin(), there.end(), [&](const SourceField& field) {
       return field.name == name || (!field.array.empty() && field.array == name);
     });
@@ -185,7 +185,7 @@ std::vector<SourceField> asked_fields(const SeriesSource& series, const PrepareA
 std::vector<FieldChoice> field_choices(const SeriesSource& series,
                                        const PrepareArguments& arguments, const Notice& notice) {
   std::vector<FieldChoice> choices;
-  for (const SourceField& field : asked_fields(series, arguments, notice)) {
+  for (const SourceField& field : requested_fields(series, arguments, notice)) {
     if (arguments.series.components.empty())
       choices.push_back({.name = field.name, .source = field});
     for (const std::string& component : arguments.series.components) {

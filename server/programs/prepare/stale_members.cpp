@@ -13,13 +13,13 @@ namespace {
 namespace fs = std::filesystem;
 
 // Returns whether the jobs, or options such as --label all, cover the member's place in its series.
-bool is_asked_for(const SeriesMember& member, const SeriesArguments& asked,
+bool is_requested(const SeriesMember& member, const SeriesArguments& requested,
                   const std::vector<PrepareJob>& jobs) {
-  const bool has_times = asked.all_times || !asked.time_series.empty();
+  const bool has_times = requested.all_times || !requested.time_series.empty();
   return std::any_of(jobs.begin(), jobs.end(), [&](const PrepareJob& job) {
     return job.member && job.member->series == member.series && job.member->field == member.field &&
            job.member->label.has_value() == member.label.has_value() &&
-           (asked.wants_all_labels() || job.member->label == member.label) &&
+           (requested.wants_all_labels() || job.member->label == member.label) &&
            job.member->time.has_value() == member.time.has_value() &&
            (has_times || job.member->time == member.time);
   });
@@ -46,7 +46,7 @@ std::vector<fs::path> stale_members(const PrepareArguments& arguments,
     });
     if (file.extension() != ".mtd" || is_made) continue;
     const auto member = member_in(file);
-    if (member && is_asked_for(*member, arguments.series, jobs)) stale.push_back(file);
+    if (member && is_requested(*member, arguments.series, jobs)) stale.push_back(file);
   }
   std::sort(stale.begin(), stale.end());
   return stale;

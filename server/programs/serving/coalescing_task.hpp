@@ -1,7 +1,7 @@
 // A task that runs on its own thread, and again on request.
 //
 //   CoalescingTask rescan([&] { server.offer(datasets.read()); });
-//   rescan.ask();  // Thread-safe; does not block.
+//   rescan.request();  // Thread-safe; does not block.
 #pragma once
 
 #include <condition_variable>
@@ -20,27 +20,27 @@ class CoalescingTask {
   explicit CoalescingTask(std::function<void()> work)
       : work_(std::move(work)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
-  void ask() {
+  void request() {
     const std::lock_guard lock(mutex_);
-    is_asked_ = true;
-    asked_.notify_one();
+    is_requested_ = true;
+    requested_.notify_one();
   }
 
  private:
   void run(const std::stop_token& stop) {
     for (;;) {
       std::unique_lock lock(mutex_);
-      if (!asked_.wait(lock, stop, [this] { return is_asked_; })) return;
-      is_asked_ = false;
+      if (!requested_.wait(lock, stop, [this] { return is_requested_; })) return;
+      is_requested_ = false;
       lock.unlock();
       work_();
     }
   }
 
   std::function<void()> work_;
-  std::mutex mutex_;  // Guards is_asked_.
-  std::condition_variable_any asked_;
-  bool is_asked_ = false;
+  std::mutex mutex_;  // Guards is_requested_.
+  std::condition_variable_any requested_;
+  bool is_requested_ = false;
   std::jthread thread_;  // Joined first.
 };
 

@@ -58,14 +58,14 @@ int serve_until_stopped(const ServeOptions& options, const BackgroundTask& besid
   server_with.metrics->reloaded("datasets", !datasets.is_complete());
   server_with.service.cache = cache;
   server_with.service.blocks = [files] { return state_of(files->counts()); };
-  CoalescingTask* asked = nullptr;  // Set before the server runs.
-  server_with.when_reloaded = [&asked] { asked->ask(); };
+  CoalescingTask* rescan_task = nullptr;  // Set before the server runs.
+  server_with.when_reloaded = [&rescan_task] { rescan_task->request(); };
   Server server(catalogue, server_with, listeners);
   // Reloading may take long with many datasets or slow disks, so it has its own thread.
   CoalescingTask rescan([&] { rescan_datasets(server, datasets); });
-  asked = &rescan;
+  rescan_task = &rescan;
   std::shared_ptr<void> work;
-  if (beside) work = beside({.urls = server.urls(), .read_again = [&rescan] { rescan.ask(); }});
+  if (beside) work = beside({.urls = server.urls(), .read_again = [&rescan] { rescan.request(); }});
   serve_with_log(server);
   return kOk;
 }

@@ -250,7 +250,7 @@ ServerOptions server_options(const ListenerOptions& o) {
   const std::optional<TcpListenerOptions> tcp = tcp_options(o);
   return {.listen = tcp ? tcp->listen : Endpoint{},
           .has_tcp_listener = tcp.has_value(),
-          .heed_signals = true,
+          .handles_signals = true,
           .ends_on_hangup = o.ends_on_hangup,
           .drain_time = milliseconds(o.drain_seconds),
           .admission = std::move(admission),

@@ -72,15 +72,15 @@ WorkKind work_for(const SurfaceProvider& source, const StreamState& state) {
     return {.kind = dataset + " first preview", .is_long = false};
   }
   const char* form = !request.simplify           ? " step"
-                     : request.intersection_free ? " embedded step"
+                     : request.intersection_free ? " intersection-free step"
                                                  : " simplified step";
   return {.kind = dataset + form, .is_long = true};
 }
 
 Forecast forecast_for(const WorkKind& work, const StartStream& action, std::stop_token stop) {
-  const IsosurfaceRequest& asked = action.open.request;
-  if (!work.is_long || asked.cell || has_budget(asked)) return {};
-  return [source = action.source, request = asked, stop = std::move(stop)]() {
+  const IsosurfaceRequest& requested = action.open.request;
+  if (!work.is_long || requested.cell || has_budget(requested)) return {};
+  return [source = action.source, request = requested, stop = std::move(stop)]() {
     const auto seconds = guarded("forecast", source->info().name, stop, [&]() -> Result<double> {
       const SizeEstimates sizes = source->sizes(stop, SizeAccuracy::kQuick);
       if (sizes.to_fetch && sizes.to_fetch(kSpectrumSpacing) > 0) {

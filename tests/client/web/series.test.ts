@@ -38,7 +38,7 @@ describe("Series", () => {
     expect(settingsOfEntry(entriesOf(image)[0])).toMatchObject({ dataset: "cells.c0", color: "#00ff00" });
   });
 
-  test("OfFieldsAndLabelsLeadFromOneToTheOther", () => {
+  test("WithFieldsAndLabelsSwitchBetweenBoth", () => {
     const image = ["nuclei", "membrane"].map((field) => member(`cells.${field}`, "cells", { field }));
     const parts = [2, 1].map((value) => member(`cells.label${value}`, "cells", { label: { value, name: "" } }));
     const all = [...image, ...parts];

@@ -89,7 +89,7 @@ describe("SharedPreviews", () => {
     expect(all[2].received).toEqual(["alone"]);
   });
 
-  test("AllAreRequestedAloneWithoutConnectionOrShells", async () => {
+  test("LetClientsRequestAloneWithoutConnectionOrShells", async () => {
     const { all } = await three();
     link.events!.closed();
     expect(all.map(({ received }) => received)).toEqual([["alone"], ["alone"], ["alone"]]);

@@ -9,7 +9,7 @@ const two: Settings = { ...defaults, isovalue: 3, error: 2, surfaces: [further] 
 const isovalues = (settings: Settings) => surfacesOf(settings).map(({ isovalue }) => isovalue);
 
 describe("Surfaces", () => {
-  test("OfOtherDatasetsAreTranslucent", () => {
+  test("FromOtherDatasetsAreTranslucent", () => {
     const added = { ...two, opacity: 0.35 }; // The opacity after adding an inner surface.
     const own = { dataset: "cells.actin", isovalue: 9, color: "#00ff00" };
     expect(withOtherDataset(added, 1, own)).toEqual({ surfaces: [{ ...further, ...own, opacity: 0.35 }], opacity: 1 });

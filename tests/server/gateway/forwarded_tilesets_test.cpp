@@ -1,4 +1,4 @@
-// Trees of cells through a gateway: each file equals the server's file at the same path.
+// Tilesets through a gateway: each file equals the server's file at the same path.
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 

@@ -18,7 +18,7 @@ TEST(CoalescingTask, RunsOncePerRequest) {
       done.release();
     });
     for (int i = 0; i < 3; ++i) {
-      work.ask();
+      work.request();
       done.acquire();
     }
   }
@@ -37,9 +37,9 @@ TEST(CoalescingTask, RunsOnceMoreForRequestsDuringARun) {
     }
     done.release();
   });
-  work.ask();
+  work.request();
   is_running.wait();
-  for (int i = 0; i < 5; ++i) work.ask();
+  for (int i = 0; i < 5; ++i) work.request();
   may_end.count_down();
   done.acquire();
   done.acquire();
@@ -54,7 +54,7 @@ TEST(CoalescingTask, WaitsForTheCurrentRunInStop) {
       is_running.count_down();
       has_ended = true;
     });
-    work.ask();
+    work.request();
     is_running.wait();
   }
   EXPECT_TRUE(has_ended);

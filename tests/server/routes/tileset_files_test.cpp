@@ -1,4 +1,4 @@
-// Trees of cells over HTTP.
+// Tilesets over HTTP.
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 

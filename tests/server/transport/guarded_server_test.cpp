@@ -536,7 +536,7 @@ TEST(Draining, StopsIdleServersAtOnceAndSlowOnesAtTheTimeout) {
 TEST(Draining, StopsAtOnceAfterASecondSignal) {
   testing::Count running;
   RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
-                       {.heed_signals = true, .drain_time = 1h, .connection = {.linger = 10ms}});
+                       {.handles_signals = true, .drain_time = 1h, .connection = {.linger = 10ms}});
   MessageSocket busy = server.greet();
   ASSERT_TRUE(busy.send(open_fake(1)));
   ASSERT_TRUE(running.reaches(1));

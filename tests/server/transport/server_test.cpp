@@ -248,7 +248,7 @@ TEST(Server, StopsWhileAClientDoesNotRead) {
 
 TEST(Server, StopsDuringAReload) {
   for (int round = 0; round < 20; ++round) {
-    RunningServer server(fake_catalogue(), {.heed_signals = true});
+    RunningServer server(fake_catalogue(), {.handles_signals = true});
     // A server that has answered handles signals.
     EXPECT_TRUE(server.greet().send(ListDatasets{}));
     std::raise(SIGTERM);

@@ -166,7 +166,7 @@ function surfaceRow(
       const count = grouped(components?.triangles ?? shown?.triangles ?? 0);
       const accuracy = shown ? accuracyOf(shown, 2) : null;
       const triangles = accuracy ? `${count} triangles, ${accuracy.value} ${accuracy.unit}${limit}${hidden}` : "";
-      const text = failure?.text ?? (isStreaming ? `${triangles || "asking"}…` : triangles);
+      const text = failure?.text ?? (isStreaming ? `${triangles || "waiting"}…` : triangles);
       if (state.textContent !== text) state.textContent = text;
     },
   };

@@ -6,7 +6,7 @@ import type { Picked } from "./picking";
 export class LabelHover {
   readonly element = h("div", { class: "label-hover", "aria-hidden": "true", hidden: true });
   private pointer: { x: number; y: number } | null = null; // Null: no name is needed.
-  private isAsking = false;
+  private isFinding = false;
 
   // `hasLabels`: whether any label is shown; `find`: finds what is at a place of the canvas.
   constructor(
@@ -18,7 +18,7 @@ export class LabelHover {
     canvas.addEventListener("pointermove", ({ pointerType, buttons, offsetX, offsetY }) => {
       if (pointerType !== "mouse" || buttons !== 0 || !this.hasLabels()) return this.leave();
       this.pointer = { x: offsetX, y: offsetY };
-      void this.ask();
+      void this.findLabel();
     });
     for (const end of ["pointerleave", "pointerdown", "wheel"]) canvas.addEventListener(end, () => this.leave(), { passive: true });
   }
@@ -28,15 +28,15 @@ export class LabelHover {
     this.element.hidden = true;
   }
 
-  private async ask(): Promise<void> {
-    if (this.isAsking) return;
-    this.isAsking = true;
-    for (let asked: LabelHover["pointer"] = null; this.pointer && this.pointer !== asked;) {
-      asked = this.pointer;
-      const found = await this.find(asked.x, asked.y).catch(() => null);
+  private async findLabel(): Promise<void> {
+    if (this.isFinding) return;
+    this.isFinding = true;
+    for (let requested: LabelHover["pointer"] = null; this.pointer && this.pointer !== requested;) {
+      requested = this.pointer;
+      const found = await this.find(requested.x, requested.y).catch(() => null);
       this.show(found);
     }
-    this.isAsking = false;
+    this.isFinding = false;
   }
 
   private show(found: Picked | null): void {

@@ -39,7 +39,7 @@ const maxConcurrent = 4; // The server's limit per connection.
 export class DatasetQueries {
   private readonly link: Link;
   private readonly running = new Map<bigint, PendingQuery>();
-  private waiting: { id: bigint; asked: PendingQuery }[] = [];
+  private waiting: { id: bigint; query: PendingQuery }[] = [];
   private lastId = 0n;
   private phase: "none" | "greeting" | "ready" = "none";
   private failures = 0; // Connections lost since the last reply.
@@ -88,7 +88,7 @@ export class DatasetQueries {
   private query(send: (id: bigint) => void): Promise<Answer> {
     const id = ++this.lastId;
     return new Promise((resolve, reject) => {
-      this.waiting.push({ id, asked: { send: () => send(id), resolve, reject, attempts: 0 } });
+      this.waiting.push({ id, query: { send: () => send(id), resolve, reject, attempts: 0 } });
       if (this.phase === "none") {
         this.phase = "greeting";
         this.link.connect();
@@ -99,10 +99,10 @@ export class DatasetQueries {
 
   private sendNext(): void {
     while (this.phase === "ready" && this.waiting.length > 0 && this.running.size < maxConcurrent) {
-      const { id, asked } = this.waiting.shift()!;
-      this.running.set(id, asked);
-      asked.attempts += 1;
-      asked.send();
+      const { id, query } = this.waiting.shift()!;
+      this.running.set(id, query);
+      query.attempts += 1;
+      query.send();
     }
   }
 
@@ -138,9 +138,9 @@ export class DatasetQueries {
 
   // Repeats the queries without a reply; without any, the next query connects.
   private reconnect(): void {
-    for (const [id, asked] of [...this.running].reverse()) {
-      if (asked.attempts < maxAttempts) this.waiting.unshift({ id, asked });
-      else asked.reject(new Error("The connection was lost each time the server answered."));
+    for (const [id, query] of [...this.running].reverse()) {
+      if (query.attempts < maxAttempts) this.waiting.unshift({ id, query });
+      else query.reject(new Error("The connection was lost each time the server answered."));
     }
     this.running.clear();
     this.phase = this.waiting.length > 0 ? "greeting" : "none";
@@ -152,9 +152,9 @@ export class DatasetQueries {
   // The next query connects.
   private failAll(text: string): void {
     this.phase = "none";
-    const asked = [...this.running.values(), ...this.waiting.map((one) => one.asked)];
+    const queries = [...this.running.values(), ...this.waiting.map((one) => one.query)];
     this.running.clear();
     this.waiting = [];
-    for (const { reject } of asked) reject(new Error(text));
+    for (const { reject } of queries) reject(new Error(text));
   }
 }
