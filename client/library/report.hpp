@@ -19,7 +19,7 @@ struct FetchReport {
   std::string coordinates;                // "world" or "index"
   std::string mesh_file;                  // Empty when none was written.
   std::vector<FetchedStep> steps;         // All but the last may lack their meshes.
-  // In the mesh file.
+  // The counts in the mesh file; absent if none was written.
   std::optional<std::uint64_t> components_written = {};
   std::optional<std::uint64_t> triangles_written = {};
   // The measures of the written components of the final step.

@@ -54,7 +54,7 @@ struct LoadStatistics {
   std::uint64_t tiles_decoded = 0;
   std::uint64_t steps_compared = 0;    // With the same step of another stream.
   std::uint64_t tiles_sent_twice = 0;  // To one client for one request, over all its connections.
-  // At most kMaxTexts are reported.
+  // The texts of the first failed checks, at most kMaxTexts.
   std::vector<std::string> failed_checks;
   std::uint64_t checks_failed = 0;
 

@@ -1,4 +1,4 @@
-// What the module has, by subject.
+// Defines the contents of the Python module, by subject.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -7,7 +7,7 @@ namespace multitetra {
 
 void define_requests(pybind11::module_& module);
 void define_datasets(pybind11::module_& module);
-// Replies and steps of streams.
+// Defines replies and the steps of streams.
 void define_answers(pybind11::module_& module);
 void define_connection(pybind11::module_& module);
 

@@ -89,7 +89,7 @@ class ChildProcess {
                                                std::uint64_t memory_bytes,
                                                std::chrono::milliseconds time);
 
-// In the child: limits its memory to what it uses now plus `more_bytes`.
+// Limits the memory of this process to its current use plus `more_bytes`. Call in the child.
 void set_memory_limit(std::uint64_t more_bytes);
 
 }  // namespace multitetra

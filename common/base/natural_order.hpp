@@ -8,7 +8,7 @@ namespace multitetra {
 // A strict total order: names that differ only in leading zeros differ.
 [[nodiscard]] bool natural_order_less(std::string_view a, std::string_view b);
 
-// For sorted containers of names.
+// The comparison for sorted containers of names.
 struct NaturalOrder {
   using is_transparent = void;
   [[nodiscard]] bool operator()(std::string_view a, std::string_view b) const {

@@ -45,7 +45,7 @@ constexpr std::string_view take_line(std::string_view& text) {
   return lower;
 }
 
-// In any locale.
+// Returns whether `c` is an ASCII digit, in any locale.
 [[nodiscard]] constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 // Returns the number of digits from `at` on.

@@ -42,7 +42,7 @@ class Option {
   explicit Option(CLI::Option& option) : option_(&option) {}
 
   Option* one_of(const std::vector<std::string>& words);
-  // For int, double or std::size_t; the type is shown in the help.
+  // Accepts only numbers of this range: int, double or std::size_t, which the help shows.
   template <typename Number>
   Option* within(Number least, Number most);
   Option* as_bytes();  // Accepts 500KiB, 2MiB.
@@ -53,7 +53,7 @@ class Option {
   Option* repeatable();
   Option* needs(const Option* other);
   Option* excludes(const std::string& other);
-  // Not settable by --config or the environment.
+  // Makes the option settable on the command line only, not by --config or the environment.
   Option* flag_only();
   Option* envname(const std::string& variable);
   // The presentation in the help text:
@@ -97,7 +97,7 @@ class Command {
 
   [[nodiscard]] bool got_subcommand(const std::string& name) const;
 
-  // For sources that include CLI11.
+  // Returns the CLI11 object, for sources that include CLI11.
   [[nodiscard]] CLI::App& app() { return *app_; }
   [[nodiscard]] const CLI::App& app() const { return *app_; }
 

@@ -41,7 +41,7 @@ void add_request_option(Command& command, const RequestField& field, Command::Pa
 // Adds the options of all fields of these groups, and --threshold-grid with kThresholds.
 void add_request_options(Command& command, SurfaceArguments& arguments,
                          std::initializer_list<FieldGroup> groups);
-// For commands that write a surface: adds the group kFile, --space and --allow-empty.
+// Adds the group kFile, --space and --allow-empty, for commands that write a surface.
 void add_output_options(Command& command, SurfaceArguments& arguments);
 
 // Returns at least one validated request. Fails with kInvalidArgument or kLimitExceeded if a value
@@ -49,7 +49,8 @@ void add_output_options(Command& command, SurfaceArguments& arguments);
 // threshold grid cannot be read, or no isovalue is given and the dataset suggests none.
 [[nodiscard]] Result<std::vector<IsosurfaceRequest>> requests_from(
     const SurfaceArguments& arguments, const DatasetInfo& info);
-// For commands on one surface: also fails with kInvalidArgument if several isovalues are given.
+// Returns the only request; also fails with kInvalidArgument if several isovalues are given. For
+// commands on one surface.
 [[nodiscard]] Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments,
                                                    const DatasetInfo& info);
 

@@ -15,7 +15,8 @@ namespace multitetra {
 struct DataBorder {
   LatticePoint low;  // The corners of the box, in lattice coordinates.
   LatticePoint high;
-  // In lattice steps. An edge is on the border if both ends are this close to one face.
+  // The distance in lattice steps within which a vertex counts as on a face. An edge is on the
+  // border if both ends are this close to one face.
   std::int32_t inset = 0;
   // The data has void samples (masks), at any of which a surface may end.
   bool anywhere = false;

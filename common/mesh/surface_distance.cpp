@@ -20,8 +20,8 @@ double squared_distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) 
   return dot(rest, rest);
 }
 
-// The distance to the plane if the perpendicular's foot lies inside, otherwise to the nearest side.
-// A triangle too thin to have a reliable plane counts as its sides.
+// Returns the squared distance to the plane if the perpendicular's foot lies inside, otherwise to
+// the nearest side. A triangle too thin to have a reliable plane counts as its sides.
 double squared_distance_to_triangle(const Vec3& p, const SurfaceTriangle& t) {
   const Vec3 normal = cross(difference(t[1], t[0]), difference(t[2], t[0]));
   const double area = dot(normal, normal);

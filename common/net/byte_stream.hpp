@@ -66,7 +66,7 @@ class ByteStream {
   // Pending operations end with an error.
   void close();
 
-  // For protocols on top of this stream.
+  // Returns the socket, for protocols on top of this stream.
   [[nodiscard]] StreamSocket& layer() { return *socket_; }
 
  private:

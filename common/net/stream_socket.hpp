@@ -108,7 +108,8 @@ class StreamSocket {
   [[nodiscard]] executor_type get_executor() { return socket_.get_executor(); }
   [[nodiscard]] tcp::socket& socket() { return socket_; }
   [[nodiscard]] bool is_tls() const { return tls_.has_value(); }
-  // For SNI and verification, before the handshake. Requires is_tls().
+  // Returns the OpenSSL object, to set SNI and verification before the handshake. Requires
+  // is_tls().
   [[nodiscard]] SSL* native_tls() { return tls_->native_handle(); }
 
   // Must complete before the first read or write. Does nothing for plain TCP.

@@ -25,9 +25,10 @@
 namespace multitetra {
 
 enum class Shading {
-  // By the mesh's normals, or if it has none by averaged normals of its triangles.
+  // Uses the mesh's normals, or if it has none averaged normals of its triangles.
   kSmooth,
-  kFlat,  // By the normals of the triangles.
+  // Uses the normals of the triangles.
+  kFlat,
 };
 
 struct DrawnSurface {

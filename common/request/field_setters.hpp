@@ -7,7 +7,7 @@
 
 namespace multitetra {
 
-// What is wrong with a value, such as "must be voxel or world"; nullopt if it is valid.
+// The reason why a value is invalid, such as "must be voxel or world"; nullopt if it is valid.
 using FieldError = std::optional<std::string>;
 
 // Returns a member of a query, or of the part of it that has this member.

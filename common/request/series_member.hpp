@@ -25,12 +25,12 @@ struct Label {
 struct SeriesMember {
   std::string series;      // A valid dataset name.
   std::string field = {};  // The name in the source file; empty if the series has one field.
-  // In time_unit; finite. Absent if the series has no times.
+  // The time in time_unit; finite. Absent if the series has no times.
   std::optional<double> time = std::nullopt;
-  // Such as "s"; empty: unknown, and times are frame numbers.
+  // The unit of times, such as "s"; empty: unknown, and times are frame numbers.
   std::string time_unit = {};
-  // 0xRRGGBB in which the source shows the field, such as a microscope's channel; absent if it does
-  // not say.
+  // The color in which the source shows the field, such as a microscope's channel, as 0xRRGGBB;
+  // absent if it has none.
   std::optional<std::uint32_t> color = std::nullopt;
   // The label whose smooth field the dataset is; the boundary is at 0.5.
   std::optional<Label> label = std::nullopt;

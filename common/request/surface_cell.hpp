@@ -28,7 +28,8 @@ inline constexpr std::int32_t kMinCellExponent = 4;
 
 // Fails with kInvalidArgument, naming the valid range, unless the cell is valid in some grid.
 [[nodiscard]] Result<void> check_cell(const SurfaceCell& cell);
-// Also fails if the cell is outside the dataset's grid or too small for it. Requires a valid cell.
+// Fails likewise, and also if the cell is outside the dataset's grid or too small for it. Requires
+// a valid cell.
 [[nodiscard]] Result<void> check_cell(const SurfaceCell& cell, const DatasetInfo& info);
 
 }  // namespace multitetra

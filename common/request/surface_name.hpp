@@ -1,4 +1,4 @@
-// What a surface is called in files, and its color.
+// The name and the color of a surface in files.
 #pragma once
 
 #include <cstdint>

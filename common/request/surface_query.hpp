@@ -64,7 +64,7 @@ struct RequestField {
   FieldError (*set)(const RequestField& field, std::string_view text, SurfaceQuery& query);
 };
 
-// In the order of the documentation.
+// Returns all fields, in the order of the documentation.
 [[nodiscard]] std::span<const RequestField> request_fields();
 
 // Returns the error of a quality: draft, normal, fine and exact are 2, 0.5, 0.25 and 0 voxels.

@@ -12,8 +12,8 @@ namespace multitetra {
 // same rule.
 [[nodiscard]] bool is_ct(const DatasetInfo& info);
 
-// What the surface at an isovalue shows of a body, such as "bone"; the viewer has the same names.
-// Empty: unknown.
+// Returns the tissue whose surface an isovalue shows, such as "bone"; the viewer has the same
+// names. Empty: unknown.
 [[nodiscard]] std::string_view tissue_at(double isovalue, const DatasetInfo& info);
 
 }  // namespace multitetra

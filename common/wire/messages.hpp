@@ -177,7 +177,7 @@ struct StepBegin {
   // For a request with a cell: bit i is set if OctreeCube::child(i) of its cube may contain a
   // surface at some error.
   std::uint32_t crossed_octants = 0;
-  // For the tiles' vertices; absent: no scalars.
+  // The range of the vertices' scalars; absent: no scalars.
   std::optional<ScalarRange> scalars = {};
 };
 
@@ -250,7 +250,7 @@ struct SliceReply {
 
 struct ProbeReply {
   std::uint64_t request_id = 0;
-  // In the order of the request.
+  // The places, in the order of the request.
   std::vector<ProbedPlace> places = {};
 };
 

@@ -20,7 +20,7 @@ namespace multitetra {
 
 struct ScenePart {
   // The name of its node, mesh and material; the node's extras have the label's number ("label").
-  // Without a color it has the part_color() of its place among the parts.
+  // If it has no color, the part_color() of its index among the parts is used.
   SurfaceName name = {};
   const PositionedMesh* mesh = nullptr;  // Not null. A mesh without triangles gets no node.
 };

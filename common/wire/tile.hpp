@@ -51,8 +51,8 @@ inline constexpr std::uint32_t kMaxTileTriangles = std::uint32_t{1} << 20;
 // allowed. Measured on noisy full-resolution surfaces at r = 5: 0 gives 1.12 bytes per triangle, 5
 // to 7 give 1.17 in half the time, 9 gives 1.20 at the speed of 5.
 inline constexpr int kDefaultEncodingSpeed = 5;
-// For simplified meshes, whose encoding is quick compared with simplification: 5 to 10 % fewer
-// bytes for twice the time, and the same decoding time.
+// The speed for simplified meshes, whose encoding is quick compared with simplification: 5 to 10 %
+// fewer bytes for twice the time, and the same decoding time.
 inline constexpr int kSimplifiedEncodingSpeed = 1;
 
 // The normals of a tile. A decoded normal is off by at most 1.0, 0.5, 0.25 degrees with 8, 9, 10

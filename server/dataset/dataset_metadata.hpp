@@ -25,7 +25,7 @@ struct LabelVolume {
 
 struct DatasetMetadata {
   DatasetInfo info;
-  // Only for labels of known volume; info.label_extent is then its extent().
+  // Present only for labels of known volume; info.label_extent is then its extent().
   std::optional<LabelVolume> label_volume = std::nullopt;
   Provenance source;
   // Version of the program that wrote the file.

@@ -30,7 +30,7 @@
 
 namespace multitetra {
 
-// What the writer needs before the first brick.
+// The facts that the writer requires before the first brick.
 struct DatasetShape {
   GridCounts dims{};
   SampleType type = SampleType::kU8;
@@ -87,7 +87,7 @@ class DatasetWriter {
   // Writes the file to disk under its name. Must be the last call. Requires that all samples were
   // added and that the metadata passes `check_info` and matches the shape.
   void finish(const DatasetMetadata& metadata, const SmallSections& small);
-  // The same with samples from elsewhere; requires that none were added.
+  // Finishes the file with samples from elsewhere; requires that none were added.
   void finish(const DatasetMetadata& metadata, const SmallSections& small,
               const PackedSamples& samples);
 

@@ -69,7 +69,7 @@ using SectionTable = std::vector<Section>;  // In the order of the file.
 // Returns whether `bytes` begin a dataset of any version; the first kMagicBytes suffice.
 inline constexpr std::size_t kMagicBytes = 8;
 [[nodiscard]] bool begins_as_dataset(std::span<const std::byte> bytes);
-// The same for a file; false if it cannot be read.
+// Returns the same for a file; false if it cannot be read.
 [[nodiscard]] bool begins_as_dataset(const std::filesystem::path& file);
 
 // Returns kDamagedData with the section, the problem and the remedy.

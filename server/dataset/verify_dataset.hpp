@@ -26,7 +26,7 @@ using VerificationProgress = std::function<void(double fraction)>;
 // names the file, the section, the brick and the remedy.
 std::uint64_t verify_dataset(const std::string& place, const VerificationProgress& progress = {});
 
-// The same for any source of bytes: returns the first damage found. Throws what the source and
+// Verifies any source of bytes and returns the first damage found. Throws what the source and
 // `progress` throw.
 [[nodiscard]] Result<void> verify_bytes(const ByteSource& source,
                                         const VerificationProgress& progress = {});

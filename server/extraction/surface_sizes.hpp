@@ -11,10 +11,12 @@ namespace multitetra {
 class SurfaceExtractor;
 
 enum class SizeAccuracy {
-  // For planning a stream: within about a factor of 1.5, in milliseconds. With simplification, from
+  // The accuracy for planning a stream: within about a factor of 1.5, in milliseconds. With
+  // simplification, from
   // four blocks, less accurate (at most three times too large on public volumes) and slower.
   kQuick,
-  // For estimates shown to clients: a larger sample, whose blocks are encoded to measure bytes.
+  // The accuracy for estimates shown to clients: a larger sample, whose blocks are encoded to
+  // measure bytes.
   kAccurate,
 };
 

@@ -13,7 +13,7 @@ namespace multitetra {
 struct TiledSurface {
   // Tetrahedra of the model.
   std::uint64_t tetrahedra = 0;
-  // Those crossed by the surface.
+  // Tetrahedra that the surface crosses.
   std::uint64_t active_tetrahedra = 0;
   std::vector<TileMesh> tiles;  // Sorted by cube; independent of the number of threads.
 };

@@ -14,8 +14,9 @@
 namespace multitetra {
 
 struct TouchingSurfaces {
-  std::vector<Simplified> surfaces;  // One for each dataset.
-  // By dataset: the triangles that it has in common with others.
+  // One for each dataset.
+  std::vector<Simplified> surfaces;
+  // For each dataset, the number of triangles that its surface has in common with others.
   std::vector<std::size_t> common_triangles;
 };
 

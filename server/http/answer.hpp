@@ -55,7 +55,7 @@ void add_field(Answer& answer, std::string_view name, std::string_view value);
 
 // Returns `json` as "application/json".
 [[nodiscard]] Answer json_answer(int status, std::string json);
-// For JSON that is requested often and rarely changes.
+// Returns the answer for JSON that is requested often and rarely changes.
 [[nodiscard]] Answer document_answer(std::string json, const HttpRequest& request);
 // Returns {"error":{"code","text","request_id"}}, not cacheable.
 [[nodiscard]] Answer error_answer(int status, const Error& error, std::string_view request_id);

@@ -30,7 +30,7 @@ inline std::string_view field(const HttpRequest& request, http::field name) {
   return view_of(request[name]);
 }
 
-// Why the bytes are not a valid request. No later bytes can be parsed either.
+// The answer to bytes that are not a valid request. No later bytes can be parsed either.
 struct MalformedRequest {
   int status = 400;
   std::string text;

@@ -55,7 +55,7 @@ class RatePerName {
   explicit RatePerName(RequestRate rate, std::size_t max_names = 65'536)
       : rate_(rate), max_names_(max_names), newcomers_(rate, 0) {}
 
-  // Same as RateAllowance::take().
+  // Does the same as RateAllowance::take() for the allowance of a name.
   [[nodiscard]] double take(const std::string& name, double now, double cost = 1) {
     if (rate_.per_second <= 0) return 0;
     if (const auto known = allowances_.find(name); known != allowances_.end()) {

@@ -1,4 +1,4 @@
-// What `extract` reports of a surface, alone or as one of a folder.
+// The measures that `extract` reports of a surface, alone or as one of a folder.
 #pragma once
 
 #include <cstddef>

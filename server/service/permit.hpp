@@ -82,7 +82,7 @@ class Permit {
   [[nodiscard]] Result<SurfaceProviderPtr> find(const std::string& dataset) const;
   // Returns the provider of a visible dataset, unless work is refused.
   [[nodiscard]] Result<SurfaceProviderPtr> provider(const std::string& dataset) const;
-  // Also checks that the dataset can serve a valid `request`.
+  // Returns the same if the dataset can also serve a valid `request`.
   [[nodiscard]] Result<SurfaceProviderPtr> provider(const std::string& dataset,
                                                     const IsosurfaceRequest& request) const;
   [[nodiscard]] bool is_for_surfaces_only() const {

@@ -33,8 +33,9 @@ struct Work {
 
 // The pending work of a share.
 struct Backlog {
-  double seconds = 0;  // Expected for its waiting and running jobs.
-  // The same including the other shares' jobs that run meanwhile.
+  // The expected time of its waiting and running jobs.
+  double seconds = 0;
+  // The expected time including the other shares' jobs that run meanwhile.
   double seconds_until_done = 0;
 };
 

@@ -13,13 +13,13 @@ struct HttpStoreOptions {
   // Maximum number of attempts per request; at least 1.
   int max_attempts = 5;
   std::chrono::milliseconds first_pause{100};  // Before the second attempt.
-  // Also caps Retry-After.
+  // The longest pause between attempts, also if Retry-After is longer.
   std::chrono::milliseconds longest_pause{5000};
   std::chrono::seconds connect_timeout{20};
   std::chrono::seconds stall_timeout{30};  // Aborts attempts below 256 bytes/s for this long.
   // Time limit of a request, including all attempts.
   std::chrono::milliseconds deadline{600000};
-  // How long requests to a host fail at once after a request to it has failed for good.
+  // The time for which requests to a host fail at once after a request to it has finally failed.
   std::chrono::milliseconds cooldown_after_failure{0};
   // Permits redirects to other hosts, and keys that lead out of the address.
   bool allow_other_hosts = false;

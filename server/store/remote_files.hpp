@@ -74,7 +74,8 @@ class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
   // Throws StoreError.
   [[nodiscard]] std::string version_of(const std::string& address);
 
-  // Also caches what callers derive from blocks, such as unpacked bricks.
+  // Returns the cache, which also holds data that callers derive from blocks, such as unpacked
+  // bricks.
   [[nodiscard]] MemoryCache& memory() { return memory_; }
 
   struct Counts {

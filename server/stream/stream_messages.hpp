@@ -34,7 +34,7 @@ class StreamMessages {
   [[nodiscard]] std::optional<StreamState> take_request();
   // Supplies the step for the returned state, and the time it took. Ignored after end() or fail().
   void supply(StepResult step, double seconds);
-  // The same for previews of several datasets: at least one, those of the next datasets.
+  // Supplies previews of the next datasets, at least one.
   void supply(std::vector<StepResult> previews, double seconds);
   // The dataset of the step that is being made: 0 is OpenStream::dataset.
   [[nodiscard]] std::size_t dataset() const { return datasets_ > 1 ? step_ : 0; }

@@ -36,7 +36,7 @@ struct StepResult {
   bool is_over = false;
   TiledStep encoded = {};
   StreamState after = {};  // This step is not yet in `delivered`.
-  // For the tiles, if the stream has scalars.
+  // The scalars of each tile, if the stream has scalars.
   std::vector<ScalarsOfTile> scalars = {};
 };
 

@@ -21,7 +21,7 @@ namespace multitetra {
 struct TiledStep {
   // Tetrahedra of the model.
   std::uint64_t tetrahedra = 0;
-  // Those crossed by the surface.
+  // Tetrahedra that the surface crosses.
   std::uint64_t active_tetrahedra = 0;
   std::vector<EncodedTile> tiles;  // In the order of sending.
   // The appearance and the dataset of the tiles' keys: see TileKey.
@@ -49,7 +49,7 @@ class SurfaceProvider {
   // Builds a step. Requires a validated request. The same step gives the same tiles, on any thread.
   // A simplified final step is within its request's budget, or is the coarsest possible one.
   [[nodiscard]] virtual TiledStep make(const StepRequest& step, std::stop_token stop) const = 0;
-  // The same, with meshes where these are cheaper than encoded tiles.
+  // Builds the same step, with meshes where these are cheaper than encoded tiles.
   [[nodiscard]] virtual TiledStep make_meshes(const StepRequest& step, std::stop_token stop) const {
     return make(step, std::move(stop));
   }

@@ -21,7 +21,7 @@
 
 namespace multitetra {
 
-// What is known of a volume before its samples are read.
+// The properties of a volume that are known before its samples are read.
 struct VolumeHeader {
   std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each 1 to kMaxSide.
   SampleType type = SampleType::kU8;   // Type of samples in slabs; the file may have a wider one.

@@ -423,9 +423,9 @@ for command in generate prepare info plot verify extract serve token; do "$serve
 ends 2 "--min-component" "$client" view --min-component -1
 [ "$("$client" view --isovalue 1e30)" = "http://127.0.0.1:7480/#isovalue=1e30" ] || fail "a large isovalue is no number in the viewer's address"
 [ "$(MULTITETRA_SERVER=wss://site.org/volumes/ "$client" view --dataset a)" = "https://site.org/volumes/#dataset=a" ] ||
-  fail "view does not heed MULTITETRA_SERVER"
+  fail "view ignores MULTITETRA_SERVER"
 [ "$("$client" view --server ws://h:7481)" = "http://h:7481/" ] && [ "$("$client" view --server tcp://h:7410)" = "http://h:7480/" ] ||
-  fail "view does not heed --server"
+  fail "view ignores --server"
 "$client" view --server tcp://h:7410 2>&1 >/dev/null | grep "at port 7480; --http" >/dev/null || fail "the guessed port is not reported"
 [ -z "$("$client" view --server ws://h:7481 2>&1 >/dev/null)" ] || fail "a known port is reported as a guess"
 "$client" view --region halfspace:1,0,0,2=0 2>/dev/null && fail "the viewer has no half-spaces"

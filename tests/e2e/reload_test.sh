@@ -25,7 +25,7 @@ reload() {
     [ "$(grep -c 'datasets reloaded\|datasets stay' server.log)" -lt "$looks" ] || return 0
     sleep 0.05
   done
-  fail "SIGHUP was not heeded: $(cat server.log)"
+  fail "SIGHUP was ignored: $(cat server.log)"
 }
 digest() { sed -n 's/^ *"content_digest": "\([0-9a-f]*\)",\{0,1\}$/\1/p' "$1" | tail -n 1; }
 names() { "$client" list --server "$url" | tail -n +2 | cut -d' ' -f1 | tr '\n' ' '; }

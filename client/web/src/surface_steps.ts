@@ -256,7 +256,7 @@ export class SurfaceSteps {
     void this.updateComponents(); // The hidden parts may have changed meanwhile.
   }
 
-  // Returns the scalars of shown tiles and forgets those of removed ones.
+  // Returns the scalars of shown tiles and deletes those of removed ones.
   private scalarsOf(ids: readonly string[]): Progress["scalars"] {
     for (const id of this.scalars.keys()) if (!this.parts.surface.hasAll([id])) this.scalars.delete(id);
     const all = ids.map((id) => this.scalars.get(id)).filter((one) => one !== undefined);

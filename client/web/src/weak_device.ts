@@ -1,4 +1,4 @@
-// A limit of triangles for frames on devices that draw many triangles slowly. The visitor of a page wants to turn the
+// A limit of triangles for frames on devices that draw many triangles slowly. The visitor of a page expects to turn the
 // surface, and did not choose its error; the page may set another limit.
 
 export const maxTrianglesOfWeakDevices = 500_000;

@@ -5,7 +5,8 @@
 
 namespace multitetra::shell {
 
-// In units of 2^-8, by which of the seven neighbours are active; see magnitude_coder.hpp.
+// Weights in units of 2^-8, indexed by the mask of active ones among the seven neighbours; see
+// magnitude_coder.hpp.
 inline constexpr int16_t kTrainedWeights[128][11] = {
     {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 256},
     {62, 75, 83, -43, -48, -34, 0, 65, 15, 15, 86},

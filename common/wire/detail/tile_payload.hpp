@@ -33,7 +33,7 @@ namespace multitetra {
 
 struct TilePayloadClaims {
   std::uint32_t triangles = 0;
-  // After Draco split non-manifold vertices: not fewer than in our mesh.
+  // The number after Draco split non-manifold vertices: at least that of our mesh.
   std::uint32_t vertices = 0;
 };
 

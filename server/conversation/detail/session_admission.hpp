@@ -1,5 +1,5 @@
-// Applies admission control before a message reaches a session, and describes requests for logs.
-// For all kinds of sessions.
+// Applies admission control before a message reaches a session of any kind, and describes requests
+// for logs.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace multitetra {
 // The outcome of a client's message.
 struct Received {
   Actions actions;
-  // For the request that an action begins.
+  // The memory reserved for the request that an action begins.
   ByteReservations::Reservation reservation = {};
   double retry_after = 0;  // Seconds, if the request was refused before it reached the session.
 };

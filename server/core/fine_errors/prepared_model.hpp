@@ -37,13 +37,14 @@ class PreparedModel {
   [[nodiscard]] const ThresholdMap& thresholds() const { return options_.thresholds; }
   [[nodiscard]] const FineErrorsOptions& fine_options() const { return fine_; }
 
-  // For points of spacing kSpectrumSpacing or more. Does not look up points below the finest
-  // spacing, as their bricks may be remote.
+  // Returns whether a point of spacing kSpectrumSpacing or more is kept. Does not look up points
+  // below the finest spacing, as their bricks may be remote.
   [[nodiscard]] bool kept(const DividingPoint& point) const {
     return may_keep(point.spacing()) && options_.keeps(point, spectrum_->bound(point));
   }
 
-  // For a finer point p of spacing s with a known error, which is infinite if a flip keeps it.
+  // Returns whether a finer point p of spacing s is kept. Requires its error, which is infinite if
+  // a flip keeps the point.
   [[nodiscard]] bool kept(GridPoint p, std::int32_t s, float error) const {
     return s >= options_.finest_spacing &&
            options_.is_exceeded_by(error, [&] { return region(DividingPoint(p)); });

@@ -55,7 +55,7 @@ void scan_cells(const PreparedVolume& volume, const OctreeCube& cube, double iso
   }
 }
 
-// Whether points of a closed cube of that side lie beyond the data along an axis.
+// Returns whether points of a closed cube of that side lie beyond the data along an axis.
 bool is_beyond(std::int32_t position, std::int32_t side, std::int32_t low, std::int32_t high) {
   return position * side < low || (position + 1) * side > high;
 }

@@ -30,7 +30,7 @@ struct TileMesh {
 struct CubeSurface {
   // Tetrahedra of the model in the cube.
   std::uint64_t tetrahedra = 0;
-  // Those crossed by the surface.
+  // Tetrahedra that the surface crosses.
   std::uint64_t active_tetrahedra = 0;
   std::vector<TileMesh> tiles;  // Smaller cubes first.
   LatticeMesh rest;             // Triangles not yet in a tile; vertices in any order, all used.

@@ -43,8 +43,8 @@ struct CubeMemory {
                                         const OctreeCube& cube, std::vector<CubeSurface> children,
                                         const SurfaceOptions& options);
 
-// The same for a prepared volume. `cube` must have an exponent of at least kSpectrumExponent and,
-// for surface_in_cube, at most FineErrors::kMaxExponent.
+// Return the same for a prepared volume. `cube` must have an exponent of at least kSpectrumExponent
+// and, for surface_in_cube, at most FineErrors::kMaxExponent.
 [[nodiscard]] CubeSurface surface_in_cube(const PreparedModel& model, const OctreeCube& cube,
                                           const SurfaceOptions& options, CubeMemory& memory);
 [[nodiscard]] CubeSurface join_children(const PreparedModel& model, const OctreeCube& cube,

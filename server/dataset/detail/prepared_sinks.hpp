@@ -1,4 +1,4 @@
-// Where preparation writes a volume to.
+// The destinations to which preparation writes a volume.
 #pragma once
 
 #include <cstddef>

@@ -38,7 +38,8 @@ struct SampleStatistics {
                                    std::string name, std::optional<double> outside,
                                    std::int32_t margin);
 
-// The same for a volume in memory. Also throws std::invalid_argument if a sample is infinite.
+// Returns the same for a volume in memory. Also throws std::invalid_argument if a sample is
+// infinite.
 [[nodiscard]] DatasetInfo describe(const Volume& volume, std::string name,
                                    std::optional<double> outside, std::int32_t margin);
 

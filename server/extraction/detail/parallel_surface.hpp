@@ -22,7 +22,7 @@ class CubeExtractor {
   // Announces that the surfaces in these cubes will be extracted next.
   virtual void will_extract(std::span<const OctreeCube> cubes) const { (void)cubes; }
   [[nodiscard]] virtual bool is_refined(const OctreeCube& cube) const = 0;
-  // These two are called concurrently.
+  // surface_in() and join() are called concurrently.
   [[nodiscard]] virtual CubeSurface surface_in(const OctreeCube& cube) const = 0;
   [[nodiscard]] virtual CubeSurface join(const OctreeCube& cube,
                                          std::vector<CubeSurface> children) const = 0;

@@ -14,7 +14,7 @@
 namespace multitetra {
 namespace {
 
-// The surface that lies in a cube but in none of its children.
+// For each cube, the surface that lies in it but in none of its children; nullopt: none.
 using CubesOfLevel = std::map<OctreeCube, std::optional<SimplifiedPiece>>;
 
 // Returns, by exponent, the cubes of the tiles and all their ancestors.

@@ -75,7 +75,7 @@ class RemoteStream : public ProgressiveStream {
   // Whether the stream was requested from a server and has not ended there.
   bool is_requested = false;
   bool is_stopped = false;
-  // When the server was lost; reset once a message is forwarded.
+  // The time at which the server was lost; reset once a message is forwarded.
   std::optional<Clock::time_point> lost_at = {};
 
  private:

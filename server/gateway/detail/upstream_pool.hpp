@@ -74,7 +74,7 @@ class UpstreamPool {
       std::function<bool()> is_wanted);
   // Reports that the link to a server was lost: others are preferred for a while.
   void report_lost(std::size_t upstream);
-  // The same for a link with a running stream, which is retried at another server.
+  // Reports the same for a link with a running stream, which is retried at another server.
   void report_lost_stream(std::size_t upstream, std::uint64_t connection, std::uint64_t request);
   // Excludes a server for a while because it sent a tile that differs from its summary.
   void sent_damaged_tile(std::size_t upstream, const std::string& why);

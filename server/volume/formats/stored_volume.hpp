@@ -30,7 +30,7 @@ class VolumeFileError : public std::runtime_error {
 [[noreturn]] void fail_reading(const std::filesystem::path& file, const std::string& problem,
                                const std::string& remedy);
 
-// The same for an incomplete or damaged file; the remedy is a complete copy.
+// Throws the same for an incomplete or damaged file; the remedy is a complete copy.
 [[noreturn]] void fail_damaged(const std::filesystem::path& file, const std::string& problem);
 
 struct ImageHeader {
@@ -76,7 +76,7 @@ struct StoredVolume {
   std::optional<int> component_of_time = std::nullopt;
 };
 
-// Which component of a sample becomes its value.
+// The choice of the component of a sample that becomes its value.
 struct ComponentChoice {
   enum class Kind { kOnlyOne, kIndex, kMagnitude, kLuminance };
   Kind kind = Kind::kOnlyOne;
@@ -123,7 +123,7 @@ inline constexpr const char* kChooseChannel =
 [[nodiscard]] std::int64_t chosen_entry(const std::filesystem::path& file,
                                         const FileEntries& entries,
                                         std::optional<std::int64_t> wanted, bool takes_first);
-// The same for `count` volumes, one for each time.
+// Returns the chosen one of `count` volumes, one for each time.
 [[nodiscard]] std::int64_t chosen_time(const std::filesystem::path& file, std::int64_t count,
                                        const VolumeChoice& choice);
 

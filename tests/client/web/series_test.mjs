@@ -187,12 +187,12 @@ async function showsImage(page) {
   await page.click('summary:has-text("Slices")');
   await page.selectOption('[aria-label="Samples of"]', "stain");
   await page.waitForFunction(() => /samples_of=stain/.test(location.hash));
-  // All three slices tell the value at the crosshair.
+  // All three slices show the value at the crosshair.
   await page.evaluate(() => (location.hash = location.hash.replace(/cross=[^&]*/, "cross=7.25,8,3")));
   await values(": 7\\.25\\. Click");
   const [list, row] = await Promise.all([".labels", '.label-name:text-is("label 8")'].map((one) => page.locator(one).boundingBox()));
   assert(Math.abs(row.y - list.y) < 20, "the list begins at the shown label");
-  // Clicks on a slice tell the image's value.
+  // Clicks on a slice show the image's value.
   await open(page, "#dataset=hundreds&labels=300&slice=z&eye=20.5,20.5,120&target=20.5,20.5,20.5&up=y&axes=false", series);
   await settled(page);
   const canvas = await page.locator(".stage canvas").boundingBox();

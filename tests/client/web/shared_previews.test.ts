@@ -30,7 +30,7 @@ function labelOf(value: number, side: number): DatasetInfo {
   return { ...plain(`cells.label${value}`), member: create(SeriesMemberSchema, { series: "cells", label: { value, box } }) };
 }
 
-// A surface that wants the preview of a label, and what it received.
+// A surface that requests the preview of a label, and the messages that it received.
 function surfaceOf(previews: SharedPreviews, value: number, side: number) {
   const received: string[] = [];
   const client = {

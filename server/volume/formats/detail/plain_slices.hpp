@@ -39,8 +39,8 @@ struct SampleParts {
                                                          std::uint64_t offset, Endian endian,
                                                          const ImageHeader& header);
 
-// The same for a file that may be a gzip or bzip2 stream, recognized by its first bytes; `offset`
-// counts unpacked bytes.
+// Returns the same for a file that may be a gzip or bzip2 stream, recognized by its first bytes;
+// `offset` counts unpacked bytes.
 [[nodiscard]] std::unique_ptr<StoredSlices> slices_in_file(const std::filesystem::path& file,
                                                            std::uint64_t offset, Endian endian,
                                                            const ImageHeader& header);

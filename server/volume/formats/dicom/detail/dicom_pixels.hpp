@@ -22,7 +22,7 @@ struct DicomPixels {
 // that of the file, or truncated fragments. Returns whether there are more bytes than announced.
 bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels);
 
-// The same for files that are deflated as a whole (Deflated Explicit VR Little Endian).
+// Checks a file that is deflated as a whole (Deflated Explicit VR Little Endian).
 void check_deflated_dicom(const InputFile& file);
 
 }  // namespace multitetra
