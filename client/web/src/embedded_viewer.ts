@@ -1,4 +1,4 @@
-// What a page around a viewer can do with it: the calls of the module `multitetra-viewer` (module.ts) and, as messages,
+// The calls that an embedding page can make: those of the module `multitetra-viewer` (module.ts) and, as messages,
 // of a frame (embedding.ts). client/web/EMBEDDING.md documents them.
 import type { EmbeddedDataset, EmbeddedEvents, EmbeddedPick, EmbeddedStep } from "./embedded_events";
 import type { DatasetInfo } from "./protocol/messages";

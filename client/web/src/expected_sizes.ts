@@ -41,7 +41,7 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
     return samples > 0 && trianglesOfBall * samples ** (2 / 3) <= maxUnconfirmed * this.share;
   }
 
-  // The connection is lost, along with pending requests.
+  // Call when the connection is lost, and with it pending requests.
   forget(): void {
     this.last = null;
   }
@@ -56,7 +56,7 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
     return size.triangles <= Math.max(this.confirmed, maxUnconfirmed * this.share);
   }
 
-  // The user accepts a surface of this size; up to 1.5 times as many triangles need no further confirmation.
+  // Accepts surfaces of this size for the user; up to 1.5 times as many triangles need no further confirmation.
   confirm(size: SurfaceSize): void {
     this.confirmed = Math.max(this.confirmed, 1.5 * size.triangles);
   }

@@ -19,12 +19,12 @@ export class ShownReports {
     private readonly steps: DrawnSteps, private readonly settings: () => Settings, private readonly report: (shown: Shown) => void,
   ) {}
 
-  // What is drawn now.
+  // Returns the steps that are drawn now.
   get current(): Shown[] {
     return surfacesOf(this.settings()).flatMap(({ visible }, at) => this.stepAt(at, visible) ?? []);
   }
 
-  // A step was shown at this place.
+  // Call when a step was shown at this place.
   add(at: number): void {
     const step = this.stepAt(at, surfacesOf(this.settings())[at]?.visible ?? false);
     if (step) this.reportAt(at, step);

@@ -36,7 +36,7 @@ export function boundOf({ info, resolution, facts }: ShownSurface): number | nul
 export function isRegression(before: ShownSurface | null, order: StreamRequest, facts: StepFacts): boolean {
   if (facts.isFinal || !before || before.info.name !== order.info.name) return false;
   if (before.request.isovalue !== order.request.isovalue) return false;
-  // Its error is that outside the camera's view; inside it is finer.
+  // The step's error is the one outside the camera's view; inside, the step is finer.
   if (before.request.threshold?.view) return true;
   const { errorWorld, tolerance } = before.facts;
   return facts.errorWorld > errorWorld || facts.tolerance > tolerance;

@@ -244,7 +244,7 @@ export class SurfaceClient implements PreviewClient {
     sharedPreviews.request(this, shared, requestId);
   }
 
-  // A message of a stream that several surfaces share.
+  // Receives a message of a stream that several surfaces share.
   receive(message: ServerKind): void {
     this.perform(this.conversation.received(message));
   }
@@ -254,7 +254,7 @@ export class SurfaceClient implements PreviewClient {
     this.connection.ensure();
   }
 
-  // The final step is already cached.
+  // Shows a final step that is already cached.
   private showCached(requested: OrderAtMoment, cached: CachedStep): void {
     this.stop();
     this.requested = requested;
@@ -270,7 +270,7 @@ export class SurfaceClient implements PreviewClient {
     });
   }
 
-  // The surface that a drag waited for has arrived or is late.
+  // Called when the surface that a drag waited for has arrived or is late.
   private requestNext(): void {
     clearTimeout(this.dragTimer);
     this.dragTimer = 0;
@@ -343,7 +343,7 @@ export class SurfaceClient implements PreviewClient {
     }
   }
 
-  // The running stream is lost; the conversation repeats it after reconnecting.
+  // Called when the running stream is lost; the conversation repeats it after reconnecting.
   private noteLostConnection(): void {
     this.sizes.forget();
     clearTimeout(this.postponed);

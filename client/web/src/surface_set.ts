@@ -149,7 +149,7 @@ export class SurfaceSet {
     return this.members[at]?.client.progress.get() ?? noProgress;
   }
 
-  // Whether the surface that is shown at this place is the one requested last.
+  // Returns whether the surface that is shown at this place is the one requested last.
   isCurrent(at: number): boolean {
     return this.members[at]?.client.isCurrent ?? false;
   }

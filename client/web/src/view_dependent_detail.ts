@@ -10,7 +10,7 @@ const slowSurface = 2000; // Milliseconds from the first request to its final st
 export class ViewDependentDetail {
   private isSlow: boolean | null = null; // Null: no surface was complete yet.
 
-  // The user requests it, regardless of speed.
+  // Call when the user requests it, regardless of speed.
   enable(): void {
     this.isSlow = false;
   }

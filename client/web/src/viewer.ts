@@ -230,7 +230,7 @@ export class Viewer {
     return pngOf(this.drawn(options));
   }
 
-  // The same in its current state.
+  // Returns the same picture of the current state.
   drawn(options: PictureOptions): HTMLCanvasElement {
     const { decorations: { scale, visibleNumbers: numbers }, orientation: { arms: axes }, samples: { legendWords: legends } } = this;
     const { points, words } = this.measuring.measurement;

@@ -63,7 +63,7 @@ export function positionText(info: DatasetInfo | null, axis: string, share: numb
   return lengthText(low[at] + share * (high[at] - low[at]), info, 4);
 }
 
-// Returns a slightly smaller box, whose effect is seen.
+// Returns a slightly smaller box, so that its effect is visible.
 function initialCrop({ low, high }: Crop): Crop {
   const at = (share: number) => low.map((from, axis) => from + share * (high[axis] - from)) as Vec3;
   return { low: at(0.08), high: at(0.92) };

@@ -2,7 +2,7 @@
 import { inBytes, inTriangleRange } from "../shared/quantities";
 import type { StepFacts, SurfaceSize } from "../state/progress";
 
-// Whether the full resolution is drawn instead of the surface that the allowed error needs: its samples arrive sooner,
+// Returns whether the full resolution is drawn instead of the surface that the allowed error needs: its samples arrive sooner,
 // and are not simplified.
 export function isFullResolution({ isFinal, shell }: StepFacts): boolean {
   return isFinal && shell !== null;

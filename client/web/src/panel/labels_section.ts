@@ -51,7 +51,7 @@ class LabelsTable implements LabelsPart {
   });
 
   constructor(private readonly change: Change, private readonly events: LabelsEvents) {
-    // A single selected label is one that was looked at: the table then still has all.
+    // A single label is selected to look at it, so the table then has all labels.
     this.table.addEventListener("click", () => events.saveLabels(this.selected().length > 1 ? this.selected() : null));
     this.order.addEventListener("change", () => this.showAll());
     this.search.addEventListener("input", () => this.showFound());

@@ -22,13 +22,13 @@ export class TokenForm {
     });
   }
 
-  // The token was sent, and the server has not replied.
+  // Call when the token was sent and the server has not replied.
   wait(): void {
     this.isWaiting = true;
     this.send.textContent = "Connecting…";
   }
 
-  // The server rejected the token.
+  // Call when the server has rejected the token.
   showError(text: string): void {
     this.send.textContent = "Connect";
     this.words.textContent = text;

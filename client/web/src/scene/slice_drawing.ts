@@ -1,4 +1,4 @@
-// What a slice view draws over its samples: the contours of surfaces, measured places, texts and the scale bar, in CSS
+// The drawing over the samples of a slice view: the contours of surfaces, measured places, texts and the scale bar, in CSS
 // pixels of the view.
 import type { DatasetInfo } from "../protocol/messages";
 import type { MeasuredPlace } from "../state/settings";

@@ -85,7 +85,7 @@ export class Stage {
     requestAnimationFrame(() => this.frame());
   }
 
-  // The same after a delay, once for all calls until then.
+  // Both do the same after a delay, once for all calls until then.
   invalidateSoon(): void {
     this.pictureTimer ||= window.setTimeout(() => this.invalidate(), delays.picture);
   }

@@ -17,7 +17,7 @@ export function fileName(surfaces: readonly NamedSurface[]): string {
   return fileWord([member.series, timeOf(info), surfaces.length === 1 ? member.label.name || member.label.value : "labels"]);
 }
 
-// The same of all times.
+// Returns the name for a file of all times.
 export function seriesName([first]: readonly NamedSurface[]): string {
   return first ? fileWord([first.info.member?.series || first.info.name, first.info.member?.field, first.isovalue]) : "multitetra";
 }

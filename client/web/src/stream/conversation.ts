@@ -114,7 +114,7 @@ export class Conversation {
     return [];
   }
 
-  // The same for a stream shared by several surfaces: its messages for this one are passed to received() with the
+  // Requests a surface in a stream shared by several surfaces: its messages for this one are passed to received() with the
   // returned request id. After a lost connection the surface is requested alone.
   share(order: StreamRequest): { effects: Effect[]; requestId: bigint } {
     const cancelled = this.cancel();
@@ -141,7 +141,7 @@ export class Conversation {
     return [{ kind: "send", message: { case: "estimate", value } }];
   }
 
-  // The user requests a connection; resets earlier refusals.
+  // Call when the user requests a connection; resets earlier refusals.
   connecting(): Effect[] {
     this.hasGivenUp = false;
     this.assembler = null;

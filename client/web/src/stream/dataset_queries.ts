@@ -149,7 +149,7 @@ export class DatasetQueries {
     if (++this.failures > 1) this.retrying("The server did not answer; trying again.");
   }
 
-  // The next query connects.
+  // Rejects all queries; the next one connects.
   private failAll(text: string): void {
     this.phase = "none";
     const queries = [...this.running.values(), ...this.waiting.map((one) => one.query)];

@@ -2,7 +2,7 @@
 import { create, type Hello, HelloSchema, PayloadCodec } from "../protocol/messages";
 
 const protocolVersion = 1;
-const viewer = "multitetra-viewer/0.1"; // The version in package.json.
+const viewer = "multitetra-viewer/0.1"; // The version is that of package.json.
 
 // `part` names a part of the viewer in the server's log; empty: the surfaces.
 export function helloFrom(part: string, token: string, takesShells = true): Hello {

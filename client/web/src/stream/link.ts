@@ -5,7 +5,7 @@ export interface LinkEvents {
   opened: () => void;
   received: (message: ServerKind) => void;
   closed: () => void;
-  // This address cannot be connected to: it is not a WebSocket address, or the page may not use it.
+  // Called if this address cannot be connected to: it is not a WebSocket address, or the page may not use it.
   blocked: () => void;
 }
 
