@@ -5,7 +5,8 @@
 
 namespace multitetra {
 
-// A strict total order: names that differ only in leading zeros differ.
+// Returns whether `a` comes before `b` in a strict total order: names that differ only in leading
+// zeros differ.
 [[nodiscard]] bool natural_order_less(std::string_view a, std::string_view b);
 
 // The comparison for sorted containers of names.

@@ -89,8 +89,8 @@ class Command {
   void require_subcommand();
   // Sets the group of the options added from now on; the default is that of everyday options.
   void begin_group(const std::string& title = "Options");
-  // The text after the options in --help. A paragraph "Examples:" in it, with indented lines, is
-  // moved before them.
+  // Sets the text after the options in --help. A paragraph "Examples:" in it, with indented lines,
+  // is moved before them.
   void footer(std::string text);
   // Called after parsing if this command was chosen. May throw UsageError.
   void callback(std::function<void()> parsed);

@@ -88,7 +88,7 @@ struct ShellHeader {
   }
 };
 
-// The maximum output of decoding `header`: 7 edges per sample, 12 triangles per cell.
+// Return the maximum output of decoding `header`: 7 edges per sample, 12 triangles per cell.
 [[nodiscard]] constexpr uint32_t max_vertices(const ShellHeader& header) {
   return 7U * static_cast<uint32_t>(header.samples[0] * header.samples[1] * header.samples[2]);
 }

@@ -25,7 +25,7 @@ struct MeshComponents {
 
   // Returns the component with the longest diagonal (the first of several); 0 if there is none.
   [[nodiscard]] std::uint32_t largest() const;
-  // The number that a least diagonal stands for.
+  // Returns the number for a least diagonal: the longest diagonal for kLargestAlone.
   [[nodiscard]] double least(double min_diagonal) const;
   // Returns the number of components with at least this diagonal.
   [[nodiscard]] std::size_t count_at_least(double min_diagonal) const;

@@ -36,7 +36,8 @@ struct MeshTopology {
   std::int64_t nonmanifold_edges = 0;
   std::int64_t degenerate_triangles = 0;  // Triangles with two equal corners.
 
-  // No crack, no fold, no degenerate triangle: required of every mesh that is displayed.
+  // Returns whether there is no crack, fold or degenerate triangle. Required of every mesh that is
+  // displayed.
   [[nodiscard]] bool is_sound() const {
     return open_edges == 0 && nonmanifold_edges == 0 && degenerate_triangles == 0;
   }

@@ -44,7 +44,7 @@ class ByteStream {
   [[nodiscard]] asio::awaitable<error_code> handshake_as_server();
   // Returns whether the handshake failed because of plain HTTP.
   [[nodiscard]] static bool was_plain_http(const error_code& error);
-  // The client's handshake. Sends `host` as the server name and, unless the context skips
+  // Performs the client's handshake. Sends `host` as the server name and, unless the context skips
   // verification, requires a certificate for it. Errors end a sentence; kInvalidArgument means that
   // retrying is useless. `ca_option` is the name of the option for a certificate authority.
   [[nodiscard]] asio::awaitable<Result<void>> handshake_as_client(std::string host,

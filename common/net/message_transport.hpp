@@ -66,7 +66,7 @@ class MessageTransport {
 [[nodiscard]] std::unique_ptr<MessageTransport> frames_over(ByteStream& stream,
                                                             const TransportOptions& options);
 
-// The error of receive() and send() for a lost connection.
+// Returns the error of receive() and send() for a lost connection.
 [[nodiscard]] inline tl::unexpected<Error> connection_error(const error_code& why) {
   return fail(ErrorCode::kUnavailable, why.message());
 }

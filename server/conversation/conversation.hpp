@@ -40,7 +40,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   void receive(std::string_view content);
   // Sends the error, then ends the session.
   void end(const Error& error);
-  // The client has disconnected: drops all queued messages.
+  // Drops all queued messages. Call when the client has disconnected.
   void leave();
   // Answers the request of `message`, taken from next_message() but too long to send, with an error
   // instead. The session continues.

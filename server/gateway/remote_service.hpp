@@ -20,7 +20,7 @@ struct RemoteServiceOptions {
   RequestLimits requests = {};
 };
 
-// The result throws ExitError when called if the files cannot be used.
+// Returns the service. The result throws ExitError when called if the files cannot be used.
 [[nodiscard]] MakeService remote_service(RemoteServiceOptions options);
 
 }  // namespace multitetra

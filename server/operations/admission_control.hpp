@@ -131,9 +131,9 @@ class AdmissionControl {
   [[nodiscard]] AdmissionResult admit(ProtocolName protocol, const std::string& address,
                                       const std::string& peer);
 
-  // The TLS context for the next connection; null for plain TCP.
+  // Returns the TLS context for the next connection; null for plain TCP.
   [[nodiscard]] const TlsContextPtr& tls() const { return tls_; }
-  // Null: all datasets are public.
+  // Returns the access list; null if all datasets are public.
   [[nodiscard]] const AccessListPtr& access() const { return access_; }
   // Reloads certificate and tokens. If a file is invalid, logs that and keeps the previous one.
   void reload();

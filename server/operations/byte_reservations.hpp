@@ -38,7 +38,7 @@ class ByteReservations {
     return accounts_->used;
   }
   [[nodiscard]] std::size_t capacity() const { return capacity_; }
-  // The largest reservation of a share while no other one holds any.
+  // Returns the largest reservation of a share while no other one holds any.
   [[nodiscard]] std::size_t max_per_share() const {
     return part_ < 1 ? static_cast<std::size_t>(part_ * static_cast<double>(capacity_)) : capacity_;
   }

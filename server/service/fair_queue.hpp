@@ -239,7 +239,7 @@ class FairQueue {
     served.served_until += (seconds - job.expected_seconds) / weight;
   }
 
-  // Forgets idle shares and clients, except those that were served ahead of virtual time. Forgets
+  // Removes idle shares and clients, except those that were served ahead of virtual time. Removes
   // all of them when no work is left.
   void drop_idle_clients(Share& share) {
     std::erase_if(share.clients, [&share](const auto& entry) {

@@ -88,7 +88,7 @@ class Permit {
   [[nodiscard]] bool is_for_surfaces_only() const {
     return limits_.surfaces_only || rights_.surfaces_only();
   }
-  // The further datasets of a request for previews of several.
+  // Returns the further datasets of a request for previews of several.
   [[nodiscard]] Result<std::vector<SurfaceProviderPtr>> further_datasets(
       const OpenStream& open, const DatasetInfo& first) const;
   // Returns the provider of the field that colors a surface.

@@ -48,7 +48,7 @@ class TileCache {
   explicit TileCache(std::size_t capacity) : tiles_(capacity) {}
 
   [[nodiscard]] std::optional<EncodedTile> find(const TileKey& key);
-  // Does not count as a use.
+  // Returns whether all tiles are cached. Does not count as a use.
   [[nodiscard]] bool has_all(std::span<const TileKey> keys) const;
   // Finds a tile without normals by its digest, among those that may be seen.
   using MaySee = std::function<bool(const std::string& dataset, bool is_shell)>;

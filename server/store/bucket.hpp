@@ -31,13 +31,14 @@ struct ListingLimits {
                                                    const HttpStoreOptions& options = {},
                                                    const ListingLimits& limits = {});
 
-// The ETag and the first `bytes` bytes of an existing object; nullopt if there is none. Throws
-// StoreError, also if access is denied: a bucket that does not permit listing answers 403 for
-// missing objects, so an existing object could be mistaken for a missing one.
+// The ETag and the first bytes of an object.
 struct StoredObject {
   std::string etag;
   std::vector<std::byte> begin;
 };
+// Returns an object with its first `bytes` bytes; nullopt if it does not exist. Throws StoreError,
+// also if access is denied: a bucket that does not permit listing answers 403 for missing objects,
+// so an existing object could be mistaken for a missing one.
 [[nodiscard]] std::optional<StoredObject> find_object(const std::string& address, std::size_t bytes,
                                                       const HttpStoreOptions& options = {});
 

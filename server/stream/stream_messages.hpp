@@ -36,7 +36,7 @@ class StreamMessages {
   void supply(StepResult step, double seconds);
   // Supplies previews of the next datasets, at least one.
   void supply(std::vector<StepResult> previews, double seconds);
-  // The dataset of the step that is being made: 0 is OpenStream::dataset.
+  // Returns the dataset of the step that is being made: 0 is OpenStream::dataset.
   [[nodiscard]] std::size_t dataset() const { return datasets_ > 1 ? step_ : 0; }
 
   // End the stream: drop pending messages except the final one. Only the first call has an effect.

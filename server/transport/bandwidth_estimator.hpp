@@ -57,14 +57,14 @@ class BandwidthEstimator {
       begin(now, unsent);
     }
   }
-  // Bytes are queued: the link limits the rate.
+  // Records a rate while bytes are queued: the link limits it.
   void note_waiting(double rate) {
     bytes_per_second_ += (is_measured_ ? kWeight : 1) * (rate - bytes_per_second_);
     bytes_per_second_ = std::max(bytes_per_second_, 1000.0);
     is_measured_ = true;
     passed_bytes_ = passed_seconds_ = 0;
   }
-  // The queue is empty: the link carries at least this rate.
+  // Records bytes that passed while the queue was empty: the link carries at least this rate.
   void note_passed(double bytes, double seconds) {
     passed_bytes_ += bytes;
     passed_seconds_ += seconds;

@@ -1,4 +1,4 @@
-"""What budgets are filled with: every prepared dataset of a folder, its first isovalues, budgets of triangles and of bytes.
+"""How much of a budget is used: every prepared dataset of a folder, its first isovalues, budgets of triangles and of bytes.
 
     multitetra-server prepare ../shared/data -o prepared        # some minutes
     /usr/bin/python3 tests/bench/budgets.py --programs build/release/bin prepared
@@ -65,7 +65,7 @@ class Programs:
 
 @dataclasses.dataclass
 class Case:
-    """What became of one budget."""
+    """The result of one budget."""
     surface: str
     simplify: str
     budget: int

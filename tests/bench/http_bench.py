@@ -1,4 +1,4 @@
-"""What HTTP answers a second, and what one large mesh takes.
+"""Measures HTTP answers a second, and the time of one large mesh.
 
     python3 tests/bench/http_bench.py PROGRAM [--volume FILE.mtd] [--seconds 5] [--json FILE]
 

@@ -29,7 +29,7 @@ class CuttingProxy:
         requests.cancel()
 
     async def pass_on(self, reader, writer, limit):
-        """Whether it was cut."""
+        """Returns whether it was cut."""
         passed = 0
         try:
             while data := await reader.read(16384):

@@ -54,7 +54,7 @@ def signed(secret, *texts):
 
 
 def is_signed(request, body):
-    """Whether the signature (version 4) is that of the key "a secret", computed anew."""
+    """Returns whether the signature (version 4) is that of the key "a secret", computed anew."""
     match = re.fullmatch(r"AWS4-HMAC-SHA256 Credential=reader/(\d+)/([^/]+)/s3/aws4_request, "
                          r"SignedHeaders=([^,]+), Signature=(\w+)", request.headers.get("Authorization", ""))
     if not match:
@@ -103,7 +103,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
             self.close_connection = True
 
     def lie(self, kind):
-        """Whether that is the whole answer."""
+        """Sends a wrong answer of this kind; returns False if the file must still be sent."""
         if kind.endswith("-blocks") and not self.path.rsplit("/", 1)[1].isdigit():
             return False
         if kind[:3] in ("401", "403", "503"):

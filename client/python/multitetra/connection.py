@@ -150,7 +150,7 @@ class Connection:
         return self._client.probe(dataset, np.asarray(places, float).reshape(-1, 3), coordinates)
 
     def _request(self, dataset, isovalue, **request):
-        """As surface_request; a ValueError where colors would be those of another world, unless color_anyway allows it."""
+        """Returns surface_request(). Raises ValueError for colors of another world, unless color_anyway permits them."""
         wanted, scalars = surface_request(isovalue, **request)
         if scalars is not None:
             _client.check_same_world(scalars, self._client.info(dataset), self._client.info(request["color_by"]))

@@ -33,7 +33,7 @@ class Mesh:
         return f"<Mesh: {len(self.vertices)} vertices, {len(self.faces)} triangles{within}>"
 
     def __iter__(self):
-        """For `vertices, faces = mesh`."""
+        """Permits `vertices, faces = mesh`."""
         return iter((self.vertices, self.faces))
 
     @property
@@ -55,9 +55,9 @@ class Mesh:
 
     @property
     def volume(self):
-        """Of what the surface encloses, in cubic units of the world: where values are high, it is positive.
+        """The volume that the surface encloses, in cubic world units: positive around high values.
 
-        ValueError where the surface has a border, as where it ends with the data: it encloses nothing then.
+        Raises ValueError if the surface has a border, such as where it ends with the data: it then encloses no volume.
         """
         if _edges(self)[1]:
             raise ValueError("The surface is open at the border of the data and does not enclose a volume; `prepare` with --outside VALUE --margin 1 closes it.")

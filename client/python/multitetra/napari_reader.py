@@ -71,7 +71,7 @@ def chosen_datasets(infos, chosen, url):
 
 
 def labels_of_ranges(text, values):
-    """Those of the values that "1-322,-17" (1 to 322 without 17), "-17" (all but 17) or "none" means, as in the viewer's addresses."""
+    """The ones among `values` that the text of a viewer's address names: "1-322,-17" (1 to 322 without 17), "-17" (all but 17) or "none"."""
     shown = set(values) if text.startswith("-") else set()
     for word in text.split(","):
         found = re.fullmatch(r"(-?)(\d+)(?:-(\d+))?", word)

@@ -112,7 +112,7 @@ class Viewer(ipywidgets.DOMWidget):
         self.picks = []
 
     def frame(self):
-        """The same without widgets, for front ends without them and for exported pages: changes in the viewer are not reported to Python."""
+        """The viewer without widgets, for front ends without them and for exported pages: changes in it are not reported to Python."""
         return HTML(frame_of(self.page, self.height))
 
     def _ipython_display_(self, **options):

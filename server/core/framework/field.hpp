@@ -89,7 +89,7 @@ class Field {
   [[nodiscard]] const Grid& grid() const { return grid_; }
   [[nodiscard]] const Vec3& spacing() const { return volume_->spacing; }
 
-  // The data's first and last sample.
+  // Return the data's first and last sample.
   [[nodiscard]] GridPoint first_sample() const { return {margin_, margin_, margin_}; }
   [[nodiscard]] GridPoint last_sample() const {
     return first_sample() +

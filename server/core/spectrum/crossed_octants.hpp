@@ -20,8 +20,8 @@ struct CellSpan {
   GridPoint first;
   GridPoint last;
 };
-// The least box around the cells in the cube for which is_crossed() holds; none: nothing is
-// crossed.
+// Returns the least box around the cells in the cube for which is_crossed() holds; nullopt if
+// nothing is crossed.
 [[nodiscard]] std::optional<CellSpan> crossed_cells(const PreparedVolume& volume,
                                                     const OctreeCube& cube, double isovalue);
 

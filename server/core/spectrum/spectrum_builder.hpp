@@ -56,7 +56,8 @@ struct SpectrumWork {
   std::optional<CellBox> nonconstant_cells = std::nullopt;
 };
 
-// The result does not depend on threads or memory.
+// Computes the spectrum and passes its bricks to `work.sink`. The result does not depend on threads
+// or memory.
 void build_spectrum(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work);
 
 // ---- in parts

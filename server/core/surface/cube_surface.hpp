@@ -54,8 +54,8 @@ class CubeSurfaceBuilder {
     mesh_.triangles.clear();
   }
 
-  // The triangles not yet cut off. They must be appended by cube, with those of a cube contiguous
-  // and its children's first.
+  // Returns the triangles not yet cut off. Further ones must be appended by cube, with those of a
+  // cube contiguous and its children's first.
   [[nodiscard]] LatticeMesh& mesh() { return mesh_; }
   [[nodiscard]] std::size_t triangles() const { return mesh_.triangles.size(); }
   void count(std::uint64_t tetrahedra, std::uint64_t active) {

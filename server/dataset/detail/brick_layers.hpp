@@ -19,7 +19,7 @@ namespace multitetra {
 // Rearranges boxes of whole bricks so that each brick is contiguous, in brick order.
 class BrickAssembler {
  public:
-  // The result is valid until the next call.
+  // Returns the bytes of all bricks of the box, valid until the next call.
   [[nodiscard]] std::span<const std::byte> bricks(const Samples& box, const GridCounts& dims);
 
  private:

@@ -49,8 +49,8 @@ class LevelSamples {
   // Returns whether the cube may contain a surface, as far as known without reading samples.
   [[nodiscard]] bool may_be_crossed(const OctreeCube& cube) const;
 
-  // The part of the cube's box outside of which nothing is crossed; none: nothing is in it. The
-  // whole box where that cannot be seen without the samples.
+  // Returns the part of the cube's box outside of which nothing is crossed, or the whole box if
+  // that requires the samples; nullopt if nothing is crossed.
   [[nodiscard]] std::optional<LevelBox> crossed_part(const OctreeCube& cube,
                                                      const LevelBox& box) const;
 

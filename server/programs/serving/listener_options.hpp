@@ -67,10 +67,11 @@ Option* add_seconds(Command& command, const std::string& name, double& value,
 
 // The following functions throw UsageError, which names the option.
 //
-// Empty if the listener is disabled.
+// Return the options of a listener; nullopt if it is disabled.
 [[nodiscard]] std::optional<TcpListenerOptions> tcp_options(const ListenerOptions& options);
 [[nodiscard]] std::optional<HttpOptions> http_options(const ListenerOptions& options);
-// All options except the service's, with metrics; the request log observes admission control.
+// Returns all options except the service's, with metrics; the request log observes admission
+// control.
 [[nodiscard]] ServerOptions server_options(const ListenerOptions& options);
 // Returns the HTTP listener, unless disabled. Reads the viewer's files.
 [[nodiscard]] std::vector<MakeListener> http_listeners(const ListenerOptions& options);

@@ -37,7 +37,7 @@ struct WorkKind {
 // Makes the next step of a stream, with its scalars.
 [[nodiscard]] Result<StepResult> make_step(const StartStream& action, const StreamState& state,
                                            const StepLimits& limits, const std::stop_token& stop);
-// The one preview of each of `count` datasets of a stream, from the one of that index on: on all
+// Makes one preview each of `count` datasets of a stream, beginning with number `first`, on all
 // threads.
 [[nodiscard]] Result<std::vector<StepResult>> make_previews(const StartStream& action,
                                                             std::size_t first, std::size_t count,
