@@ -50,8 +50,8 @@ class Programs:
         listed = subprocess.run([self.client, "list", "--server", self.url, "--json"], capture_output=True, check=True)
         return json.loads(listed.stdout)["datasets"]
 
-    def ask(self, command, dataset, isovalue, *options):
-        """The JSON that it prints, or what it refuses with."""
+    def run(self, command, dataset, isovalue, *options):
+        """Returns the printed JSON, or None and the error."""
         done = subprocess.run(
             [self.client, command, "--server", self.url, "--dataset", dataset, f"--isovalue={isovalue!r}", "--json", *options],
             capture_output=True, text=True)
@@ -60,7 +60,7 @@ class Programs:
         return json.loads(done.stdout), ""
 
     def fetch(self, dataset, isovalue, *options):
-        return self.ask("fetch", dataset, isovalue, "--quiet", "-o", self.mesh, *options)
+        return self.run("fetch", dataset, isovalue, "--quiet", "-o", self.mesh, *options)
 
 
 @dataclasses.dataclass
@@ -96,9 +96,9 @@ def error_of(report):
     return max(final["error"], final.get("thresholds", {}).get("at_least", 0))
 
 
-def timed(ask):
+def timed(run):
     start = time.monotonic()
-    return ask(), time.monotonic() - start
+    return run(), time.monotonic() - start
 
 
 class Surface:
@@ -166,7 +166,7 @@ def surfaces(programs, arguments):
     for info in programs.datasets():
         for isovalue in info["suggested_isovalues"][: arguments.isovalues]:
             for simplify in MOST_OF_IT:
-                estimate, refusal = programs.ask("estimate", info["name"], isovalue, "--error", repr(arguments.error),
+                estimate, refusal = programs.run("estimate", info["name"], isovalue, "--error", repr(arguments.error),
                                                  "--simplify", simplify)
                 if estimate is None or estimate["triangles"] > arguments.most_triangles:
                     print(f"{info['name']} {isovalue:g}, simplify {simplify}: passed over {refusal}", file=sys.stderr)

@@ -61,5 +61,5 @@ done
 [ "$(curl -s -o /dev/null -w '%{http_code}' "$site/volumesother")" = 410 ] || fail "another folder of the site is taken"
 ends 1 "it redirects to $site/volumes/; connect there" "$client" list --server "ws://127.0.0.1:$port/volumes"
 ends 1 "it redirects to /volumes/; connect there" "$client" list --server "ws://${http#http://}/volumes"
-curl -sf -o /dev/null "$http/livez" || fail "the server itself is not to be asked without the path"
+curl -sf -o /dev/null "$http/livez" || fail "the server itself does not answer without the path"
 ends 2 "/volumes" "$server" serve gyroid.mtd --base-path 'https://example.org/volumes'

@@ -13,7 +13,7 @@ for file in demo.mtd demo.ply demo.png demo.svg report.json; do
   [ -s "demo/$file" ] || fail "there is no $file"
 done
 [ -n "$(ls demo/steps)" ] || fail "there are no previews"
-python3 - demo/report.json <<'END' || fail "the report does not promise the surface that was asked for: $(cat demo/report.json)"
+python3 - demo/report.json <<'END' || fail "the report does not promise the requested surface: $(cat demo/report.json)"
 import json, sys
 report = json.load(open(sys.argv[1]))
 assert report["parameters"]["isovalue"] == -300.5 and "error" not in report and report["steps"][-1]["open_edges"] == 0

@@ -181,11 +181,11 @@ def main():
         program = PROGRAMS / "multitetra-server"
         run(program, "generate", "gyroid", "--size", "97", "-o", "gyroid.nrrd", "--quiet", cwd=folder)
         run(program, "prepare", "gyroid.nrrd", "-o", "gyroid.mtd", "--quiet", cwd=folder)
-        asked = ["--isovalue", str(ISOVALUE), "--error", "1", "--quiet"]
-        run(program, "export", "gyroid.mtd", *asked, "-o", "site", cwd=folder)
-        run(program, "export", "gyroid.mtd", *asked, "--format", "neuroglancer", "-o", "mesh", cwd=folder)
+        options = ["--isovalue", str(ISOVALUE), "--error", "1", "--quiet"]
+        run(program, "export", "gyroid.mtd", *options, "-o", "site", cwd=folder)
+        run(program, "export", "gyroid.mtd", *options, "--format", "neuroglancer", "-o", "mesh", cwd=folder)
         sharded = ["--format", "neuroglancer", "--sharded"]
-        run(program, "export", "gyroid.mtd", *asked, *sharded, "-o", "shards", cwd=folder)
+        run(program, "export", "gyroid.mtd", *options, *sharded, "-o", "shards", cwd=folder)
         compare_shards(folder)
         check_several(folder, program)
         levels = ["--isovalue", str(ISOVALUE), "--quiet", "--format", "glb-lods"]

@@ -413,7 +413,7 @@ ends 0 "3 members, 0 failed" "$server" prepare again/v1.nrrd again/v2.nrrd again
 ends 0 "v.t0002.mtd: removed" "$server" prepare again/v1.nrrd again/v2.nrrd --time-series v -o latest
 [ "$(ls latest | tr '\n' ' ')" = "organs.label3.mtd organs.label7.mtd v.t0000.mtd v.t0001.mtd " ] || fail "other members: $(ls latest)"
 ends 0 "1 member, 0 failed" "$server" prepare in/organs.seg.nrrd --label 3 --name organs -o latest
-[ -e latest/organs.label7.mtd ] || fail "a label that was not asked for is removed"
+[ -e latest/organs.label7.mtd ] || fail "a label that was not requested is removed"
 
 # --- a dataset of another source is replaced only on request
 "$server" prepare again/v1.nrrd -o kept.mtd --quiet

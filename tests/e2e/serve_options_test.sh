@@ -98,7 +98,7 @@ grep -q 'the TLS key is readable by all users' guarded.log || fail "no warning a
 ! grep -q 'every client may\|not encrypted' guarded.log || fail "a warning about a guarded server"
 # DNS rebinding is prevented: pages of other sites cannot read a local server under their own host name.
 status_as() { curl -s -o /dev/null -w '%{http_code}' -H "Host: $1" "$alone_http/v1/datasets"; }
-[ "$(status_as localhost) $(status_as evil.example)" = "200 421" ] || fail "a server for this machine is asked by any name"
+[ "$(status_as localhost) $(status_as evil.example)" = "200 421" ] || fail "a server for this machine answers to any name"
 ends 2 'not a host name' "$server" serve v.mtd --allow-host https://example.org
 ! grep -q 'warning' alone.log || fail "a warning about a local server: $(cat alone.log)"
 

@@ -23,8 +23,8 @@ HttpClient::Response HttpClient::receive(bool to_head) {
   return parser.release();
 }
 
-HttpClient::Response HttpClient::ask(std::string_view method, std::string_view target,
-                                     std::string_view fields) {
+HttpClient::Response HttpClient::request(std::string_view method, std::string_view target,
+                                         std::string_view fields) {
   send(std::string(method) + " " + std::string(target) + " HTTP/1.1\r\nHost: localhost\r\n" +
        std::string(fields) + "\r\n");
   return receive(method == "HEAD");

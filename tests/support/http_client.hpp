@@ -22,9 +22,9 @@ class HttpClient {
   void send(std::string_view bytes);
   // Receives the next response; `to_head`: it has no body, whatever its header says.
   Response receive(bool to_head = false);
-  Response ask(std::string_view method, std::string_view target, std::string_view fields = {});
+  Response request(std::string_view method, std::string_view target, std::string_view fields = {});
   Response get(std::string_view target, std::string_view fields = {}) {
-    return ask("GET", target, fields);
+    return request("GET", target, fields);
   }
   // Returns everything until the server closes the connection.
   std::string rest();

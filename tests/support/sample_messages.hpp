@@ -217,7 +217,7 @@ inline std::vector<PayloadCodec> codecs(Random& random) {
 }
 
 // Makes it a request for one preview each of several datasets.
-inline void ask_for_several(OpenStream& open, Random& random) {
+inline void request_several(OpenStream& open, Random& random) {
   open.steps = StepPolicy::kPreviewsOnly;
   open.cached_tile_digests.clear();
   open.scalars.reset();
@@ -268,7 +268,7 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
           open.scalars->limits = ScalarRequest::Limits{low, low + 1 + std::abs(low)};
         }
       }
-      if (random() % 4 == 0) ask_for_several(open, random);
+      if (random() % 4 == 0) request_several(open, random);
       return open;
     }
     case 3:

@@ -42,7 +42,7 @@ BUCKET = "/s3/volumes"
 LIES = re.compile(r"/lies/([\w-]+)/(\d+)/")
 BEHAVIOURS = ("whole", "no-conditions", "no-etag", "weak-etag", "no-version")
 KEYS_AN_ANSWER = 10
-asked = collections.Counter()
+requests = collections.Counter()
 uploads = {}
 
 
@@ -124,8 +124,8 @@ class Handler(http.server.BaseHTTPRequestHandler):
         path = urllib.parse.unquote(self.path.partition("?")[0])
         self.kind = None
         if lies := LIES.match(path):
-            asked[path] += 1
-            is_lie = asked[path] <= int(lies[2])
+            requests[path] += 1
+            is_lie = requests[path] <= int(lies[2])
             path = path[lies.end() - 1:]
             if is_lie:
                 self.kind = lies[1]

@@ -476,11 +476,11 @@ class Package(unittest.TestCase):
             self.assertGreater(len(server.isosurface("gyroid", 0.1, error=0.5).faces), 0)
 
     def test_rejects_wrong_and_unbounded_steps(self):
-        for asked, answered in ((0.1, 0.2), (0.5, float("nan"))):  # The isovalue and the error.
+        for requested, answered in ((0.1, 0.2), (0.5, float("nan"))):  # The isovalue and the error.
             def meddle(frame, _):
                 if frame[0] != 0x1A:  # The tag of ServerMessage.step_begin.
                     return frame
-                return frame.replace(struct.pack("<d", asked), struct.pack("<d", answered))
+                return frame.replace(struct.pack("<d", requested), struct.pack("<d", answered))
 
             with Meddler(self.urls[0], meddle) as url, multitetra.connect(url) as server:
                 # A message with a NaN violates the protocol.

@@ -611,7 +611,7 @@ async function hidesSmallComponents(page) {
   await page.keyboard.press("Control+z");
   await page.waitForFunction(() => /min_component=12/.test(location.hash));
   await hide("", "^✓ Watertight, full resolution$");
-  assert.deepEqual([before > 0, sent], [true, before], "the server is asked nothing");
+  assert.deepEqual([before > 0, sent], [true, before], "nothing is requested from the server");
   // Only the largest component remains at another quality.
   await page.click('[aria-label="Keep the largest part of the surface"]');
   await page.waitForFunction(() => /min_component=largest/.test(location.hash));

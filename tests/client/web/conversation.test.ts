@@ -76,15 +76,15 @@ describe("Conversation", () => {
   });
 
   test("RequestsACoarsePreviewOfALabel", () => {
-    const ask = (box: number[]) => {
+    const openFor = (box: number[]) => {
       const info = { ...dataset(), member: create(SeriesMemberSchema, { series: "cells", label: { value: 3, box } }) };
       return opened(connected().request({ info, request: request(), steps: "coarse" }))!;
     };
-    expect(ask([10, 10, 10, 29, 41, 26])).toMatchObject({ // 17 samples along the shortest side.
+    expect(openFor([10, 10, 10, 29, 41, 26])).toMatchObject({ // 17 samples along the shortest side.
       steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [{ finestSpacing: 4, isUnsimplified: true }],
     });
-    expect(ask([0, 0, 0, 99, 99, 0]).resumedPreviews).toMatchObject([{ finestSpacing: 1 }]); // A thin box.
-    expect(ask([])).toMatchObject({ steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [] }); // The box is unknown.
+    expect(openFor([0, 0, 0, 99, 99, 0]).resumedPreviews).toMatchObject([{ finestSpacing: 1 }]); // A thin box.
+    expect(openFor([])).toMatchObject({ steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [] }); // The box is unknown.
   });
 
   test("SendsTheMeasuredSpeed", () => {

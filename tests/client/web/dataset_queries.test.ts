@@ -28,7 +28,7 @@ const welcome = () => send({ case: "welcome", value: create(WelcomeSchema, { ver
 const fail = (code: ErrorCode) => send({ case: "error", value: create(ErrorReplySchema, { requestId: 0n, code, text: "The first message did not arrive in time." }) });
 const slices = () => link.sent.filter((one) => one.case === "slice").map(({ value }) => value as Slice);
 
-function asked() {
+function withQueries() {
   link.sent.length = link.waits.length = 0;
   const notices: string[] = [];
   const queries = new DatasetQueries("ws://server/v1/stream", () => "", (text) => notices.push(text));
@@ -38,7 +38,7 @@ function asked() {
 
 describe("DatasetQueries", () => {
   test("AreRepeatedAfterALateHello", async () => {
-    const { slice, notices } = asked();
+    const { slice, notices } = withQueries();
     fail(ErrorCode.UNAVAILABLE); // The page was too busy to send it.
     expect([link.waits, notices]).toEqual([[500], []]);
     link.events!.opened();
@@ -49,7 +49,7 @@ describe("DatasetQueries", () => {
   });
 
   test("AreRepeatedAfterLostConnectionsAndAnnounced", () => {
-    const { notices } = asked();
+    const { notices } = withQueries();
     welcome();
     expect(slices().length).toBe(1);
     link.events!.closed();
@@ -60,7 +60,7 @@ describe("DatasetQueries", () => {
   });
 
   test("FailIfEachReplyEndsTheConnection", async () => {
-    const { slice } = asked();
+    const { slice } = withQueries();
     const failed = expect(slice).rejects.toThrow("connection was lost each time");
     for (let attempt = 0; attempt < 5; ++attempt) {
       welcome();
@@ -71,7 +71,7 @@ describe("DatasetQueries", () => {
   });
 
   test("FailIfTheTokenIsRefused", async () => {
-    const { slice } = asked();
+    const { slice } = withQueries();
     fail(ErrorCode.UNAUTHENTICATED);
     await expect(slice).rejects.toThrow("first message");
     expect(link.waits).toEqual([]);

@@ -60,7 +60,7 @@ export async function test(name, act, device = {}) {
   page.on("request", (request) => {
     const { host, protocol } = new URL(request.url());
     const isLocal = hosts.has(host) || protocol === "data:" || protocol === "blob:";
-    if (!isLocal) failure.push(`It asks for ${request.url()}.`);
+    if (!isLocal) failure.push(`It requests ${request.url()}.`);
   });
   try {
     await act(page);

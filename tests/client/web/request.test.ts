@@ -11,7 +11,7 @@ const middle = low.map((at, axis) => (at + high[axis]) / 2);
 const viewFrom = (distance: number) => ({
   eye: [middle[0], low[1] - distance, middle[2]], target: middle, up: [0, 0, 1], fieldOfView: 35, heightPixels: 600, aspect: 1,
 });
-const asked = (overrides: Partial<Settings>, distance: number | null) =>
+const requestFor = (overrides: Partial<Settings>, distance: number | null) =>
   isosurfaceRequest(info, { ...defaults, isovalue: 0.1, ...overrides }, distance === null ? null : viewFrom(distance));
 const far = 1000 * voxelLength(info);
 const near = 10 * voxelLength(info);
@@ -23,16 +23,16 @@ describe("ScreenSpaceError", () => {
   });
 
   test("IsOmittedForDistantViews", () => {
-    const plain = asked({}, null);
+    const plain = requestFor({}, null);
     expect(plain.threshold!.view).toBeUndefined();
-    expect(isSameRequest(asked({}, far), plain)).toBe(true);
-    expect(isSameRequest(asked({}, 2 * far), plain)).toBe(true);
-    expect(isSameRequest(asked({ error: 0 }, near), asked({ error: 0 }, null))).toBe(true);
-    expect(isSameRequest(asked({ followView: false }, near), asked({ followView: false }, null))).toBe(true);
+    expect(isSameRequest(requestFor({}, far), plain)).toBe(true);
+    expect(isSameRequest(requestFor({}, 2 * far), plain)).toBe(true);
+    expect(isSameRequest(requestFor({ error: 0 }, near), requestFor({ error: 0 }, null))).toBe(true);
+    expect(isSameRequest(requestFor({ followView: false }, near), requestFor({ followView: false }, null))).toBe(true);
   });
 
   test("IsNeverCoarserThanTheAllowedError", () => {
-    const { threshold } = asked({ error: 0.5, pixels: 2 }, near);
+    const { threshold } = requestFor({ error: 0.5, pixels: 2 }, near);
     expect(threshold).toMatchObject({ combine: Combination.MINIMUM, error: 0.5, view: { tolerancePixels: 2, frustum: { outside: 0.5 } } });
     // The view replaces `error`, so a box around all data restates it.
     const [box] = threshold!.regions;
@@ -44,9 +44,9 @@ describe("ScreenSpaceError", () => {
 
   test("KeepsRegions", () => {
     const region = { kind: "ball" as const, center: [1, 2, 3] as [number, number, number], radius: 4, error: 0 };
-    const { threshold } = asked({ error: 0.5, region }, near);
+    const { threshold } = requestFor({ error: 0.5, region }, near);
     expect(threshold!.regions.map(({ threshold: one }) => one)).toEqual([0.5, 0]);
     const coarser = { ...region, error: 4 };
-    expect(isSameRequest(asked({ error: 0.5, region: coarser }, near), asked({ error: 0.5, region: coarser }, null))).toBe(true);
+    expect(isSameRequest(requestFor({ error: 0.5, region: coarser }, near), requestFor({ error: 0.5, region: coarser }, null))).toBe(true);
   });
 });

@@ -86,8 +86,8 @@ function streaming() {
 
 // Simulates the mesh worker's selections of components; the test decides when it answers.
 const selections = {
-  asked: [] as { drawn: DrawnTiles; answer: (found: Selection) => void }[],
-  of: (drawn: DrawnTiles) => new Promise<Selection>((answer) => selections.asked.push({ drawn, answer })),
+  requested: [] as { drawn: DrawnTiles; answer: (found: Selection) => void }[],
+  of: (drawn: DrawnTiles) => new Promise<Selection>((answer) => selections.requested.push({ drawn, answer })),
 };
 
 function selectionOf(shown: number): Selection {
@@ -219,8 +219,8 @@ describe("SurfaceClient", () => {
     client.hide({ minComponent: 4, places: [] });
     client.hide({ minComponent: 12, places: [] });
     client.hide({ minComponent: 12, places: [] });
-    expect([selections.asked.length, client.isBusy, client.isSettled]).toEqual([2, false, false]);
-    const [four, twelve] = selections.asked;
+    expect([selections.requested.length, client.isBusy, client.isSettled]).toEqual([2, false, false]);
+    const [four, twelve] = selections.requested;
     expect(twelve.drawn.leastDiagonal).toBe(12 * 32); // In lattice steps.
     twelve.answer(selectionOf(2));
     four.answer(selectionOf(3)); // This one was cancelled.
@@ -235,25 +235,25 @@ describe("SurfaceClient", () => {
   test("HidesPartsInLatticeCoordinates", async () => {
     const { client } = keptAndWanted(settings);
     client.hide({ minComponent: 0, places: [[1, 2, 3]] });
-    const [asked] = selections.asked;
-    expect(asked.drawn).toMatchObject({ leastDiagonal: 0, hidden: [applied(inverse(latticeToWorld(dataset(), 5)), [1, 2, 3])] });
-    asked.answer(selectionOf(4));
+    const [requested] = selections.requested;
+    expect(requested.drawn).toMatchObject({ leastDiagonal: 0, hidden: [applied(inverse(latticeToWorld(dataset(), 5)), [1, 2, 3])] });
+    requested.answer(selectionOf(4));
     await vi.waitFor(() => expect(client.progress.get().components).toMatchObject({ components: 5, shown: 4 }));
-    expect(client.drawn.hidden).toEqual(asked.drawn.hidden);
+    expect(client.drawn.hidden).toEqual(requested.drawn.hidden);
   });
 
   test("ShowsCachedStepsWithoutHiddenComponents", async () => {
     const { client, shows, settles } = keptAndWanted({ ...settings, minComponent: 3 });
     expect([shows, client.shown, client.isBusy, settles()]).toEqual([[], null, true, 0]);
-    selections.asked[0].answer(selectionOf(1));
+    selections.requested[0].answer(selectionOf(1));
     await vi.waitFor(() => expect(shows).toEqual([selectionOf(1)]));
     expect([client.isBusy, settles()]).toEqual([false, 1]);
   });
 });
 
-// A client with cached surfaces, and the selections that its surface was asked to show.
+// A client with cached surfaces, and the selections that its surface was requested to show.
 function keptAndWanted(wanted: Settings) {
-  link.sent.length = selections.asked.length = 0;
+  link.sent.length = selections.requested.length = 0;
   const shows: (Selection | null)[] = [];
   const parts = partsOf();
   parts.surface.show = (_, selection) => shows.push(selection ?? null);

@@ -84,14 +84,14 @@ TEST(SurfaceOptions, NameAnErrorByItsQuality) {
 }
 
 TEST(SurfaceOptions, ParseEveryPartOfAThresholdMap) {
-  const auto asked =
+  const auto parsed =
       request({"--error", "4", "--unit", "world", "--region", "ball:1,2,3,4=0.5", "--region",
                "box:0,0,0,9,9,9=1", "--region-coordinates", "index", "--view",
                "eye=1,2,3,fov=45,height=600,pixels=0.5", "--combine", "minimum"});
-  ASSERT_TRUE(asked) << asked.error().text;
-  EXPECT_EQ(asked->error, 4);
-  EXPECT_EQ(asked->unit, ErrorUnit::kWorld);
-  const LocalThresholds& thresholds = asked->thresholds;
+  ASSERT_TRUE(parsed) << parsed.error().text;
+  EXPECT_EQ(parsed->error, 4);
+  EXPECT_EQ(parsed->unit, ErrorUnit::kWorld);
+  const LocalThresholds& thresholds = parsed->thresholds;
   EXPECT_EQ(thresholds.coordinates, CoordinateSystem::kIndex);
   EXPECT_EQ(thresholds.combination, Combination::kMinimum);
   ASSERT_EQ(thresholds.regions.size(), 2U);
@@ -101,11 +101,11 @@ TEST(SurfaceOptions, ParseEveryPartOfAThresholdMap) {
 }
 
 TEST(SurfaceOptions, ParseBudgetAndNormals) {
-  const auto asked = request({"--max-triangles", "50000", "--max-bytes", "1MB", "--normals", "9"});
-  ASSERT_TRUE(asked) << asked.error().text;
-  EXPECT_EQ(asked->max_triangles, 50000U);
-  EXPECT_EQ(asked->max_bytes, 1U << 20);
-  EXPECT_EQ(asked->normal_bits, 9);
+  const auto parsed = request({"--max-triangles", "50000", "--max-bytes", "1MB", "--normals", "9"});
+  ASSERT_TRUE(parsed) << parsed.error().text;
+  EXPECT_EQ(parsed->max_triangles, 50000U);
+  EXPECT_EQ(parsed->max_bytes, 1U << 20);
+  EXPECT_EQ(parsed->normal_bits, 9);
   EXPECT_NE(refusal({"--normals", "7"}).find("7 bits; they must have 8 to 10"), std::string::npos);
 }
 
@@ -147,9 +147,9 @@ TEST(SurfaceOptions, ReadTheThresholdGrid) {
     command.app().parse(words);
     return request_of(arguments, info());
   };
-  const auto asked = with(0.5F, {"--threshold-grid", "grid.txt", "--error", "3"});
-  ASSERT_TRUE(asked) << asked.error().text;
-  EXPECT_EQ(asked->thresholds.grid->thresholds, (std::vector<float>{0.5F, 3.0F}));
+  const auto parsed = with(0.5F, {"--threshold-grid", "grid.txt", "--error", "3"});
+  ASSERT_TRUE(parsed) << parsed.error().text;
+  EXPECT_EQ(parsed->thresholds.grid->thresholds, (std::vector<float>{0.5F, 3.0F}));
   EXPECT_EQ(with(1, {"--threshold-grid", "other"}).error().text, "Cannot read other");
   EXPECT_NE(
       with(-1, {"--threshold-grid", "grid.txt"}).error().text.find("grid.thresholds[0] is -1"),
@@ -163,11 +163,11 @@ TEST(JsonReport, AlwaysSaysWhetherSurfacesAreSimplified) {
 
 TEST(JsonReport, IncludesAnExistingThresholdMap) {
   EXPECT_FALSE(json_of(IsosurfaceRequest{}).contains("thresholds"));
-  const auto asked =
+  const auto parsed =
       request({"--region", "ball:1,2,3,4=0.5", "--region", "halfspace:1,0,0,4=1", "--view",
                "eye=1,2,3,fov=45,height=600,pixels=0.5,look=0,0,0,outside=8", "--max-bytes", "7"});
-  ASSERT_TRUE(asked) << asked.error().text;
-  const Json json = json_of(*asked);
+  ASSERT_TRUE(parsed) << parsed.error().text;
+  const Json json = json_of(*parsed);
   EXPECT_EQ(json["max_bytes"], 7);
   const Json& map = json["thresholds"];
   EXPECT_EQ(map["region_coordinates"], "world");

@@ -330,8 +330,8 @@ TEST(SampleShellEncoder, RejectsInputBeyondTheFormat) {
   const OwnedBox good = *box_in(volume, std::nullopt, 0, 1, {0, 0, 0}, {8, 8, 8});
   const ShellOptions options{.isovalue = 0.5, .values = ShellValues::kLatticeExact};
   ASSERT_TRUE(encode_shell(good.box(), options));
-  const auto refuses = [](const OwnedBox& box, const ShellOptions& asked) {
-    const auto bytes = encode_shell(box.box(), asked);
+  const auto refuses = [](const OwnedBox& box, const ShellOptions& requested) {
+    const auto bytes = encode_shell(box.box(), requested);
     return !bytes && bytes.error().code == ErrorCode::kInvalidArgument;
   };
   // Fractions are not integers.

@@ -174,7 +174,7 @@ TEST_P(BudgetedSurfaces, CoarsenTheFinestRegionsFirst) {
   request.max_triangles = static_cast<std::uint64_t>(coarse + 0.6 * (all - coarse));
   const BudgetedSurface made = within(request);
   EXPECT_GT(made.at_least, 0.1);
-  EXPECT_LT(made.at_least, kCoarse) << "The coarse half is as it was asked for.";
+  EXPECT_LT(made.at_least, kCoarse) << "The coarse half has the requested error.";
   expect_good(made, request);
 }
 

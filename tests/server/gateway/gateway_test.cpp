@@ -354,7 +354,7 @@ TEST(GatewayTest, RequestsPreviewsOfSeveralDatasetsFromOneServer) {
   RunningGateway gateway({.upstream = {.upstreams = {first.endpoint(), second.endpoint()}}});
   WebSocketClient client(gateway.http());
   greet(client);
-  const auto ask = [&](std::uint64_t id, std::vector<std::string> further) {
+  const auto request = [&](std::uint64_t id, std::vector<std::string> further) {
     client.send(OpenStream{.request_id = id,
                            .dataset = "octahedron",
                            .steps = StepPolicy::kPreviewsOnly,
@@ -362,10 +362,10 @@ TEST(GatewayTest, RequestsPreviewsOfSeveralDatasetsFromOneServer) {
                            .further_datasets = std::move(further)});
     return all_of_stream(client);
   };
-  const auto previews = ask(1, {"b", "c"});
+  const auto previews = request(1, {"b", "c"});
   EXPECT_EQ(std::get<StreamEnd>(previews.back()).steps, 3U);
-  EXPECT_EQ(testing::code_of(ask(2, {"a", "c"}).back()), ErrorCode::kUnavailable);
-  EXPECT_EQ(std::get<StreamEnd>(ask(3, {"a"}).back()).steps, 2U);
+  EXPECT_EQ(testing::code_of(request(2, {"a", "c"}).back()), ErrorCode::kUnavailable);
+  EXPECT_EQ(std::get<StreamEnd>(request(3, {"a"}).back()).steps, 2U);
 }
 
 TEST(GatewayTest, WaitsForItsOnlyServerToComeBack) {

@@ -78,7 +78,8 @@ TEST(GuardedHttp, LimitsClientsOfATrustedProxy) {
   EXPECT_EQ(status_of(first, "X-Forwarded-For: 192.0.2.1\r\n"), 200U);
   EXPECT_EQ(status_of(second, "X-Forwarded-For: 192.0.2.2\r\n"), 200U);
   EXPECT_EQ(status_of(third, "X-Forwarded-For: 192.0.2.1\r\n"), 503U);
-  EXPECT_EQ(status_of(first, "X-Forwarded-For: 192.0.2.1\r\n"), 200U) << "asks again";
+  EXPECT_EQ(status_of(first, "X-Forwarded-For: 192.0.2.1\r\n"), 200U)
+      << "the client requests again";
 }
 
 TEST(GuardedHttp, IgnoresForwardedForFromUntrustedPeers) {

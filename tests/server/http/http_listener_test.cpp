@@ -74,11 +74,11 @@ TEST(HttpListener, AcceptsThreeMethods) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   for (const auto* method : {"POST", "PUT", "DELETE", "PATCH", "TRACE", "BREW"}) {
-    const auto response = client.ask(method, "/v1/datasets");
+    const auto response = client.request(method, "/v1/datasets");
     EXPECT_EQ(response.result_int(), 405U) << method;
     EXPECT_EQ(response[http::field::allow], "GET, HEAD, OPTIONS");
   }
-  EXPECT_EQ(client.ask("OPTIONS", "/v1/datasets").result_int(), 204U);
+  EXPECT_EQ(client.request("OPTIONS", "/v1/datasets").result_int(), 204U);
 }
 
 TEST(HttpListener, ClosesConnectionsAfterUnparsableRequests) {
@@ -119,7 +119,7 @@ TEST(HttpListener, AcceptsEveryFormOfTarget) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   EXPECT_EQ(client.get("http://localhost/v1/datasets/octahedron").result_int(), 200U);
-  const auto all = client.ask("OPTIONS", "*");
+  const auto all = client.request("OPTIONS", "*");
   EXPECT_EQ(all.result_int(), 204U);
   EXPECT_EQ(all[http::field::allow], "GET, HEAD, OPTIONS");
   EXPECT_EQ(client.get("*").result_int(), 400U);
@@ -232,9 +232,9 @@ TEST(HttpListener, AllowsListedOriginsToReadAnswers) {
   const auto other = client.get("/v1/datasets", "Origin: https://b.example\r\n");
   EXPECT_EQ(other.count("Access-Control-Allow-Origin"), 0U);
   EXPECT_EQ(other[http::field::vary], "Origin");
-  const auto preflight = client.ask("OPTIONS", "/v1/datasets/a/isosurface",
-                                    "Origin: https://a.example\r\n"
-                                    "Access-Control-Request-Method: GET\r\n");
+  const auto preflight = client.request("OPTIONS", "/v1/datasets/a/isosurface",
+                                        "Origin: https://a.example\r\n"
+                                        "Access-Control-Request-Method: GET\r\n");
   EXPECT_EQ(preflight.result_int(), 204U);
   EXPECT_EQ(preflight["Access-Control-Allow-Methods"], "GET, HEAD, OPTIONS");
 }

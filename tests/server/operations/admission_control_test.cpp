@@ -80,16 +80,16 @@ TEST(AdmissionControl, CountsSubnetsOfAnIpv6NetworkAsOneShareWithFewConnections)
       {.connections = {.per_name = 2}, .requests = {.per_second = 0.001, .burst = 2}});
   std::vector<ConnectionContextPtr> clients;
   int admitted = 0;
-  int asked = 0;
+  int requested = 0;
   for (int i = 0; i < 64; ++i) {
     auto [client, refusal] =
         admission.admit("tcp", "2001:db8:1:" + std::to_string(i) + "00::7", "somebody");
     admitted += refusal ? 0 : 1;
-    if (client && client->check_rate_limit()) ++asked;
+    if (client && client->check_rate_limit()) ++requested;
     clients.push_back(std::move(client));
   }
   EXPECT_EQ(admitted, 8) << "a /48 has what four addresses have";
-  EXPECT_EQ(asked, 8);
+  EXPECT_EQ(requested, 8);
 }
 
 TEST(AdmissionControl, LimitsByAddressWithoutAToken) {

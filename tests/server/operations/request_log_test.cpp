@@ -172,9 +172,9 @@ TEST(RequestLog, LogsTheReasonOfAFailureWithItsDataset) {
 }
 
 TEST(RequestLog, OmitsTokensInTargets) {
-  const auto target = [](const char* asked) {
-    const auto lines = logged(LogLevel::kInfo, [asked](RequestLog& log) {
-      log.http_answered(kAlice, {.target = asked, .status = 400});
+  const auto target = [](const char* requested) {
+    const auto lines = logged(LogLevel::kInfo, [requested](RequestLog& log) {
+      log.http_answered(kAlice, {.target = requested, .status = 400});
     });
     return lines.at(0).at("target").get<std::string>();
   };

@@ -11,8 +11,8 @@ serving = project / "docker/serving"
 known = set(re.findall(r'"((?:multitetra|process)_\w+)"', (project / "server/operations/prometheus_metrics.cpp").read_text()))
 dashboard = json.loads((serving / "dashboard.json").read_text())
 expressions = [target["expr"] for panel in dashboard["panels"] for target in panel["targets"]]
-asked = "\n".join([*expressions, (serving / "alerts.yml").read_text()])
-names = set(re.findall(r"\b(?:multitetra|process)_\w+", asked))
+texts = "\n".join([*expressions, (serving / "alerts.yml").read_text()])
+names = set(re.findall(r"\b(?:multitetra|process)_\w+", texts))
 unknown = {name for name in names if re.sub(r"_(bucket|count|sum)$", "", name) not in known}
 assert not unknown, f"no metric named {sorted(unknown)}"
 assert len(names) > 15, "alerts and dashboard were found"

@@ -125,7 +125,7 @@ TEST_F(IsosurfaceTest, ExtractsOnceAndCaches) {
 }
 
 TEST_F(IsosurfaceTest, DoesNotExtractForHeadRequestsOrMatchingTags) {
-  const auto head = client_.ask("HEAD", kPath);
+  const auto head = client_.request("HEAD", kPath);
   EXPECT_EQ(head.result_int(), 200U);
   EXPECT_EQ(head.count(http::field::content_length), 0U);
   const std::string tag(head[http::field::etag]);
@@ -134,7 +134,7 @@ TEST_F(IsosurfaceTest, DoesNotExtractForHeadRequestsOrMatchingTags) {
   EXPECT_EQ(made_, 0);
   const auto whole = client_.get(kPath);
   EXPECT_EQ(whole[http::field::etag], tag);
-  const auto known_head = client_.ask("HEAD", kPath);
+  const auto known_head = client_.request("HEAD", kPath);
   EXPECT_EQ(known_head[http::field::content_length], std::to_string(whole.body().size()));
 }
 
@@ -152,7 +152,7 @@ TEST_F(IsosurfaceTest, SupportsRangeRequests) {
 TEST_F(IsosurfaceTest, ReturnsDifferentTagsForDifferentRequests) {
   const std::string path = kPath;
   const auto tag = [&](const std::string& more) {
-    return std::string(client_.ask("HEAD", path + more)[http::field::etag]);
+    return std::string(client_.request("HEAD", path + more)[http::field::etag]);
   };
   EXPECT_EQ(tag("&error=1"), tag("&error=1.0"));  // The default.
   EXPECT_NE(tag(""), tag("&error=2"));
@@ -225,7 +225,7 @@ TEST(MeshFileCache, EvictsCachedFilesForNewOnes) {
   files.keep("b", stored(files.reserve("another", 180).value()));
   EXPECT_TRUE(files.find("a"));
   EXPECT_TRUE(files.reserve("a third", 180));
-  EXPECT_TRUE(files.find("a")) << "was asked for last";
+  EXPECT_TRUE(files.find("a")) << "was requested last";
   EXPECT_FALSE(files.find("b"));
 }
 

@@ -140,8 +140,8 @@ class OpenApiTest : public ::testing::Test {
   }
 
   // Sends a request and expects the status to be in the description of `path`.
-  void ask(const std::string& path, const std::string& target, unsigned status,
-           const std::string& fields = {}, bool at_bare_server = false) {
+  void request(const std::string& path, const std::string& target, unsigned status,
+               const std::string& fields = {}, bool at_bare_server = false) {
     HttpClient client((at_bare_server ? bare_ : server_)->http());
     const auto response = client.get(target, fields);
     ASSERT_EQ(response.result_int(), status) << target << ": " << response.body();
@@ -201,67 +201,67 @@ constexpr const char* kBad = "Authorization: Bearer bad\r\n";
 constexpr const char* kAny = "If-None-Match: *\r\n";
 
 TEST_F(OpenApiTest, MatchesTheServer) {
-  ask("/livez", "/livez", 200);
-  ask("/readyz", "/readyz", 200);
+  request("/livez", "/livez", 200);
+  request("/readyz", "/readyz", 200);
   is_ready_ = false;
-  ask("/readyz", "/readyz", 503);
-  ask("/metrics", "/metrics", 200);
-  ask("/metrics", "/metrics", 404, "", /*at_bare_server=*/true);
-  ask("/v1/openapi.json", "/v1/openapi.json", 200);
-  ask("/v1/openapi.json", "/v1/openapi.json", 304, kAny);
-  ask("/v1/datasets", "/v1/datasets", 200);
-  ask("/v1/datasets", "/v1/datasets", 304, kAny);
-  ask("/v1/datasets/{name}", "/v1/datasets/a%20b", 200);
-  ask("/v1/datasets/{name}", "/v1/datasets/a%20b", 304, kAny);
-  ask("/v1/datasets/{name}", "/v1/datasets/none", 404);
-  ask("/v1/datasets", "/v1/datasets", 401, kBad);
-  ask("/v1/datasets/{name}", "/v1/datasets/a%20b", 401, kBad);
+  request("/readyz", "/readyz", 503);
+  request("/metrics", "/metrics", 200);
+  request("/metrics", "/metrics", 404, "", /*at_bare_server=*/true);
+  request("/v1/openapi.json", "/v1/openapi.json", 200);
+  request("/v1/openapi.json", "/v1/openapi.json", 304, kAny);
+  request("/v1/datasets", "/v1/datasets", 200);
+  request("/v1/datasets", "/v1/datasets", 304, kAny);
+  request("/v1/datasets/{name}", "/v1/datasets/a%20b", 200);
+  request("/v1/datasets/{name}", "/v1/datasets/a%20b", 304, kAny);
+  request("/v1/datasets/{name}", "/v1/datasets/none", 404);
+  request("/v1/datasets", "/v1/datasets", 401, kBad);
+  request("/v1/datasets/{name}", "/v1/datasets/a%20b", 401, kBad);
 
   const std::string tile = "/v1/tiles/{hash}";
-  ask(tile, tile_path_, 200);
-  ask(tile, tile_path_, 206, "Range: bytes=0-1\r\n");
-  ask(tile, tile_path_, 304, kAny);
-  ask(tile, "/v1/tiles/12", 400);
-  ask(tile, tile_path_, 401, kBad);
-  ask(tile, "/v1/tiles/" + ContentDigest{}.hex(), 404);
-  ask(tile, tile_path_, 416, "Range: bytes=9999999-\r\n");
+  request(tile, tile_path_, 200);
+  request(tile, tile_path_, 206, "Range: bytes=0-1\r\n");
+  request(tile, tile_path_, 304, kAny);
+  request(tile, "/v1/tiles/12", 400);
+  request(tile, tile_path_, 401, kBad);
+  request(tile, "/v1/tiles/" + ContentDigest{}.hex(), 404);
+  request(tile, tile_path_, 416, "Range: bytes=9999999-\r\n");
 
   const std::string surface = "/v1/datasets/{name}/isosurface";
   const std::string at = "/v1/datasets/a%20b/isosurface?isovalue=";
   for (const auto* format : {"glb", "ply", "stl", "obj", "drc", "vtp"}) {
-    ask(surface, at + "1&format=" + format, 200);
+    request(surface, at + "1&format=" + format, 200);
   }
-  ask(surface, at + "12&format=drc", 204);
-  ask(surface, at + "1", 206, "Range: bytes=0-1\r\n");
-  ask(surface, at + "1", 304, kAny);
-  ask(surface, at + "x", 400);
-  ask(surface, "/v1/datasets/none/isosurface", 404);
-  ask(surface, at + "1", 406, "Accept: text/html\r\n");
-  ask(surface, at + "1", 416, "Range: bytes=9999999-\r\n");
-  ask(surface, at + "13", 500);
-  ask(surface, at + "1", 401, kBad);
+  request(surface, at + "12&format=drc", 204);
+  request(surface, at + "1", 206, "Range: bytes=0-1\r\n");
+  request(surface, at + "1", 304, kAny);
+  request(surface, at + "x", 400);
+  request(surface, "/v1/datasets/none/isosurface", 404);
+  request(surface, at + "1", 406, "Accept: text/html\r\n");
+  request(surface, at + "1", 416, "Range: bytes=9999999-\r\n");
+  request(surface, at + "13", 500);
+  request(surface, at + "1", 401, kBad);
 
   const std::string slice = "/v1/datasets/{name}/slice";
   const std::string of_noise = "/v1/datasets/noise/slice";
-  ask(slice, of_noise, 200);
-  ask(slice, of_noise + "?format=raw&normal=1,1,0", 200);
-  ask(slice, of_noise, 206, "Range: bytes=0-1\r\n");
-  ask(slice, of_noise, 304, kAny);
-  ask(slice, of_noise + "?axis=w", 400);
-  ask(slice, of_noise, 401, kBad);
-  ask(slice, "/v1/datasets/none/slice", 404);
-  ask(slice, of_noise, 416, "Range: bytes=9999999-\r\n");
-  ask(slice, of_noise + "?width=2000000", 422);
-  ask(slice, "/v1/datasets/a%20b/slice", 500);
+  request(slice, of_noise, 200);
+  request(slice, of_noise + "?format=raw&normal=1,1,0", 200);
+  request(slice, of_noise, 206, "Range: bytes=0-1\r\n");
+  request(slice, of_noise, 304, kAny);
+  request(slice, of_noise + "?axis=w", 400);
+  request(slice, of_noise, 401, kBad);
+  request(slice, "/v1/datasets/none/slice", 404);
+  request(slice, of_noise, 416, "Range: bytes=9999999-\r\n");
+  request(slice, of_noise + "?width=2000000", 422);
+  request(slice, "/v1/datasets/a%20b/slice", 500);
   const std::string value = "/v1/datasets/{name}/probe";
-  ask(value, "/v1/datasets/noise/probe?at=1,2,3&at=-1,0,0", 200);
-  ask(value, "/v1/datasets/noise/probe?at=1,2", 400);
-  ask(value, "/v1/datasets/noise/probe?at=1,2,3", 401, kBad);
-  ask(value, "/v1/datasets/none/probe?at=1,2,3", 404);
-  ask(value, "/v1/datasets/a%20b/probe?at=1,2,3", 500);
+  request(value, "/v1/datasets/noise/probe?at=1,2,3&at=-1,0,0", 200);
+  request(value, "/v1/datasets/noise/probe?at=1,2", 400);
+  request(value, "/v1/datasets/noise/probe?at=1,2,3", 401, kBad);
+  request(value, "/v1/datasets/none/probe?at=1,2,3", 404);
+  request(value, "/v1/datasets/a%20b/probe?at=1,2,3", 500);
   std::string many = "/v1/datasets/noise/probe?at=0,0,0";
   for (int i = 0; i < 1024; ++i) many += "&at=0,0,0";
-  ask(value, many, 422);
+  request(value, many, 422);
 
   const std::string thumbnail = "/v1/datasets/{name}/thumbnail.png";
   const std::string of_octahedron = "/v1/datasets/a%20b/thumbnail.png?isovalue=1";
@@ -276,12 +276,12 @@ TEST_F(OpenApiTest, MatchesTheServer) {
 
   const std::string tileset = "/v1/3dtiles/{name}/iso/{settings}/tileset.json";
   const std::string tree = "/v1/3dtiles/a%20b/iso/";
-  ask(tileset, tree + "1/tileset.json", 200);
-  ask(tileset, tree + "1/tileset.json", 304, kAny);
-  ask(tileset, tree + "x/tileset.json", 400);
-  ask(tileset, tree + "1/tileset.json", 401, kBad);
-  ask(tileset, "/v1/3dtiles/none/iso/1/tileset.json", 404);
-  ask(tileset, tree + "13/tileset.json", 500);
+  request(tileset, tree + "1/tileset.json", 200);
+  request(tileset, tree + "1/tileset.json", 304, kAny);
+  request(tileset, tree + "x/tileset.json", 400);
+  request(tileset, tree + "1/tileset.json", 401, kBad);
+  request(tileset, "/v1/3dtiles/none/iso/1/tileset.json", 404);
+  request(tileset, tree + "13/tileset.json", 500);
   const std::string cell = "/v1/3dtiles/{name}/iso/{settings}/{id}/{file}";
   const std::string uri =
       Json::parse(HttpClient(server_->http()).get(tree + "1/tileset.json").body())
@@ -290,47 +290,47 @@ TEST_F(OpenApiTest, MatchesTheServer) {
           .at("uri");
   const std::string id = uri.substr(0, uri.find('/'));
   const std::string root = uri.substr(0, uri.rfind('.'));
-  ask(cell, tree + "1/" + root + ".json", 200);
-  ask(cell, tree + "1/" + uri, 200);
-  ask(cell, tree + "1/" + uri, 206, "Range: bytes=0-1\r\n");
-  ask(cell, tree + "1/" + uri, 304, kAny);
-  ask(cell, tree + "x/" + uri, 400);
-  ask(cell, tree + "1/" + uri, 401, kBad);
-  ask(cell, tree + "1/" + id + "/none.glb", 404);
-  ask(cell, tree + "1/" + uri, 416, "Range: bytes=9999999-\r\n");
-  ask(cell, tree + "13/" + uri, 500);
+  request(cell, tree + "1/" + root + ".json", 200);
+  request(cell, tree + "1/" + uri, 200);
+  request(cell, tree + "1/" + uri, 206, "Range: bytes=0-1\r\n");
+  request(cell, tree + "1/" + uri, 304, kAny);
+  request(cell, tree + "x/" + uri, 400);
+  request(cell, tree + "1/" + uri, 401, kBad);
+  request(cell, tree + "1/" + id + "/none.glb", 404);
+  request(cell, tree + "1/" + uri, 416, "Range: bytes=9999999-\r\n");
+  request(cell, tree + "13/" + uri, 500);
 
   const std::string mesh = "/v1/neuroglancer/{name}/{surfaces}/{path}";
   const std::string image = "/v1/neuroglancer/{name}/image/{path}";
   const auto index = [](double isovalue) {
     return "/v1/neuroglancer/a%20b/surfaces/" + std::to_string(segment_of(isovalue)) + ".index";
   };
-  ask(mesh, "/v1/neuroglancer/a%20b/surfaces/info", 200);
-  ask(mesh, index(1), 200);
-  ask(mesh, index(1), 206, "Range: bytes=0-1\r\n");
-  ask(mesh, index(1), 304, kAny);
-  ask(mesh, "/v1/neuroglancer/a%20b/surfaces,error=x/info", 400);
-  ask(mesh, index(1), 401, kBad);
-  ask(mesh, index(12), 404);
-  ask(mesh, index(1), 416, "Range: bytes=9999999-\r\n");
-  ask(mesh, index(13), 500);
+  request(mesh, "/v1/neuroglancer/a%20b/surfaces/info", 200);
+  request(mesh, index(1), 200);
+  request(mesh, index(1), 206, "Range: bytes=0-1\r\n");
+  request(mesh, index(1), 304, kAny);
+  request(mesh, "/v1/neuroglancer/a%20b/surfaces,error=x/info", 400);
+  request(mesh, index(1), 401, kBad);
+  request(mesh, index(12), 404);
+  request(mesh, index(1), 416, "Range: bytes=9999999-\r\n");
+  request(mesh, index(13), 500);
   const std::string voxels = "/v1/neuroglancer/noise/image/1_1_1/0-17_0-17_0-16";
-  ask(image, "/v1/neuroglancer/noise/image/info", 200);
-  ask(image, voxels, 200);
-  ask(image, voxels, 206, "Range: bytes=0-1\r\n");
-  ask(image, voxels, 304, kAny);
-  ask(image, "/v1/neuroglancer/noise/image", 400);
-  ask(image, voxels, 401, kBad);
-  ask(image, voxels + "x", 404);
-  ask(image, voxels, 416, "Range: bytes=9999999-\r\n");
-  ask(image, "/v1/neuroglancer/a%20b/image/1_1_1/0-64_0-64_0-16", 500);
+  request(image, "/v1/neuroglancer/noise/image/info", 200);
+  request(image, voxels, 200);
+  request(image, voxels, 206, "Range: bytes=0-1\r\n");
+  request(image, voxels, 304, kAny);
+  request(image, "/v1/neuroglancer/noise/image", 400);
+  request(image, voxels, 401, kBad);
+  request(image, voxels + "x", 404);
+  request(image, voxels, 416, "Range: bytes=9999999-\r\n");
+  request(image, "/v1/neuroglancer/a%20b/image/1_1_1/0-64_0-64_0-16", 500);
 
-  ask("/v1/stream", "/v1/stream", 426);
-  ask("/v1/stream", "/v1/stream", 400, kUpgradeFields);
+  request("/v1/stream", "/v1/stream", 426);
+  request("/v1/stream", "/v1/stream", 400, kUpgradeFields);
   const std::string good =
       std::string(kUpgradeFields) + "Sec-WebSocket-Protocol: multitetra.v1\r\n";
-  ask("/v1/stream", "/v1/stream", 403, good + "Origin: https://elsewhere\r\n");
-  ask("/v1/stream", "/v1/stream", 101, good);
+  request("/v1/stream", "/v1/stream", 403, good + "Origin: https://elsewhere\r\n");
+  request("/v1/stream", "/v1/stream", 101, good);
 
   // Provoked in other tests: servers that stop, rate limits, meshes above the limit.
   const std::set<std::string> elsewhere = {"/v1/datasets 429",

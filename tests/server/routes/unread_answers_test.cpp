@@ -48,7 +48,7 @@ class UnreadingClient {
     socket_.bind({asio::ip::address_v4({127, 0, 0, last}), 0});
     socket_.connect({asio::ip::make_address(at.host), at.port});
   }
-  void ask(const std::string& path) {
+  void request(const std::string& path) {
     asio::write(socket_, asio::buffer("GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n"));
   }
   // Waits for the first bytes of the answer and returns its status.
@@ -111,12 +111,12 @@ class UnreadAnswerMemory : public ::testing::TestWithParam<std::string> {
 };
 
 TEST_P(UnreadAnswerMemory, StaysWithinTheDocumentedLimit) {
-  const std::string asked = path();
+  const std::string requested = path();
   const std::size_t before = resident_bytes();
   std::deque<UnreadingClient> clients;
   for (std::size_t i = 0; i < kClients; ++i) {
     clients.emplace_back(server_.http(), i);
-    clients.back().ask(asked);
+    clients.back().request(requested);
   }
   std::size_t answered = 0;
   for (UnreadingClient& client : clients) {

@@ -79,14 +79,14 @@ class SingleFlightTest : public ::testing::Test {
     ++stopped_;
     throw Cancelled{};
   }
-  std::future<int> ask(std::stop_token stop = {}) {
+  std::future<int> request(std::stop_token stop = {}) {
     return std::async(std::launch::async, [this, stop] {
       return flights_.get("key", stop, [this](const std::stop_token& all) { return compute(all); });
     });
   }
-  // Returns whether `askers` callers wait for the same result.
-  [[nodiscard]] bool are_waiting(std::size_t askers) {
-    return eventually([&] { return flights_.callers("key") == askers; });
+  // Returns whether `callers` callers wait for the same result.
+  [[nodiscard]] bool are_waiting(std::size_t callers) {
+    return eventually([&] { return flights_.callers("key") == callers; });
   }
 
   SingleFlight<std::string, int> flights_;
@@ -96,21 +96,21 @@ class SingleFlightTest : public ::testing::Test {
 };
 
 TEST_F(SingleFlightTest, ComputesOnceForConcurrentCallers) {
-  std::vector<std::future<int>> askers;
-  for (int i = 0; i < 6; ++i) askers.push_back(ask());
+  std::vector<std::future<int>> callers;
+  for (int i = 0; i < 6; ++i) callers.push_back(request());
   ASSERT_TRUE(are_waiting(6));
   may_end_.open();
-  for (auto& asker : askers) EXPECT_EQ(asker.get(), 42);
+  for (auto& caller : callers) EXPECT_EQ(caller.get(), 42);
   EXPECT_EQ(started_, 1);
-  EXPECT_EQ(ask().get(), 42);
+  EXPECT_EQ(request().get(), 42);
   EXPECT_EQ(started_, 2) << "it keeps nothing";
 }
 
 TEST_F(SingleFlightTest, ContinuesWithoutTheComputingCaller) {
   std::stop_source first_stop;
-  auto first = ask(first_stop.get_token());
+  auto first = request(first_stop.get_token());
   ASSERT_TRUE(started_.reaches(1));
-  auto second = ask();
+  auto second = request();
   ASSERT_TRUE(are_waiting(2));
   first_stop.request_stop();
   EXPECT_EQ(flights_.callers("key"), 1U);
@@ -121,10 +121,10 @@ TEST_F(SingleFlightTest, ContinuesWithoutTheComputingCaller) {
 }
 
 TEST_F(SingleFlightTest, ReturnsAtOnceToAStoppedCaller) {
-  auto first = ask();
+  auto first = request();
   ASSERT_TRUE(started_.reaches(1));
   std::stop_source stop;
-  auto second = ask(stop.get_token());
+  auto second = request(stop.get_token());
   ASSERT_TRUE(are_waiting(2));
   stop.request_stop();
   EXPECT_THROW(second.get(), Cancelled);
@@ -135,15 +135,15 @@ TEST_F(SingleFlightTest, ReturnsAtOnceToAStoppedCaller) {
 
 TEST_F(SingleFlightTest, StopsWithoutCallersAndRestartsForTheNext) {
   std::stop_source stop;
-  auto first = ask(stop.get_token());
-  auto second = ask(stop.get_token());
+  auto first = request(stop.get_token());
+  auto second = request(stop.get_token());
   ASSERT_TRUE(are_waiting(2));
   stop.request_stop();
   EXPECT_THROW(first.get(), Cancelled);
   EXPECT_THROW(second.get(), Cancelled);
   EXPECT_EQ(stopped_, 1);
   may_end_.open();
-  EXPECT_EQ(ask().get(), 42);
+  EXPECT_EQ(request().get(), 42);
 }
 
 TEST_F(SingleFlightTest, ReportsAFailureToAllCallersWithoutCachingIt) {
@@ -153,12 +153,12 @@ TEST_F(SingleFlightTest, ReportsAFailureToAllCallersWithoutCachingIt) {
   };
   auto first = std::async(std::launch::async, [&] { return flights_.get("key", {}, fail); });
   ASSERT_TRUE(are_waiting(1));
-  auto second = ask();
+  auto second = request();
   ASSERT_TRUE(are_waiting(2));
   may_end_.open();
   EXPECT_THROW(first.get(), std::runtime_error);
   EXPECT_THROW(second.get(), std::runtime_error);
-  EXPECT_EQ(ask().get(), 42);
+  EXPECT_EQ(request().get(), 42);
 }
 
 // Simulates copying a large result when memory is short.
@@ -172,19 +172,19 @@ struct Uncopyable {
 TEST(SingleFlight, SurvivesAThrowingCopy) {
   SingleFlight<std::string, Uncopyable> flights;
   Gate may_end;
-  const auto ask = [&] {
+  const auto request = [&] {
     (void)flights.get("key", {}, [&](const std::stop_token&) {
       may_end.pass();
       return Uncopyable();
     });
   };
-  auto first = std::async(std::launch::async, ask);
-  auto second = std::async(std::launch::async, ask);
+  auto first = std::async(std::launch::async, request);
+  auto second = std::async(std::launch::async, request);
   ASSERT_TRUE(eventually([&] { return flights.callers("key") == 2; }));
   may_end.open();
   EXPECT_THROW(first.get(), std::bad_alloc);
   EXPECT_THROW(second.get(), std::bad_alloc);
-  EXPECT_THROW(ask(), std::bad_alloc) << "it is computed anew";
+  EXPECT_THROW(request(), std::bad_alloc) << "it is computed anew";
 }
 
 // ---- SurfaceCache

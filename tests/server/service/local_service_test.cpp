@@ -57,8 +57,8 @@ struct Running {
     caller = service.open(client);
     return finish(start(caller->log_in(token)));
   }
-  std::future<Result<Surface>> ask(SurfaceRequest request = {.dataset = "fake",
-                                                             .request = {.isovalue = 1}}) {
+  std::future<Result<Surface>> request(SurfaceRequest request = {.dataset = "fake",
+                                                                 .request = {.isovalue = 1}}) {
     return start(caller->surface(std::move(request)));
   }
 
@@ -76,7 +76,7 @@ TiledStep octahedra(const StepRequest& step, const std::stop_token&) {
 TEST(LocalService, MakesFinalSurfacesAsOneMesh) {
   Running running(octahedra);
   ASSERT_TRUE(running.log_in());
-  const auto surface = running.finish(running.ask());
+  const auto surface = running.finish(running.request());
   ASSERT_TRUE(surface) << surface.error().text;
   std::uint64_t triangles = 0;
   ContentDigest digest;
@@ -92,14 +92,14 @@ TEST(LocalService, MakesFinalSurfacesAsOneMesh) {
 TEST(LocalService, ReturnsNothingBeforeATokenIsChecked) {
   Running running(octahedra);
   running.caller = running.service.open(running.client);
-  EXPECT_EQ(running.finish(running.ask()).error().code, ErrorCode::kUnknownDataset);
+  EXPECT_EQ(running.finish(running.request()).error().code, ErrorCode::kUnknownDataset);
 }
 
 TEST(LocalService, RejectsASurfaceOfTooManyTriangles) {
   Running running(octahedra);
   ASSERT_TRUE(running.log_in());
   const auto refused = running.finish(
-      running.ask({.dataset = "fake", .request = {.isovalue = 1}, .max_triangles = 3}));
+      running.request({.dataset = "fake", .request = {.isovalue = 1}, .max_triangles = 3}));
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
   EXPECT_EQ(running.admission.queue().used(), 0U);
@@ -108,14 +108,14 @@ TEST(LocalService, RejectsASurfaceOfTooManyTriangles) {
 TEST(LocalService, ReservesMemoryForWaitingRequestsAndTheMesh) {
   Running small(octahedra, {.workers = 1}, {.queue_bytes = 1000});
   ASSERT_TRUE(small.log_in());
-  EXPECT_EQ(small.finish(small.ask()).error().code, ErrorCode::kUnavailable);
+  EXPECT_EQ(small.finish(small.request()).error().code, ErrorCode::kUnavailable);
 }
 
 TEST(LocalService, UsesNoWorkerForAClosedCaller) {
   Count working;
   Running running(testing::endless(working));
   ASSERT_TRUE(running.log_in());
-  auto surface = running.ask();
+  auto surface = running.request();
   ASSERT_TRUE(working.reaches(1));
   running.caller->close(Error{ErrorCode::kUnavailable, "The server stops."});
   const auto refused = running.finish(std::move(surface));
@@ -127,7 +127,7 @@ TEST(LocalService, LimitsTheTimeForARequest) {
   Count working;
   Running running(testing::endless(working), {.workers = 1, .limits = {.request_time = 20ms}});
   ASSERT_TRUE(running.log_in());
-  auto surface = running.ask();
+  auto surface = running.request();
   ASSERT_TRUE(working.reaches(1));
   running.io.restart();
   running.io.poll();
@@ -141,17 +141,17 @@ TEST(LocalService, DescribesDatasetsButStartsNothingWhileDraining) {
   running.admission.drain([] {});
   ASSERT_TRUE(running.log_in());
   EXPECT_TRUE(running.caller->permit().describe("fake"));
-  EXPECT_EQ(running.finish(running.ask()).error().code, ErrorCode::kUnavailable);
+  EXPECT_EQ(running.finish(running.request()).error().code, ErrorCode::kUnavailable);
 }
 
 TEST(LocalService, ChecksRequestsAsForConversations) {
   Running running(octahedra, {.workers = 1, .requests = {.max_regions = 0}});
   ASSERT_TRUE(running.log_in());
   SurfaceRequest request{.dataset = "fake", .request = {.isovalue = 1, .error = -1}};
-  EXPECT_EQ(running.finish(running.ask(request)).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(running.finish(running.request(request)).error().code, ErrorCode::kInvalidArgument);
   request.request.error = 1;
   request.request.thresholds.regions.resize(1);
-  EXPECT_FALSE(running.finish(running.ask(request)));
+  EXPECT_FALSE(running.finish(running.request(request)));
 }
 
 TEST(LocalService, UsesTheCatalogueOfTheTokenCheck) {

@@ -33,8 +33,9 @@ struct Describe {
   std::string operator()(const StartStream& start) const {
     return "start " + std::to_string(start.open.request_id);
   }
-  std::string operator()(const RunQuery& asked) const {
-    return std::string(kind_of(asked.query)) + " " + std::to_string(request_id_of(asked.query));
+  std::string operator()(const RunQuery& requested) const {
+    return std::string(kind_of(requested.query)) + " " +
+           std::to_string(request_id_of(requested.query));
   }
   std::string operator()(const StopStream& stop) const {
     const std::string stopped = "stop " + std::to_string(stop.request_id) + " ";

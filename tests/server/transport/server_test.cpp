@@ -379,7 +379,7 @@ TEST(Server, BuildsStepsWithoutAWaitingClientLast) {
                            })),
                        {.service = {.workers = 1}});
   std::vector<MessageSocket> clients;
-  const auto ask = [&](double isovalue, Priority priority) {
+  const auto request = [&](double isovalue, Priority priority) {
     clients.push_back(server.greet());
     OpenStream open = open_fake(1);
     open.request.isovalue = isovalue;
@@ -389,10 +389,10 @@ TEST(Server, BuildsStepsWithoutAWaitingClientLast) {
                                                 // worker.
     (void)receive<Pong>(clients.back());
   };
-  ask(0, Priority::kNormal);
+  request(0, Priority::kNormal);
   ASSERT_TRUE(has_begun.pass());
-  ask(1, Priority::kBackground);
-  ask(2, Priority::kNormal);
+  request(1, Priority::kBackground);
+  request(2, Priority::kNormal);
   may_end.open();
   std::uint32_t steps = 0;
   for (MessageSocket& client : clients) {

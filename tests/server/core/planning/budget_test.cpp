@@ -79,12 +79,12 @@ TEST(Budget, GivesTheSameResultInWorldUnits) {
 }
 
 TEST(Budget, NeedsFewSizeEstimates) {
-  int asked = 0;
-  (void)within_budget(request_for(1), dataset(), [&asked](const StepRequest& step) {
-    ++asked;
+  int requested = 0;
+  (void)within_budget(request_for(1), dataset(), [&requested](const StepRequest& step) {
+    ++requested;
     return noisy_surface(step);
   });
-  EXPECT_LE(asked, 10);
+  EXPECT_LE(requested, 10);
 }
 
 TEST(ErrorSchedule, IncreasesWithEveryLevel) {

@@ -144,7 +144,7 @@ TEST(RefinementPlan, SimplifiesPreviewsOnlyOnASlowLink) {
   }
   EXPECT_TRUE(is_any_simplified);
   for (const auto& one : stream({.error = 0.5}, dataset(513), large, kSlow)) {
-    EXPECT_FALSE(one.step.request.simplify) << "it was not asked for";
+    EXPECT_FALSE(one.step.request.simplify) << "it was not requested";
   }
 }
 

@@ -20,7 +20,7 @@ struct Counts {
 };
 
 struct Row {
-  Case asked;
+  Case requested;
   Counts expected;
 };
 
@@ -44,19 +44,19 @@ void expect_table(const std::optional<Volume>& volume, const Table& table) {
                  << "; they are not part of the project.";
   }
   ReferenceIsosurfaces isosurface(*volume, table.outside, table.margin);
-  for (const auto& [asked, expected] : table.rows) {
+  for (const auto& [requested, expected] : table.rows) {
     SCOPED_TRACE(::testing::Message()
-                 << "isovalue " << asked.isovalue << ", threshold " << asked.threshold << ", bound "
-                 << name(asked.measure) << ", rule " << name(asked.rule) << ", tolerance "
-                 << asked.topology_tolerance);
-    const Surface surface = isosurface(asked);
+                 << "isovalue " << requested.isovalue << ", threshold " << requested.threshold
+                 << ", bound " << name(requested.measure) << ", rule " << name(requested.rule)
+                 << ", tolerance " << requested.topology_tolerance);
+    const Surface surface = isosurface(requested);
     expect_count(static_cast<std::int64_t>(surface.tetrahedra), expected.tetrahedra, "tetrahedra");
     expect_count(static_cast<std::int64_t>(surface.active_tetrahedra), expected.active_tetrahedra,
                  "crossed");
     expect_count(surface.topology.triangles, expected.triangles, "triangles");
     expect_count(surface.topology.vertices, expected.vertices, "vertices");
     EXPECT_TRUE(surface.topology.is_sound());
-    if (asked.topology_tolerance == 0) {
+    if (requested.topology_tolerance == 0) {
       expect_count(surface.topology.border_edges, expected.border_edges, "border edges");
       EXPECT_EQ(surface.topology.euler_characteristic, table.euler_characteristic);
       EXPECT_EQ(surface.topology.components, table.components);
