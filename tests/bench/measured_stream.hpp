@@ -29,7 +29,7 @@ struct ClientWay {
   MeshUse use = MeshUse::kKeep;
   StepPolicy steps = StepPolicy::kProgressive;
   // Whether it reports its measured speed of decoding and checking, as the viewer does.
-  bool tells_rate = false;
+  bool reports_rate = false;
 };
 
 inline const std::vector<ClientWay>& ways() {
@@ -37,7 +37,7 @@ inline const std::vector<ClientWay>& ways() {
       {.name = "draco", .codecs = {PayloadCodec::kDracoLattice}},
       {.name = "samples"},
       {.name = "display", .use = MeshUse::kDisplay},
-      {.name = "viewer", .use = MeshUse::kDisplay, .tells_rate = true}};
+      {.name = "viewer", .use = MeshUse::kDisplay, .reports_rate = true}};
   return all;
 }
 
@@ -103,7 +103,7 @@ class MeasuredServer {
         info_, {.dataset = info_.name,
                 .request = request,
                 .steps = way_.steps,
-                .triangles_per_second = way_.tells_rate ? rate_.triangles_per_second() : 0,
+                .triangles_per_second = way_.reports_rate ? rate_.triangles_per_second() : 0,
                 .use = way_.use}));
     MeasuredStream all;
     std::uint64_t bytes = 0;

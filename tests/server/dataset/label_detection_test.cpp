@@ -1,4 +1,4 @@
-// Label maps are told from images, by regions of equal values.
+// Label maps are distinguished from images by regions of equal values.
 #include "server/dataset/label_detection.hpp"
 
 #include <gtest/gtest.h>
