@@ -88,7 +88,7 @@ for isovalue in 100.5 200.5 300.5; do
 done
 sleep 2.1  # Longer than nginx caches, in whole seconds.
 curl -sf -o again.glb -D headers "$nginx$(mesh 300.5)" && cmp -s first.glb again.glb && grep -qi '^X-Cache: REVALIDATED' headers ||
-  fail "nginx does not ask whether a mesh is still so: $(cat headers)"
+  fail "nginx does not revalidate a mesh: $(cat headers)"
 before=$(metric "$made" "${servers[@]}")
 waiting=()
 for at in 1 2 3 4 5 6 7 8; do
@@ -96,12 +96,12 @@ for at in 1 2 3 4 5 6 7 8; do
 done
 for one in "${waiting[@]}"; do wait "$one" || fail "nginx: one of eight equal requests"; done
 times=$(($(metric "$made" "${servers[@]}") - before))
-[ "$times" = 1 ] || fail "what eight asked for at once was made $times times"
-echo "repeats: 3 of 3 meshes from nginx; what 8 asked for at once was made $times time"
+[ "$times" = 1 ] || fail "a mesh requested by eight clients at once was made $times times"
+echo "repeats: 3 of 3 meshes from nginx; a mesh requested by 8 clients at once was made $times time"
 
 # ---- hashing: each mesh four times, in random order
 
-asked=$(for isovalue in $(seq -300.5 100 800); do for _ in 1 2 3 4; do echo "$isovalue"; done; done |
+requested=$(for isovalue in $(seq -300.5 100 800); do for _ in 1 2 3 4; do echo "$isovalue"; done; done |
   python3 -c 'import random, sys; all = sys.stdin.readlines(); random.Random(1).shuffle(all); sys.stdout.writelines(all)')
 # rate_of WHERE SERVER...: requests all meshes from WHERE and prints the percentage that the servers had cached.
 rate_of() {
@@ -110,9 +110,9 @@ rate_of() {
   times=$(metric "$computed" "$@")
   while read -r isovalue; do
     curl -sf -o out "$where$(mesh "$isovalue")" || fail "$where: no mesh at $isovalue"
-  done <<<"$asked"
+  done <<<"$requested"
   times=$(($(metric "$computed" "$@") - times))
-  echo $((100 - 100 * times / $(wc -l <<<"$asked")))
+  echo $((100 - 100 * times / $(wc -l <<<"$requested")))
 }
 one_server=$(rate_of "$alone" "$alone")
 three_servers=$(rate_of "$haproxy" "${servers[@]}")

@@ -12,8 +12,8 @@ class SurfaceExtractor;
 
 enum class SizeAccuracy {
   // The accuracy for planning a stream: within about a factor of 1.5, in milliseconds. With
-  // simplification, from
-  // four blocks, less accurate (at most three times too large on public volumes) and slower.
+  // simplification, from four blocks, less accurate (at most three times too large on public
+  // volumes) and slower.
   kQuick,
   // The accuracy for estimates shown to clients: a larger sample, whose blocks are encoded to
   // measure bytes.

@@ -173,7 +173,7 @@ talk_locust() {
     -f "$project/client/load/locust/locustfile.py" --host "${https[0]}" --headless --users 6 --spawn-rate 6 --run-time 4s \
     --stop-timeout 30 --csv locust --only-summary >locust.txt 2>&1 || fail "Locust: $(cat locust.txt)"
   for kind in surface isosurface; do
-    grep -q "$kind" locust_stats.csv || fail "Locust: no $kind was asked for: $(cat locust.txt)"
+    grep -q "$kind" locust_stats.csv || fail "Locust: no $kind was requested: $(cat locust.txt)"
   done
 }
 
