@@ -55,8 +55,10 @@ struct ClientOptions {
 // A step and its timing. Times count from sending the request and include lost connections.
 struct FetchedStep {
   CommittedStepPtr step;
-  double first_byte_seconds = 0;  // Until the step's StepBegin.
-  double seconds = 0;             // Until the step was complete and checked.
+  // The time until the step's StepBegin.
+  double first_byte_seconds = 0;
+  // The time until the step was complete and checked.
+  double seconds = 0;
 };
 
 // Received tiles, including those of unfinished steps.
@@ -70,8 +72,10 @@ using TileListener =
     std::function<void(const TileSummary& tile, const StepBegin& step, const std::string& payload)>;
 
 struct FetchOptions {
-  RetryOptions retries = {};          // After a lost connection; every new tile resets the count.
-  DecodedTileCache* tiles = nullptr;  // The cache of received tiles; null: one for this fetch only.
+  // The retries after a lost connection; every new tile resets their count.
+  RetryOptions retries = {};
+  // The cache of received tiles; null: one for this fetch only.
+  DecodedTileCache* tiles = nullptr;
   TileListener on_tile = {};
 };
 

@@ -32,9 +32,12 @@ struct LoadStatistics {
   // Started streams. Each ends as one of: complete, replaced, failed, unfinished.
   std::uint64_t streams = 0;
   std::uint64_t complete = 0;
-  std::uint64_t replaced = 0;    // By the script's next request.
-  std::uint64_t failed = 0;      // Refused by the server, or failed a check.
-  std::uint64_t unfinished = 0;  // Still running after the grace period.
+  // Replaced by the script's next request.
+  std::uint64_t replaced = 0;
+  // Refused by the server, or failed a check.
+  std::uint64_t failed = 0;
+  // Still running after the grace period.
+  std::uint64_t unfinished = 0;
 
   // Rejections with a retry delay, after which the client retried.
   std::uint64_t retried_after_delay = 0;
@@ -50,10 +53,13 @@ struct LoadStatistics {
   std::uint64_t failed_attempts = 0;             // Attempts to connect that ended without Welcome.
   std::uint64_t clients_without_connection = 0;  // Never connected.
 
-  std::uint64_t thorough_streams = 0;  // Assembled with all checks.
+  // Streams assembled with all checks.
+  std::uint64_t thorough_streams = 0;
   std::uint64_t tiles_decoded = 0;
-  std::uint64_t steps_compared = 0;    // With the same step of another stream.
-  std::uint64_t tiles_sent_twice = 0;  // To one client for one request, over all its connections.
+  // Steps compared with the same step of another stream.
+  std::uint64_t steps_compared = 0;
+  // Tiles sent more than once to one client for one request, over all its connections.
+  std::uint64_t tiles_sent_twice = 0;
   // The texts of the first failed checks, at most kMaxTexts.
   std::vector<std::string> failed_checks;
   std::uint64_t checks_failed = 0;

@@ -28,7 +28,8 @@ struct MisbehaviourOptions {
   Endpoint server;
   TlsContextPtr tls = nullptr;
   std::string token;
-  std::string dataset;  // For requests; empty: the first that the server lists.
+  // The requested dataset; empty: the first that the server lists.
+  std::string dataset;
   std::chrono::steady_clock::time_point start;
   std::chrono::steady_clock::time_point stop;
 };

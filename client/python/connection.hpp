@@ -20,7 +20,8 @@ namespace multitetra {
 // A complete surface of a stream.
 struct FetchedSurface {
   CommittedStepPtr committed;
-  std::string empty_text;  // Why there are no triangles; empty if there are some.
+  // The reason why there are no triangles; empty if there are some.
+  std::string empty_text;
   pybind11::object mesh;
 };
 

@@ -80,8 +80,10 @@ class BandwidthEstimator {
 
   bool has_waiting_ = false;  // Bytes are being written or queued.
   Clock::time_point since_ = {};
-  std::uint64_t sent_ = 0;   // Bytes sent up to `since_`.
-  double passed_bytes_ = 0;  // Sent without long queueing since the last measurement.
+  // Bytes sent up to `since_`.
+  std::uint64_t sent_ = 0;
+  // Bytes sent without long queueing since the last measurement, and the time that took.
+  double passed_bytes_ = 0;
   double passed_seconds_ = 0;
 };
 

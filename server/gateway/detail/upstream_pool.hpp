@@ -103,9 +103,12 @@ class UpstreamPool {
     std::uint64_t damaged_tiles = 0;
     std::uint64_t lost_streams = 0;
     LinkPtr watched = nullptr;
-    std::unique_ptr<asio::steady_timer> timer = nullptr;  // Expires at the next attempt.
-    bool requires_token = false;  // Refused a Hello without a token; its Pong need not say so.
-    bool is_known_open = false;   // That it requires none was logged.
+    // Expires at the next attempt.
+    std::unique_ptr<asio::steady_timer> timer = nullptr;
+    // Whether the server refused a Hello without a token, even if its Pong does not report this.
+    bool requires_token = false;
+    // Whether it was logged that the server requires no token.
+    bool is_known_open = false;
   };
   struct CachedCatalogue {
     Clock::time_point at = {};

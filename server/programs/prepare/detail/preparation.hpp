@@ -93,7 +93,8 @@ class Preparation {
   const PrepareArguments& arguments_;
   LatestLabelMap& maps_;
   std::stop_token stop_;
-  bool has_noted_axes_ = false;  // That the first volume without a space may not be upright.
+  // Whether the notice was given that a volume without a space may not be upright.
+  bool has_noted_axes_ = false;
   std::map<std::string, Provenance> provenances_;
   // The first member's placement and input, by series.
   std::map<std::string, std::pair<GridPlacement, std::string>> first_;
