@@ -61,8 +61,8 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   Upgrade on_upgrade_;
   std::function<void()> on_closed_;
   RequestReader requests_;
-  std::shared_ptr<RequestContext> context_;         // Set while answering.
-  Clock::time_point idle_since_ = Clock::now();     // Valid while idle.
+  std::shared_ptr<RequestContext> context_;      // Set while answering.
+  Clock::time_point idle_since_ = Clock::now();  // Valid while idle.
   asio::steady_timer watch_timer_;
   bool is_watching_ = false;
   bool is_answering_ = false;
