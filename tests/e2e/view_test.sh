@@ -93,6 +93,19 @@ ends_by_interrupt
 [ "$(ls cache/multitetra | grep -c '^bar-')" = 2 ] || fail "another volume of that name was not prepared"
 [ "$(wc -l <opened)" = 1 ] || fail "--no-browser opened one"
 
+# A large file contains its samples and is found in any folder; a small one may be the header of others beside it.
+mkdir here there
+"$server" generate torus --size 65 -o here/torus.nrrd --quiet
+[ "$(stat -c %s here/torus.nrrd)" -gt 1048576 ] || fail "the volume is too small"
+for folder in here there; do
+  [ "$folder" = here ] || cp -p here/torus.nrrd there
+  starts "large_$folder" --no-browser "$folder/torus.nrrd"
+  lists "torus"
+  ends_by_interrupt
+  stat -c %Y.%i cache/multitetra/torus-*/torus.mtd >"made_$folder"
+done
+cmp made_here made_there || fail "a copy of a volume in another folder was prepared again"
+
 # --- borders are those of `prepare`; another border makes another dataset
 starts closed --no-browser --outside 0 --margin 1 volumes/bar.nrrd
 ends_by_interrupt
@@ -126,6 +139,16 @@ for i in 1 2 3; do volume "flow/flow_$i.nrrd" "10 * x + y + $i"; done
 starts series --no-browser flow
 lists "flow.t0000 flow.t0001 flow.t0002"
 ends_by_interrupt
+# The address appears when the first member is prepared.
+mkdir late
+for i in 1 2 3; do
+  { printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 40 40 40\nencoding: raw\n\n'; head -c 64000 /dev/urandom; } >"late/late_$i.nrrd"
+done
+starts late --no-browser late
+lists "late.t0000 late.t0001 late.t0002"
+ends_by_interrupt
+[ cache/multitetra/late_1-*/late.t0000.mtd -ot late.log ] && [ cache/multitetra/late_1-*/late.t0002.mtd -nt late.log ] ||
+  fail "the address is not printed between the first and the last member: $(ls -l --full-time late.log cache/multitetra/late*)"
 mkdir jet
 python3 - <<'END'
 for time in range(2):
@@ -184,6 +207,23 @@ END
 starts zarr --no-browser slide.zarr
 [ "$shown" = slide ] || fail "the labels are shown instead of the image: $shown"
 lists "cells.label1 cells.label2 slide"
+ends_by_interrupt
+
+# --- volumes of another server
+start files python3 "$project/tests/support/serve_folder.py" .
+for _ in $(seq 200); do [ -s files.log ] && break; sleep 0.05; done
+files=$(cut -d ' ' -f 1 files.log)
+starts remote --no-browser "$files/slide.zarr"
+[ "$shown" = slide ] || fail "$files/slide.zarr is shown as $shown"
+lists "slide"
+ends_by_interrupt
+
+# --- on all interfaces the address is one that works on this machine
+MULTITETRA_HTTP=http://0.0.0.0:0 starts everywhere --no-browser volumes/bar.nrrd
+case "$url" in
+  http://localhost:[1-9]*) lists "bar" ;;
+  *) fail "the address of all interfaces is $url" ;;
+esac
 ends_by_interrupt
 
 # --- label maps, beside a volume or opened directly, are offered as labels
