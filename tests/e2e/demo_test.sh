@@ -41,3 +41,31 @@ status=0
 kill -TERM "$pid"
 wait "$pid" || status=$?
 [ "$status" = 0 ] || fail "exit code $status when it is ended: $(cat serving.log)"
+
+# --- in a terminal it serves by default, elsewhere it ends; programs that do nothing suffice for that
+mkdir stubs
+cat >stubs/multitetra-server <<'END'
+#!/bin/sh
+[ "$1" = serve ] || exit 0
+echo "listening on tcp://127.0.0.1:1 listening" >&2
+echo "listening on http://127.0.0.1:2" >&2
+exec sleep 60
+END
+printf '#!/bin/sh\n[ "$1" != view ] || echo "http://127.0.0.1:2/"\n' >stubs/multitetra-client
+chmod +x stubs/*
+demo="bash '$project/server/demo.sh' --programs stubs --output stubbed"
+timeout 60 bash -c "$demo" >elsewhere.log 2>&1 || fail "demo.sh ended with $? without a terminal: $(cat elsewhere.log)"
+! grep "Serving until" elsewhere.log || fail "it serves without a terminal"
+if ! command -v script >/dev/null; then
+  echo "!! script is not installed: demo.sh is NOT TESTED in a terminal." >&2
+  exit 0
+fi
+timeout 60 script -qec "$demo --no-serve" /dev/null </dev/null >no_serve.log 2>&1 || fail "--no-serve ended with $? in a terminal: $(cat no_serve.log)"
+! grep "Serving until" no_serve.log || fail "--no-serve serves in a terminal"
+start terminal script -qefc "exec $demo" /dev/null
+for _ in $(seq 200); do
+  grep "Serving until" terminal.log >/dev/null && break
+  kill -0 "$pid" 2>/dev/null || break
+  sleep 0.05
+done
+grep "Serving until" terminal.log >/dev/null || fail "it does not serve in a terminal: $(cat terminal.log)"
