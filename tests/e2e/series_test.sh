@@ -187,6 +187,8 @@ import json
 datasets = json.load(open("datasets.json"))["datasets"]
 assert [{key: d["member"]["label"][key] for key in ("value", "name", "color")} for d in datasets] == [
     {"value": 3, "name": "hepar", "color": "#010203"}, {"value": 7, "name": "rest of it", "color": None}], datasets
+places = [[d["member"]["label"][key] for key in ("box", "centroid")] for d in datasets]  # In samples, whatever the spacing.
+assert places == [[[[6, 7, 6], [16, 17, 17]], [11, 12, 11.5]], [[[3, 4, 3], [19, 20, 20]], [11, 12, 11.5]]], places
 assert all(d["member"]["label"]["samples"] > 0 for d in datasets), datasets
 assert {d["member"]["series"] for d in datasets} == {"organs"}
 EOPY

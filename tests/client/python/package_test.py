@@ -1,6 +1,7 @@
 """Tests the Python package with a server. Usage: package_test.py DIRECTORY_OF_PROGRAMS (with PYTHONPATH set)"""
 
 import inspect
+import itertools
 import pathlib
 import re
 import signal
@@ -12,6 +13,7 @@ import tempfile
 import threading
 import time
 import unittest
+import unittest.mock
 import warnings
 from types import SimpleNamespace
 
@@ -25,6 +27,7 @@ import multitetra
 from multitetra.addresses import page_address, stream_address
 from multitetra.connection import Connection
 from multitetra.napari_reader import chosen_datasets, image_layer, napari_get_reader
+from multitetra.samples import SampleArray
 
 PROGRAMS = pathlib.Path(sys.argv.pop(1))
 
@@ -56,7 +59,8 @@ class Silence:
 
 
 class Meddler:
-    """A proxy of a server; `meddle(frame, list)` returns each frame of the server, or None to cut the connection."""
+    """A proxy of a server; `meddle(frame, list)` returns each frame of the server, or an iterable of frames, or None to
+    cut the connection."""
 
     def __init__(self, url, meddle):
         host, port = url.removeprefix("tcp://").split(":")
@@ -96,9 +100,33 @@ class Meddler:
             frame = self._meddle(stream.read(int.from_bytes(head, "little")), self._seen)
             if frame is None:
                 break
-            client.sendall(len(frame).to_bytes(4, "little") + frame)
+            try:
+                for one in [frame] if isinstance(frame, bytes) else frame:
+                    client.sendall(len(one).to_bytes(4, "little") + one)
+            except OSError:  # The client has ended the connection.
+                break
         for end in (client, server):
             end.close()
+
+
+STEP_BEGIN, STEP_END = 0x1A, 0x2A  # The tags of ServerMessage.step_begin and step_end.
+
+
+def varint(number):
+    more = number >> 7
+    return bytes([number & 127 | 128]) + varint(more) if more else bytes([number])
+
+
+def with_fields(frame, fields):
+    """The frame of one message with fields at its end, where they replace earlier ones."""
+    begin = 1 + next(i for i in range(1, len(frame)) if frame[i] < 128)
+    body = frame[begin:] + fields
+    return frame[:1] + varint(len(body)) + body
+
+
+def as_preview(frame):
+    """A final step is announced as a preview."""
+    return with_fields(frame, b"\x18\0") if frame[0] == STEP_BEGIN else frame  # StepBegin.is_final.
 
 
 class Package(unittest.TestCase):
@@ -114,11 +142,17 @@ class Package(unittest.TestCase):
         )
         run("multitetra-server", "prepare", cls.path / "times.nrrd", "--all-times", "--time-unit", "ms", "-o", cls.path / "series",
             "--quiet")
+        # Label 4 is a box of 3 x 2 x 5 samples.
+        (cls.path / "box.nrrd").write_bytes(
+            b"NRRD0004\ntype: uint8\ndimension: 3\nsizes: 9 9 9\nspacings: 0.5 1 2\nencoding: raw\n\n"
+            + bytes(4 * (1 <= x < 4 and 4 <= y < 6 and 2 <= z < 7) for z in range(9) for y in range(9) for x in range(9))
+        )
+        run("multitetra-server", "prepare", cls.path / "box.nrrd", "--label", "4", "-o", cls.path / "labels", "--quiet")
         log = cls.path / "log"
         with open(log, "w") as stderr:
             cls.server = subprocess.Popen(
-                [PROGRAMS / "multitetra-server", "serve", cls.path / "gyroid.mtd", cls.path / "series", "--tcp", "127.0.0.1:0"]
-                + ["--http", "127.0.0.1:0"],
+                [PROGRAMS / "multitetra-server", "serve", cls.path / "gyroid.mtd", cls.path / "series", cls.path / "labels"]
+                + ["--tcp", "127.0.0.1:0", "--http", "127.0.0.1:0"],
                 stdout=subprocess.DEVNULL,
                 stderr=stderr,
             )
@@ -161,6 +195,15 @@ class Package(unittest.TestCase):
             self.assertIsNone(members[0].member.label)
             self.assertEqual(server.series("gyroid"), [])
 
+    def test_label_has_an_extent_in_samples(self):
+        with multitetra.connect(self.urls[0]) as server:
+            (box,) = server.series("box")
+            extent = box.label_extent
+            self.assertEqual((box.member.label.value, extent.samples), (4, 3 * 2 * 5))
+            self.assertEqual([list(corner) for corner in extent.box], [[1, 4, 2], [3, 5, 6]])
+            self.assertEqual(list(extent.centroid), [2, 4.5, 4])
+            self.assertIsNone(server.array("gyroid").info.label_extent)
+
     def test_slice_and_probe_return_samples(self):
         with multitetra.connect(self.urls[1]) as server:
             layer = server.slice("gyroid", "z", 7)
@@ -184,6 +227,9 @@ class Package(unittest.TestCase):
             np.testing.assert_allclose((info.affine @ [3, 4, 5, 1])[:3], server.probe("gyroid", [[3, 4, 5]], "index")[0].world)
             self.assertEqual(info.affine.shape, (4, 4))
             self.assertEqual(info.unit, "mm")
+            self.assertEqual(list(info.spacing), [1, 1, 1])
+            (box,) = server.series("box")
+            self.assertEqual(list(box.spacing), [0.5, 1, 2])
             self.assertRegex(repr(info), r"^<Dataset gyroid: 33 x 33 x 33 f32, spacing .*, values .* to .*>$")
 
     def test_connects_by_page_address(self):
@@ -210,6 +256,30 @@ class Package(unittest.TestCase):
                 with self.assertRaises(error):
                     array[wrong]
 
+    def test_chunks_of_an_array_request_their_own_samples(self):
+        with multitetra.connect(self.urls[1]) as server:
+            requested = []
+
+            class Counted:
+                def slice(self, name, **request):
+                    requested.append((request["origin"], request["width"], request["height"]))
+                    return server.slice(name, **request)
+
+            array = SampleArray(Counted(), server.array("gyroid").info)
+            chunk = np.s_[0:4, 8:16, 5:8]
+            whole = server.samples("gyroid")
+            np.testing.assert_array_equal(array[chunk], whole[chunk])
+            self.assertEqual(requested, [((0, 8, z), 4, 8) for z in (5, 6, 7)])
+            try:
+                import dask.array
+            except ImportError as missing:
+                print(f"!! SKIPPED: arrays are not tested with dask: {missing}")
+                return
+            requested.clear()
+            lazy = dask.array.from_array(array, chunks=(4, 8, 3), lock=True)
+            np.testing.assert_array_equal(lazy[0:4, 8:16, 3:6].compute(), whole[0:4, 8:16, 3:6])
+            self.assertEqual(requested, [((0, 8, z), 4, 8) for z in (3, 4, 5)])
+
     def test_saves_meshes_by_suffix(self):
         ball = octahedron()
         np.testing.assert_array_equal(ball.bounds, [[-1, -1, -1], [1, 1, 1]])
@@ -223,6 +293,22 @@ class Package(unittest.TestCase):
             multitetra.Mesh(ball.vertices, ball.faces + np.uint32(4)).save(self.path / "wrong.stl")
         with self.assertRaises(OSError):
             ball.save(self.path / "nowhere" / "ball.stl")
+
+    def test_to_pyvista_counts_the_corners_of_each_face(self):
+        class PolyData(dict):
+            def __init__(self, points, cells):
+                self.points, self.cells = points, cells
+
+        ball = octahedron()
+        with unittest.mock.patch.dict(sys.modules, pyvista=SimpleNamespace(PolyData=PolyData)):
+            plain = ball.to_pyvista()
+            ball.scalars = np.arange(6, dtype=np.float32)
+            colored = ball.to_pyvista()
+        np.testing.assert_array_equal(plain.points, ball.vertices)
+        np.testing.assert_array_equal(plain.cells.reshape(-1, 4)[:, 0], [3] * 8)
+        np.testing.assert_array_equal(plain.cells.reshape(-1, 4)[:, 1:], ball.faces)
+        self.assertEqual(dict(plain), {})
+        np.testing.assert_array_equal(colored["scalars"], ball.scalars)
 
     def test_display_uses_sample_shells(self):
         with multitetra.connect(self.urls[0]) as server:
@@ -475,10 +561,10 @@ class Package(unittest.TestCase):
             # Nothing of the failed step is cached, and the connection remains usable.
             self.assertGreater(len(server.isosurface("gyroid", 0.1, error=0.5).faces), 0)
 
-    def test_rejects_wrong_and_unbounded_steps(self):
+    def test_rejects_wrong_steps(self):
         for requested, answered in ((0.1, 0.2), (0.5, float("nan"))):  # The isovalue and the error.
             def meddle(frame, _):
-                if frame[0] != 0x1A:  # The tag of ServerMessage.step_begin.
+                if frame[0] != STEP_BEGIN:
                     return frame
                 return frame.replace(struct.pack("<d", requested), struct.pack("<d", answered))
 
@@ -486,6 +572,49 @@ class Package(unittest.TestCase):
                 # A message with a NaN violates the protocol.
                 with self.assertRaises((multitetra.CheckError, ConnectionError)):
                     server.isosurface("gyroid", 0.1, error=0.5)
+
+    def test_rejects_steps_without_end(self):
+        def repeat_the_preview(frame, seen):
+            if frame[0] not in (STEP_BEGIN, STEP_END):
+                return frame
+            seen.append(as_preview(frame))
+            return self._repeated(*seen) if frame[0] == STEP_END else seen[0]
+
+        steps = []
+        with Meddler(self.urls[0], repeat_the_preview) as url, multitetra.connect(url) as server:
+            with self.assertRaisesRegex(multitetra.CheckError, "allows 64 steps"):
+                steps.extend(step.number for step in server.steps("gyroid", 0.1, error=1, final_only=True))
+        self.assertEqual(steps, list(range(len(steps))))
+        self.assertLessEqual(len(steps), 64)
+
+    @staticmethod
+    def _repeated(begin, end):
+        yield end
+        for number in itertools.count(1):
+            step = b"\x10" + varint(number)  # StepBegin.step and StepEnd.step.
+            yield with_fields(begin, step)
+            yield with_fields(end, step + b"\x18\0\x20\0")  # No tiles and no bytes are sent again.
+
+    def test_times_out_on_a_server_that_stalls_after_a_step(self):
+        stalls = threading.Event()
+
+        def stall_after_the_first_step(frame, seen):
+            if seen:  # Also on another connection.
+                stalls.wait()
+            yield as_preview(frame)
+            if frame[0] == STEP_END:
+                seen.append(frame)
+
+        try:
+            with Meddler(self.urls[0], stall_after_the_first_step) as url, multitetra.connect(url, timeout=0.5) as server:
+                steps = server.steps("gyroid", 0.1, error=1, final_only=True)
+                self.assertFalse(next(steps).is_final)
+                began = time.monotonic()
+                with self.assertRaisesRegex(ConnectionError, "0.5 s"):
+                    next(steps)
+                self.assertLess(time.monotonic() - began, 60)  # With retries on other connections.
+        finally:
+            stalls.set()
 
     def test_sanitizes_server_texts(self):
         text = b"\x1b[2J\r\nall is well\n" * 1000
