@@ -37,6 +37,22 @@ export PYTHONPATH=$work/site XDG_CACHE_HOME=$work/cache
 [ "$(site/multitetra-command --version | tail -n 1)" != "" ] && site/multitetra-command --version | grep -qF "$(cat version)" ||
   fail "the command's version is not $(cat version): $(site/multitetra-command --version)"
 
+# --- napari finds its plugin, which needs no napari to be imported
+"$python" - site <<'END' || fail "the wheel is no plugin of napari"
+import configparser, importlib, pathlib, re, sys
+sys.modules["napari"] = None
+points = configparser.ConfigParser()
+points.read(next(pathlib.Path(sys.argv[1]).glob("*.dist-info/entry_points.txt")))
+(entry,) = points["napari.manifest"].values()
+module, file = entry.split(":")
+manifest = (pathlib.Path(importlib.import_module(module).__file__).parent / file).read_text()
+names = re.findall(r"^ *python_name: *(\S+)$", manifest, re.M)
+assert names, manifest
+for name in names:
+    module, function = name.split(":")
+    assert callable(getattr(importlib.import_module(module), function)), name
+END
+
 # --- `multitetra view` finds its demo volume and its viewer
 start view site/multitetra-command view --no-browser --quiet
 url=
