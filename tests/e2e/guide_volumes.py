@@ -93,6 +93,8 @@ pathlib.Path("slices").mkdir()
 for slice_number in range(SIDE):
     tiff(f"slices/ct_{slice_number:02}.tif", slice_number)
 mrc("emd_1234.map.gz")
+pathlib.Path("emd-1234.xml").write_text('<emd emdb_id="EMD-1234"><map><contour_list><contour primary="true"><level>12.5</level>'
+                                        "</contour></contour_list></map></emd>")
 cube("orbital.cube")
 ome_zarr("image.zarr")
 pathlib.Path("fuel_64x64x64_uint8.raw").write_bytes(bytes(min(255, x * y * z // 900) for z in range(64) for y in range(64)

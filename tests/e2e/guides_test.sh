@@ -49,6 +49,9 @@ while IFS= read -r line; do
 done < <(sed 's/  *#.*//' formats)
 [ "$runs" -ge 14 ] || fail "server/volume/FORMATS.md: only $runs commands were run"
 
+level=$(multitetra-server info formats_work/map.mtd --json | python3 -c 'import json, sys; print(json.load(sys.stdin)["suggested_isovalues"][0])')
+[ "$level" = 12.5 ] || fail "the first isovalue is $level, not the contour level of emd-1234.xml"
+
 # Deployment guide: tokens, a certificate, a configuration, and a server that uses them.
 mkdir deployment volumes
 cp head.mtd volumes/
