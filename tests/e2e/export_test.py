@@ -150,6 +150,22 @@ def check_levels(folder, program):
     assert counts[0] > counts[1] > counts[2] > 0, counts
 
 
+def check_meshopt(folder, program):
+    """Files compressed by meshoptimizer contain the same triangles."""
+    for plain, words in (("site", ["--error", "1"]), ("levels", ["--format", "glb-lods"])):
+        compressed = f"{plain}_meshopt"
+        words = ["--isovalue", str(ISOVALUE), *words, "--codec", "meshopt", "--quiet"]
+        run(program, "export", "gyroid.mtd", *words, "-o", compressed, cwd=folder)
+        files, others = (sorted(path.relative_to(folder / name) for path in (folder / name).rglob("*.glb")) for name in (plain, compressed))
+        assert files == others and files, others
+        for file in files:
+            before, after = (gltf_of((folder / name / file).read_bytes())[0] for name in (plain, compressed))
+            assert "EXT_meshopt_compression" in after["extensionsRequired"], file
+            assert all("EXT_meshopt_compression" in view["extensions"] for view in after["bufferViews"]), file
+            counts = [[gltf["accessors"][mesh["primitives"][0]["indices"]]["count"] for mesh in gltf["meshes"]] for gltf in (before, after)]
+            assert counts[0] == counts[1] and all(counts[0]), (file, counts)
+
+
 def compare(folder, server):
     address = f"{server}/v1/3dtiles/gyroid/iso/{ISOVALUE},error=1/"
     files = [path for path in (folder / "site").rglob("*") if path.is_file()]
@@ -191,6 +207,7 @@ def main():
         levels = ["--isovalue", str(ISOVALUE), "--quiet", "--format", "glb-lods"]
         run(program, "export", "gyroid.mtd", *levels, "-o", "levels", cwd=folder)
         check_levels(folder, program)
+        check_meshopt(folder, program)
         with open(folder / "log", "w") as log:
             server = subprocess.Popen(
                 [program, "serve", "gyroid.mtd", "--tcp", "off", "--http", "127.0.0.1:0"], cwd=folder, stderr=log
