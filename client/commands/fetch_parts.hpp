@@ -9,7 +9,7 @@
 
 #include "client/commands/connected_request.hpp"
 #include "client/commands/fetch_command.hpp"
-#include "common/request/surface_name.hpp"
+#include "common/dataset/surface_name.hpp"
 #include "common/wire/mesh_files.hpp"
 
 namespace multitetra {

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
+#include "common/dataset/series_member.hpp"
 #include "common/image/srgb.hpp"
-#include "common/request/series_member.hpp"
 #include "common/wire/scene_file.hpp"
 
 namespace multitetra {

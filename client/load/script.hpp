@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/wire/messages.hpp"
 
 namespace multitetra {

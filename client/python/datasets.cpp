@@ -8,7 +8,7 @@
 
 #include "client/python/arrays.hpp"
 #include "common/base/number_text.hpp"
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 
 namespace py = pybind11;
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <string_view>
 
-#include "common/request/tissues.hpp"
+#include "common/dataset/tissues.hpp"
 
 namespace multitetra {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
 
 namespace multitetra {

@@ -8,9 +8,9 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/mesh/mesh_measures.hpp"
-#include "common/request/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
 
 namespace multitetra {

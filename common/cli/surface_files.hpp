@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "common/cli/surface_options.hpp"
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
+#include "common/dataset/surface_name.hpp"
 #include "common/request/mesh_codec.hpp"
-#include "common/request/surface_name.hpp"
 #include "common/wire/mesh_files.hpp"
 
 namespace multitetra {

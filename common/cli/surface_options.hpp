@@ -11,9 +11,9 @@
 #include "common/base/affine.hpp"
 #include "common/base/result.hpp"
 #include "common/cli/command.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/mesh_measures.hpp"
-#include "common/request/dataset_info.hpp"
 #include "common/request/surface_query.hpp"
 
 namespace multitetra {

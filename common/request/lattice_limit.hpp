@@ -4,8 +4,8 @@
 #include <string>
 
 #include "common/base/result.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/lattice.hpp"
-#include "common/request/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
 
 namespace multitetra {

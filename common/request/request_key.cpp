@@ -5,7 +5,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "common/request/surface_name.hpp"
+#include "common/dataset/surface_name.hpp"
 
 namespace multitetra {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
 
 namespace multitetra {

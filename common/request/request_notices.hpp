@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/mesh_measures.hpp"
-#include "common/request/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
 
 namespace multitetra {

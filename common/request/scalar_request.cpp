@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "common/request/same_world.hpp"
+#include "common/dataset/same_world.hpp"
 
 namespace multitetra {
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "common/base/result.hpp"
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 
 namespace multitetra {
 

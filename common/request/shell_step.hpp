@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "common/codec/shell_format.hpp"
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 
 namespace multitetra {
 

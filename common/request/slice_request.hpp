@@ -7,7 +7,7 @@
 
 #include "common/base/result.hpp"
 #include "common/base/vec3.hpp"
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/request/local_thresholds.hpp"
 
 namespace multitetra {

@@ -9,8 +9,8 @@
 #include <cstdint>
 
 #include "common/base/result.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/octree_cube.hpp"
-#include "common/request/dataset_info.hpp"
 
 namespace multitetra {
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "common/base/result.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/image/color_map.hpp"
-#include "common/request/dataset_info.hpp"
 #include "common/request/default_error.hpp"
 #include "common/request/field_setters.hpp"
 #include "common/request/isosurface_request.hpp"

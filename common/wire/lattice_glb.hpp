@@ -10,9 +10,9 @@
 
 #include "common/base/affine.hpp"
 #include "common/base/enum_names.hpp"
+#include "common/dataset/surface_name.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/octree_cube.hpp"
-#include "common/request/surface_name.hpp"
 
 namespace multitetra {
 

@@ -27,7 +27,7 @@
 #include <vector>
 
 #include "common/base/result.hpp"
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
 #include "common/request/preview.hpp"
 #include "common/request/probe_request.hpp"

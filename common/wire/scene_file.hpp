@@ -8,10 +8,10 @@
 #include <span>
 #include <string>
 
+#include "common/dataset/physical_meaning.hpp"
+#include "common/dataset/surface_name.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/request/mesh_codec.hpp"
-#include "common/request/physical_meaning.hpp"
-#include "common/request/surface_name.hpp"
 
 namespace multitetra {
 

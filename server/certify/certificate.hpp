@@ -10,8 +10,8 @@
 #include <functional>
 #include <optional>
 
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/mesh_checks.hpp"
-#include "common/request/dataset_info.hpp"
 #include "server/certify/self_intersections.hpp"
 #include "server/certify/triangle_mesh.hpp"
 #include "server/certify/two_sided_distance.hpp"

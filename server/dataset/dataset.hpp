@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/lattice.hpp"
-#include "common/request/dataset_info.hpp"
 #include "server/core/framework/volume.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
 #include "server/store/remote_files.hpp"

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "common/base/result.hpp"
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "server/dataset/provenance.hpp"
 
 namespace multitetra {

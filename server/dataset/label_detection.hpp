@@ -1,7 +1,7 @@
 // Detects whether a volume is a label map.
 #pragma once
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "server/core/spectrum/sample_bricks.hpp"
 
 namespace multitetra {

@@ -22,7 +22,7 @@
 #include <span>
 #include <string>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "server/dataset/dataset_metadata.hpp"
 #include "server/dataset/prepared_bricks.hpp"
 #include "server/store/remote_files.hpp"

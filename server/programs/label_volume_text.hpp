@@ -4,7 +4,7 @@
 #include <string>
 
 #include "common/cli/json_report.hpp"
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "server/dataset/dataset_metadata.hpp"
 
 namespace multitetra {

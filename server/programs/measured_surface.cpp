@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
 
 namespace multitetra {

@@ -9,11 +9,11 @@
 
 #include "common/base/number_text.hpp"
 #include "common/base/parse_number.hpp"
+#include "common/dataset/series_member.hpp"
 #include "common/image/png_file.hpp"
 #include "common/image/srgb.hpp"
 #include "common/picture/rasterizer.hpp"
 #include "common/request/request_key.hpp"
-#include "common/request/series_member.hpp"
 #include "server/http/conditions.hpp"
 #include "server/routes/detail/query_parsers.hpp"
 #include "server/service/run_on_workers.hpp"

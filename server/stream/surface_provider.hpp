@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/mesh.hpp"
-#include "common/request/dataset_info.hpp"
 #include "common/wire/tile.hpp"
 #include "server/core/planning/refinement_plan.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"

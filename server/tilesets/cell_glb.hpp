@@ -3,9 +3,9 @@
 
 #include <string>
 
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/octree_cube.hpp"
-#include "common/request/dataset_info.hpp"
 #include "common/wire/lattice_glb.hpp"
 
 namespace multitetra {

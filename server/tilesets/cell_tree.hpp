@@ -17,8 +17,8 @@
 #include <string_view>
 
 #include "common/base/result.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/octree_cube.hpp"
-#include "common/request/dataset_info.hpp"
 #include "common/request/default_error.hpp"
 #include "common/request/isosurface_request.hpp"
 #include "common/wire/lattice_glb.hpp"

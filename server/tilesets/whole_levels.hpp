@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/mesh.hpp"
-#include "common/request/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
 #include "common/request/mesh_codec.hpp"
 #include "server/tilesets/cell_tree.hpp"

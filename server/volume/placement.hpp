@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "common/base/vec3.hpp"
-#include "common/request/physical_meaning.hpp"
+#include "common/dataset/physical_meaning.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {

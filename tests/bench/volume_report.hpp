@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/cli/json_report.hpp"
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 
 namespace multitetra {
 

@@ -18,8 +18,8 @@
 #include <span>
 #include <vector>
 
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/surface_distance.hpp"
-#include "common/request/dataset_info.hpp"
 
 namespace multitetra::testing {
 

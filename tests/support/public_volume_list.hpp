@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "server/volume/volume_files.hpp"
 
 namespace multitetra::testing {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <random>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
 #include "tests/support/fields.hpp"
 

@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/surface_distance.hpp"
-#include "common/request/dataset_info.hpp"
 #include "server/extraction/tiled_surface.hpp"
 
 namespace multitetra::testing {

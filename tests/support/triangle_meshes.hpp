@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "server/certify/triangle_mesh.hpp"
 #include "server/extraction/surface_extractor.hpp"
 

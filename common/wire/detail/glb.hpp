@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/request/surface_name.hpp"
+#include "common/dataset/surface_name.hpp"
 
 namespace multitetra {
 

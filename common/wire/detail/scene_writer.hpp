@@ -9,8 +9,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/dataset/physical_meaning.hpp"
 #include "common/request/mesh_codec.hpp"
-#include "common/request/physical_meaning.hpp"
 #include "common/wire/detail/glb.hpp"
 #include "common/wire/scene_file.hpp"
 

@@ -1,7 +1,7 @@
 // Converts dataset descriptions to and from protobuf.
 #pragma once
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/wire/detail/wire_checks.hpp"
 #include "multitetra/v1/dataset.pb.h"
 

@@ -10,9 +10,9 @@
 #include <optional>
 #include <vector>
 
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/components.hpp"
 #include "common/mesh/mesh_checks.hpp"
-#include "common/request/dataset_info.hpp"
 #include "server/certify/certificate.hpp"
 #include "server/certify/triangle_mesh.hpp"
 #include "server/core/framework/field.hpp"

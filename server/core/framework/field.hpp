@@ -9,7 +9,7 @@
 #include <optional>
 #include <variant>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "server/core/framework/grid.hpp"
 #include "server/core/framework/volume.hpp"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/base/affine.hpp"
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 
 namespace multitetra {
 

@@ -11,7 +11,7 @@
 #include <functional>
 #include <optional>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
 #include "server/core/planning/refinement_plan.hpp"
 

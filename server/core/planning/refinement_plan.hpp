@@ -36,7 +36,7 @@
 #include <optional>
 #include <span>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
 #include "common/request/preview.hpp"
 #include "server/core/planning/cost_estimates.hpp"

@@ -9,8 +9,8 @@
 #include <functional>
 #include <string>
 
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/octree_cube.hpp"
-#include "common/request/dataset_info.hpp"
 #include "server/core/errors/error_based_model.hpp"
 #include "server/core/planning/refinement_plan.hpp"
 #include "server/core/simplification/simplification.hpp"

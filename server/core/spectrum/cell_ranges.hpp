@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "server/core/framework/for_each.hpp"
 #include "server/core/framework/volume.hpp"
 #include "server/core/spectrum/spectrum_inputs.hpp"

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 
 namespace multitetra {
 

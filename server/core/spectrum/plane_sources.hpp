@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "server/core/framework/volume.hpp"
 #include "server/core/spectrum/detail/level_wavefront.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"

@@ -9,7 +9,7 @@
 #include <memory>
 #include <span>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "server/core/framework/level_extent.hpp"
 #include "server/core/spectrum/error_spectrum.hpp"
 #include "server/core/spectrum/sample_bricks.hpp"

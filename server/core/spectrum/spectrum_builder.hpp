@@ -22,7 +22,7 @@
 #include <span>
 #include <vector>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "server/core/framework/for_each.hpp"
 #include "server/core/spectrum/isovalue_bins.hpp"
 #include "server/core/spectrum/plane_sources.hpp"

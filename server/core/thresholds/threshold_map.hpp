@@ -16,7 +16,7 @@
 #include <functional>
 #include <memory>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/request/isosurface_request.hpp"
 #include "server/core/framework/box.hpp"
 

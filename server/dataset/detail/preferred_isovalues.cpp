@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/request/tissues.hpp"
+#include "common/dataset/tissues.hpp"
 #include "server/dataset/detail/statistics.hpp"
 
 namespace multitetra {

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "server/core/spectrum/sample_bricks.hpp"
 #include "server/core/spectrum/spectrum_inputs.hpp"
 #include "server/dataset/dataset_writer.hpp"

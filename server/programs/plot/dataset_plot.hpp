@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "server/programs/plot/size_curves.hpp"
 
 namespace multitetra {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/request/series_member.hpp"
+#include "common/dataset/series_member.hpp"
 #include "server/dataset/provenance.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 

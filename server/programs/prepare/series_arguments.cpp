@@ -6,8 +6,8 @@
 
 #include "common/base/exit_codes.hpp"
 #include "common/base/parse_number.hpp"
-#include "common/request/physical_meaning.hpp"
-#include "common/request/series_member.hpp"
+#include "common/dataset/physical_meaning.hpp"
+#include "common/dataset/series_member.hpp"
 
 namespace multitetra {
 namespace {

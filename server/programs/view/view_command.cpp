@@ -20,7 +20,7 @@
 #include "common/base/percent_encoded.hpp"
 #include "common/cli/program.hpp"
 #include "common/cli/terminal.hpp"
-#include "common/request/same_world.hpp"
+#include "common/dataset/same_world.hpp"
 #include "server/dataset/label_detection.hpp"
 #include "server/dataset/prepared_file.hpp"
 #include "server/programs/commands.hpp"

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "common/dataset/dataset_info.hpp"
 #include "common/image/color_map.hpp"
-#include "common/request/dataset_info.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/http/answer.hpp"
 #include "server/operations/byte_reservations.hpp"

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string_view>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 
 namespace multitetra {
 

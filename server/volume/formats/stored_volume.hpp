@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "common/base/affine.hpp"
+#include "common/dataset/physical_meaning.hpp"
 #include "common/image/stored_type.hpp"
-#include "common/request/physical_meaning.hpp"
 #include "server/volume/formats/volume_contents.hpp"
 
 namespace multitetra {

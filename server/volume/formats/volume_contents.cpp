@@ -9,7 +9,7 @@
 
 #include "common/base/text.hpp"
 #include "common/base/utf8.hpp"
-#include "common/request/physical_meaning.hpp"
+#include "common/dataset/physical_meaning.hpp"
 
 namespace multitetra {
 namespace {

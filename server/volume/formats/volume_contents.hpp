@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/request/series_member.hpp"
+#include "common/dataset/series_member.hpp"
 
 namespace multitetra {
 

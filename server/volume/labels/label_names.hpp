@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "common/base/result.hpp"
-#include "common/request/series_member.hpp"
+#include "common/dataset/series_member.hpp"
 
 namespace multitetra {
 

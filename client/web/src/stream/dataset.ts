@@ -145,7 +145,7 @@ export function worldDifference(a: DatasetInfo, b: DatasetInfo): string | null {
   return isApart ? `it is at another position than "${a.name}": their bounding boxes do not overlap` : null;
 }
 
-// Computes the same as data_border in common/request/dataset_info.cpp, which gives the reasons.
+// Computes the same as data_border in common/dataset/dataset_info.cpp, which gives the reasons.
 export function dataBorder(
   info: DatasetInfo,
   resolution: number,

@@ -1,4 +1,4 @@
-#include "common/request/surface_name.hpp"
+#include "common/dataset/surface_name.hpp"
 
 namespace multitetra {
 

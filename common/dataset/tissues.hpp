@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 
 namespace multitetra {
 

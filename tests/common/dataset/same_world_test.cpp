@@ -1,4 +1,4 @@
-#include "common/request/same_world.hpp"
+#include "common/dataset/same_world.hpp"
 
 #include <gtest/gtest.h>
 

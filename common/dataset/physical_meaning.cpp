@@ -1,4 +1,4 @@
-#include "common/request/physical_meaning.hpp"
+#include "common/dataset/physical_meaning.hpp"
 
 #include "common/base/enum_names.hpp"
 #include "common/base/utf8.hpp"

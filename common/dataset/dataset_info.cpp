@@ -1,4 +1,4 @@
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 
 #include <algorithm>
 #include <cmath>

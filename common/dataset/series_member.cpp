@@ -1,12 +1,12 @@
-#include "common/request/series_member.hpp"
+#include "common/dataset/series_member.hpp"
 
 #include <cmath>
 #include <cstdio>
 
 #include "common/base/parse_number.hpp"
 #include "common/base/utf8.hpp"
+#include "common/dataset/physical_meaning.hpp"
 #include "common/image/label_color.hpp"
-#include "common/request/physical_meaning.hpp"
 
 namespace multitetra {
 namespace {

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "common/base/affine.hpp"
+#include "common/dataset/physical_meaning.hpp"
+#include "common/dataset/series_member.hpp"
 #include "common/mesh/mesh_checks.hpp"
-#include "common/request/physical_meaning.hpp"
-#include "common/request/series_member.hpp"
 
 namespace multitetra {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "common/request/dataset_info.hpp"
+#include "common/dataset/dataset_info.hpp"
 
 namespace multitetra {
 

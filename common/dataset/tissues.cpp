@@ -1,4 +1,4 @@
-#include "common/request/tissues.hpp"
+#include "common/dataset/tissues.hpp"
 
 namespace multitetra {
 
