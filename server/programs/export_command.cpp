@@ -23,7 +23,7 @@
 #include "server/programs/thread_options.hpp"
 #include "server/tilesets/cell_glb.hpp"
 #include "server/tilesets/neuroglancer.hpp"
-#include "server/tilesets/tileset.hpp"
+#include "server/tilesets/tileset_json.hpp"
 #include "server/tilesets/whole_levels.hpp"
 
 namespace multitetra {
@@ -34,7 +34,7 @@ struct ExportArguments {
   std::string folder;
   std::string format = "3dtiles";
   std::vector<double> isovalues;
-  double error = TreeSettings{}.error;
+  double error = TilesetSettings{}.error;
   std::string codec;  // Empty: the format's own.
   bool sharded = false;
   int threads = 0;
@@ -67,10 +67,10 @@ void write_into(const std::filesystem::path& folder, const std::filesystem::path
 class Exporter {
  public:
   // `report` receives the percentage done.
-  Exporter(const SurfaceExtractor& extractor, const CellTree& tree, std::filesystem::path folder,
+  Exporter(const SurfaceExtractor& extractor, const Tileset& tileset, std::filesystem::path folder,
            std::function<void(double)> report)
       : extractor_(extractor),
-        tree_(tree),
+        tree_(tileset),
         folder_(std::move(folder)),
         report_(std::move(report)) {}
 
@@ -172,7 +172,7 @@ class Exporter {
   }
 
   const SurfaceExtractor& extractor_;
-  const CellTree& tree_;
+  const Tileset& tree_;
   std::filesystem::path folder_;
   std::function<void(double)> report_;
   Exported exported_;
@@ -198,9 +198,9 @@ void write_segments(const ExportArguments& arguments, DatasetInfo info,
 }
 
 // Checks settings like those in a server's path.
-TreeSettings settings_of(double isovalue, double error, CellCodec codec) {
-  const auto settings = tree_settings_from(
-      text_of(TreeSettings{.isovalue = isovalue, .error = error, .codec = codec}));
+TilesetSettings settings_of(double isovalue, double error, CellCodec codec) {
+  const auto settings = tileset_settings_from(
+      text_of(TilesetSettings{.isovalue = isovalue, .error = error, .codec = codec}));
   if (!settings) throw std::invalid_argument(settings.error().text);
   return *settings;
 }
@@ -227,14 +227,15 @@ int export_trees(ExportArguments arguments) {
   std::map<std::uint64_t, MeshFiles> segments;
   const double count = static_cast<double>(arguments.isovalues.size());
   for (std::size_t i = 0; i < arguments.isovalues.size(); ++i) {
-    const TreeSettings settings = settings_of(arguments.isovalues[i], arguments.error,
-                                              is_meshopt ? CellCodec::kMeshopt : CellCodec::kDraco);
-    const CellTree tree(dataset->info, settings);
+    const TilesetSettings settings =
+        settings_of(arguments.isovalues[i], arguments.error,
+                    is_meshopt ? CellCodec::kMeshopt : CellCodec::kDraco);
+    const Tileset tileset(dataset->info, settings);
     std::filesystem::path folder = arguments.folder;
     if (arguments.isovalues.size() > 1) {
-      folder = folder / "iso" / text_of(TreeSettings{.isovalue = settings.isovalue});
+      folder = folder / "iso" / text_of(TilesetSettings{.isovalue = settings.isovalue});
     }
-    Exporter exporter(extractor, tree, std::move(folder), [&](double percent) {
+    Exporter exporter(extractor, tileset, std::move(folder), [&](double percent) {
       progress.update((100 * static_cast<double>(i) + percent) / count, 100, "%");
     });
     if (arguments.format == "3dtiles") {

@@ -33,9 +33,9 @@ tl::unexpected<Error> not_found_error(const NeuroglancerFile& file) {
 // is computed from the bytes.
 std::string lasting_tag(const NeuroglancerFile& file, const DatasetInfo& info) {
   if (info.content_id == 0 || file.path.ends_with(kInfo)) return {};
-  const CellTree tree(info, {.error = file.error});
-  const std::string source = file.is_image ? "image" : text_of(tree.settings());
-  return tag_of(std::string(kNeuroglancerForm) + tree.id() + ' ' + source + ' ' + file.path);
+  const Tileset tileset(info, {.error = file.error});
+  const std::string source = file.is_image ? "image" : text_of(tileset.settings());
+  return tag_of(std::string(kNeuroglancerForm) + tileset.id() + ' ' + source + ' ' + file.path);
 }
 
 using Meshes = std::vector<LatticeMesh>;
@@ -64,15 +64,15 @@ void append_voxels(std::string& bytes, const std::string& values, SampleType typ
 }  // namespace
 
 // Tries all octants of the root; below it, only those that the surface crosses.
-asio::awaitable<Result<void>> NeuroglancerRoute::make_fragment(const CellTree& tree, MeshPtr mesh,
+asio::awaitable<Result<void>> NeuroglancerRoute::make_fragment(const Tileset& tileset, MeshPtr mesh,
                                                                RequestContext& context) {
   const OctreeCube cell = mesh->left.front();
-  const std::string& dataset = tree.info().name;
+  const std::string& dataset = tileset.info().name;
   const auto pieces = std::make_shared<Meshes>();
   std::vector<ByteReservations::Reservation> memory;
   std::vector<OctreeCube> below;
   int resolution = kDefaultLatticeResolution;
-  for (const IsosurfaceRequest& request : tree.fragment_requests(cell)) {
+  for (const IsosurfaceRequest& request : tileset.fragment_requests(cell)) {
     resolution = request.lattice_resolution;
     SurfaceRequest query{
         .dataset = dataset, .request = request, .max_triangles = options_.max_mesh_triangles};
@@ -99,7 +99,7 @@ asio::awaitable<Result<void>> NeuroglancerRoute::make_fragment(const CellTree& t
   mesh->bytes += (*made)->size();
   mesh->fragments.emplace(cell, *std::move(made));
   if (mesh->left.empty()) {
-    MeshFiles files = mesh_files_of(tree, mesh->fragments);
+    MeshFiles files = mesh_files_of(tileset, mesh->fragments);
     mesh->manifest = shared(std::move(files.manifest));
     mesh->data = shared(std::move(files.data));
     mesh->fragments.clear();
@@ -108,10 +108,10 @@ asio::awaitable<Result<void>> NeuroglancerRoute::make_fragment(const CellTree& t
 }
 
 asio::awaitable<Result<NeuroglancerRoute::MeshPtr>> NeuroglancerRoute::mesh(
-    const CellTree& tree, RequestContext& context) {
-  const std::string key = tree.id() + ' ' + text_of(tree.settings());
+    const Tileset& tileset, RequestContext& context) {
+  const std::string key = tileset.id() + ' ' + text_of(tileset.settings());
   const MeshPtr* const known = meshes_.find(key);
-  MeshPtr mesh = known != nullptr ? *known : std::make_shared<Mesh>(Mesh{.left = {tree.root()}});
+  MeshPtr mesh = known != nullptr ? *known : std::make_shared<Mesh>(Mesh{.left = {tileset.root()}});
   const auto until = std::chrono::steady_clock::now() + kMaxManifestWait;
   // Reserved for the files, as the cache may evict them meanwhile.
   ByteReservations::Reservation reservation;
@@ -121,7 +121,7 @@ asio::awaitable<Result<NeuroglancerRoute::MeshPtr>> NeuroglancerRoute::mesh(
                                      .text = "The mesh is being generated; retry in 1 s.",
                                      .retry_after = 1});
     }
-    const auto made = co_await make_fragment(tree, mesh, context);
+    const auto made = co_await make_fragment(tileset, mesh, context);
     if (!made) co_return tl::unexpected(made.error());
     if (mesh->bytes > kMaxBytes) {
       co_return fail(ErrorCode::kLimitExceeded,
@@ -181,8 +181,8 @@ asio::awaitable<Result<SharedBytes>> NeuroglancerRoute::content(const Neuroglanc
   if (is_index) segment.remove_suffix(kIndexSuffix.size());
   const auto isovalue = isovalue_of_segment(segment);
   if (!isovalue) co_return not_found_error(file);
-  const CellTree tree(info, {.isovalue = *isovalue, .error = file.error});
-  auto made = co_await mesh(tree, context);
+  const Tileset tileset(info, {.isovalue = *isovalue, .error = file.error});
+  auto made = co_await mesh(tileset, context);
   if (!made) co_return tl::unexpected(made.error());
   const MeshPtr mesh = *std::move(made);
   if (mesh->data->empty()) {

@@ -48,10 +48,10 @@ class NeuroglancerRoute {
   [[nodiscard]] asio::awaitable<Result<SharedBytes>> image(const ImageChunk& chunk,
                                                            const DatasetInfo& info,
                                                            RequestContext& context);
-  [[nodiscard]] asio::awaitable<Result<MeshPtr>> mesh(const CellTree& tree,
+  [[nodiscard]] asio::awaitable<Result<MeshPtr>> mesh(const Tileset& tileset,
                                                       RequestContext& context);
   // Makes the first of the remaining cells.
-  [[nodiscard]] asio::awaitable<Result<void>> make_fragment(const CellTree& tree, MeshPtr mesh,
+  [[nodiscard]] asio::awaitable<Result<void>> make_fragment(const Tileset& tileset, MeshPtr mesh,
                                                             RequestContext& context);
 
   static constexpr std::size_t kMaxCachedBytes = std::size_t{256} << 20;

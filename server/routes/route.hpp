@@ -40,7 +40,7 @@ struct TileBytes {  // /v1/tiles/{hash}
 // /v1/token/{token}, for viewers that send no header.
 struct TilesetFile {
   std::string dataset;
-  std::string settings;  // Parsed by tree_settings_from().
+  std::string settings;  // Parsed by tileset_settings_from().
   std::string id;        // Empty: the dataset's current id.
   std::string file;
   std::string token;

@@ -17,7 +17,7 @@
 #include "server/http/conditions.hpp"
 #include "server/routes/detail/query_parsers.hpp"
 #include "server/service/run_on_workers.hpp"
-#include "server/tilesets/cell_tree.hpp"
+#include "server/tilesets/tileset.hpp"
 
 namespace multitetra {
 namespace {
@@ -50,8 +50,8 @@ Result<ThumbnailQuery> parse_thumbnail_query(const Target& target) {
 
 // Returns a request for a preview of the whole surface, twice as fine as the root of 3D Tiles.
 IsosurfaceRequest preview(const DatasetInfo& info, double isovalue) {
-  const CellTree tree(info, {.isovalue = isovalue});
-  IsosurfaceRequest request = tree.request(tree.root());
+  const Tileset tileset(info, {.isovalue = isovalue});
+  IsosurfaceRequest request = tileset.request(tileset.root());
   std::int32_t& spacing = request.cell->finest_spacing;
   if (spacing > 1) spacing /= 2;
   request.error = std::min(request.error, spacing / 2.0);

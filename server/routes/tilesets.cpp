@@ -9,7 +9,7 @@
 #include "server/http/media.hpp"
 #include "server/service/run_on_workers.hpp"
 #include "server/tilesets/cell_glb.hpp"
-#include "server/tilesets/tileset.hpp"
+#include "server/tilesets/tileset_json.hpp"
 
 namespace multitetra {
 namespace {
@@ -21,7 +21,7 @@ constexpr std::string_view kTilesetSuffix = ".json";
 
 tl::unexpected<Error> no_file(const TilesetFile& file) {
   return fail(ErrorCode::kUnknownDataset,
-              "This tree has no file \"" + file.file + "\"; tileset.json refers to all files.");
+              "This tileset has no file \"" + file.file + "\"; tileset.json refers to all files.");
 }
 
 }  // namespace
@@ -32,7 +32,7 @@ Result<TilesetRoute::RequestedFilePtr> TilesetRoute::requested_file(const Tilese
   auto info = permit.describe(file.dataset);
   if (!info) return tl::unexpected(info.error());
   const RequestedFilePtr* const known = paths_.find(path);
-  if (known != nullptr && (*known)->tree.info() == *info) return *known;
+  if (known != nullptr && (*known)->tileset.info() == *info) return *known;
   auto wanted = resolved(file, *std::move(info));
   if (!wanted) return tl::unexpected(wanted.error());
   const auto kept = std::make_shared<const RequestedFile>(*std::move(wanted));
@@ -42,17 +42,17 @@ Result<TilesetRoute::RequestedFilePtr> TilesetRoute::requested_file(const Tilese
 
 Result<TilesetRoute::RequestedFile> TilesetRoute::resolved(const TilesetFile& file,
                                                            DatasetInfo info) {
-  const auto settings = tree_settings_from(file.settings);
+  const auto settings = tileset_settings_from(file.settings);
   if (!settings) return tl::unexpected(settings.error());
   const bool is_known = info.content_id != 0;
-  RequestedFile wanted{.tree = CellTree(std::move(info), *settings),
+  RequestedFile wanted{.tileset = Tileset(std::move(info), *settings),
                        .cell = {},
                        .is_first = file.id.empty(),
                        .is_known = is_known,
                        .key = {},
                        .tag = {}};
-  const std::string id = wanted.tree.id();
-  wanted.cell = wanted.tree.root();
+  const std::string id = wanted.tileset.id();
+  wanted.cell = wanted.tileset.root();
   if (!wanted.is_first) {
     if (file.id != id) {
       return fail(ErrorCode::kUnknownDataset,
@@ -63,7 +63,7 @@ Result<TilesetRoute::RequestedFile> TilesetRoute::resolved(const TilesetFile& fi
     const std::string_view suffix = wanted.is_surface ? kSurfaceSuffix : kTilesetSuffix;
     if (!name.ends_with(suffix)) return no_file(file);
     const auto cell = cell_from(name.substr(0, name.size() - suffix.size()));
-    if (!cell || !wanted.tree.contains(*cell)) return no_file(file);
+    if (!cell || !wanted.tileset.contains(*cell)) return no_file(file);
     wanted.cell = *cell;
   }
   wanted.key = std::string(kTilesetForm) + id + ' ' + text_of(*settings) + ' ' +
@@ -78,23 +78,23 @@ Result<TilesetRoute::RequestedFile> TilesetRoute::resolved(const TilesetFile& fi
 asio::awaitable<Result<SharedBytes>> TilesetRoute::make(const RequestedFile& wanted,
                                                         RequestContext& context) {
   if (context.watch) context.watch();
-  const DatasetInfo& info = wanted.tree.info();
+  const DatasetInfo& info = wanted.tileset.info();
   SurfaceRequest query{.dataset = info.name,
-                       .request = wanted.tree.request(wanted.cell),
+                       .request = wanted.tileset.request(wanted.cell),
                        .max_triangles = options_.max_mesh_triangles};
   auto made = co_await context.caller->surface(std::move(query));
   if (!made) co_return tl::unexpected(made.error());
   if (!wanted.is_surface) {
     const CellFacts facts{.is_empty = made->mesh.triangles.empty(),
                           .crossed_octants = made->crossed_octants};
-    const std::string folder = wanted.is_first ? wanted.tree.id() + "/" : "";
+    const std::string folder = wanted.is_first ? wanted.tileset.id() + "/" : "";
     co_return std::make_shared<const std::string>(
-        tileset_json(wanted.tree, wanted.cell, facts, folder));
+        tileset_json(wanted.tileset, wanted.cell, facts, folder));
   }
   const ByteReservations::Reservation memory = std::move(made->memory);
   std::function<Result<SharedBytes>()> write =
       [surface = std::make_shared<Surface>(*std::move(made)), info, cell = wanted.cell,
-       codec = wanted.tree.settings().codec] {
+       codec = wanted.tileset.settings().codec] {
         return std::make_shared<const std::string>(
             cell_glb(std::move(surface->mesh), info, cell, codec));
       };
@@ -109,7 +109,7 @@ asio::awaitable<Answer> TilesetRoute::answer(const TilesetFile& file, const Http
   const auto found = requested_file(file, permit);
   if (!found) co_return context.refused(found.error());
   const RequestedFilePtr wanted = *found;
-  const TreeSettings& settings = wanted->tree.settings();
+  const TilesetSettings& settings = wanted->tileset.settings();
   context.record->set_surface(settings.isovalue, settings.error,
                               multitetra::name(ErrorUnit::kVoxel));
   const bool is_lasting = wanted->is_known && !wanted->is_first;

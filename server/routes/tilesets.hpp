@@ -11,7 +11,7 @@
 #include "server/routes/route.hpp"
 #include "server/routes/route_options.hpp"
 #include "server/service/workers.hpp"
-#include "server/tilesets/cell_tree.hpp"
+#include "server/tilesets/tileset.hpp"
 
 namespace multitetra {
 
@@ -30,7 +30,7 @@ class TilesetRoute {
  private:
   // Everything that determines the file's bytes.
   struct RequestedFile {
-    CellTree tree;
+    Tileset tileset;
     OctreeCube cell;
     bool is_surface = false;  // Otherwise the cell's tileset.
     bool is_first = false;    // tileset.json, of the current dataset.

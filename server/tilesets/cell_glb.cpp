@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/wire/lattice_glb.hpp"
-#include "server/tilesets/tileset.hpp"
+#include "server/tilesets/tileset_json.hpp"
 
 namespace multitetra {
 namespace {

@@ -191,10 +191,10 @@ std::string mesh_fragment(const LatticeMesh& mesh, const OctreeCube& cell) {
   return triangles.empty() ? std::string() : encode_draco_integers(positions, triangles);
 }
 
-MeshFiles mesh_files_of(const CellTree& tree, const MeshFragments& fragments) {
-  const DatasetInfo& info = tree.info();
+MeshFiles mesh_files_of(const Tileset& tileset, const MeshFragments& fragments) {
+  const DatasetInfo& info = tileset.info();
   const double nanometres = nanometres_a_unit(info);
-  const int leaf = tree.leaf_exponent();
+  const int leaf = tileset.leaf_exponent();
   const int levels = info.grid_exponent - leaf + 1;
   std::vector<std::vector<OctreeCube>> cells(static_cast<std::size_t>(levels));
   for (const auto& [cell, bytes] : fragments) {
@@ -210,7 +210,7 @@ MeshFiles mesh_files_of(const CellTree& tree, const MeshFragments& fragments) {
   const double diagonal = longest_cell_diagonal(info);
   for (int exponent = leaf; exponent < leaf + levels; ++exponent) {
     const double rounding = diagonal * static_cast<double>(1 << exponent) / kLastStep / 2;
-    append_f32(manifest, (tree.error_bound(exponent) + rounding) * nanometres);
+    append_f32(manifest, (tileset.error_bound(exponent) + rounding) * nanometres);
   }
   for (int i = 0; i < 3 * levels; ++i) append_f32(manifest, 0);
   for (const auto& level : cells) append_u32(manifest, static_cast<std::uint32_t>(level.size()));

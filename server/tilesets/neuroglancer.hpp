@@ -1,8 +1,8 @@
-// A tree of cells in neuroglancer's precomputed formats: multi-resolution meshes with a segment for
-// every isovalue, and the volume as an image.
+// Writes neuroglancer's precomputed formats: multi-resolution meshes with a segment for every
+// isovalue, and the volume as an image.
 //
 // Neuroglancer's volumes have no orientation: image and surfaces lie along the grid's axes, in
-// nanometres, with sample (i, j, k) in the middle of voxel (i, j, k). The cells of the tree are the
+// nanometres, with sample (i, j, k) in the middle of voxel (i, j, k). The tileset's cells are the
 // fragments of a mesh; level of detail 0 are the leaves. Fragments of other levels are split at the
 // octants of their cell, as the format requires.
 //
@@ -19,7 +19,7 @@
 #include <string_view>
 
 #include "common/mesh/mesh.hpp"
-#include "server/tilesets/cell_tree.hpp"
+#include "server/tilesets/tileset.hpp"
 
 namespace multitetra {
 
@@ -52,14 +52,14 @@ struct ImageChunk {
 // Returns Draco bytes; empty without triangles. The mesh must lie in the cell.
 [[nodiscard]] std::string mesh_fragment(const LatticeMesh& mesh, const OctreeCube& cell);
 
-// All crossed cells of the tree, including those without triangles.
+// All crossed cells of the tileset, including those without triangles.
 using MeshFragments = std::map<OctreeCube, std::shared_ptr<const std::string>>;
 
 struct MeshFiles {
   std::string manifest;  // SEGMENT.index
   std::string data;      // SEGMENT: the fragments in the order of the manifest.
 };
-[[nodiscard]] MeshFiles mesh_files_of(const CellTree& tree, const MeshFragments& fragments);
+[[nodiscard]] MeshFiles mesh_files_of(const Tileset& tileset, const MeshFragments& fragments);
 
 // Returns all segments in one shard, "0.shard": neuroglancer_uint64_sharded_v1, uncompressed.
 [[nodiscard]] std::string mesh_shard(const std::map<std::uint64_t, MeshFiles>& segments);

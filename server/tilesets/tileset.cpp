@@ -2,117 +2,155 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
-#include <nlohmann/json.hpp>
-
-#include "server/core/framework/box.hpp"
-#include "server/core/framework/level_extent.hpp"
-#include "server/tilesets/detail/metres.hpp"
+#include "common/base/hex_text.hpp"
+#include "common/base/number_text.hpp"
+#include "common/base/parse_number.hpp"
+#include "common/request/request_key.hpp"
+#include "server/core/spectrum/spectrum_layout.hpp"
+#include "server/dataset/checksum.hpp"
 
 namespace multitetra {
 namespace {
 
-using Json = nlohmann::ordered_json;
+// Increase it when a cell's content changes for the same dataset.
+constexpr const char* kCellForm = "3 ";
 
-double length_of(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
-
-// The bounds of all possible surfaces, in grid coordinates.
-Box surface_box(const DatasetInfo& info) {
-  if (info.outside) return box_of(OctreeCube{info.grid_exponent, 0, 0, 0});
-  const auto place = [](GridPoint p) {
-    return Vec3{static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
-  };
-  return {place(first_sample(info)), place(last_sample(info))};
-}
-
-// The axis-aligned bounds of a tile's surface, in metres.
-struct TileBox {
-  Vec3 center;
-  Vec3 half;
-};
-
-TileBox tile_box(const OctreeCube& cell, const DatasetInfo& info) {
-  // Boxes of flat data get a minimum thickness, as viewers divide by it.
-  constexpr double kMinHalfSide = 1.0 / 64;
-  const Box box = clamped(box_of(cell), surface_box(info));
-  const Vec3 step = grid_step_metres(info);
-  TileBox tile{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    tile.center[axis] = step[axis] * (box.low[axis] + box.high[axis]) / 2;
-    tile.half[axis] = step[axis] * std::max((box.high[axis] - box.low[axis]) / 2, kMinHalfSide);
-  }
-  return tile;
-}
-
-Json box_json(const TileBox& box) {
-  Json numbers = Json::array();
-  for (const double number : box.center) numbers.push_back(number);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    for (std::size_t row = 0; row < 3; ++row) numbers.push_back(row == axis ? box.half[row] : 0);
-  }
-  return {{"box", std::move(numbers)}};
-}
-
-Json transform_json(const DatasetInfo& info) {
-  const Affine map = grid_to_world(info);
-  Json numbers = Json::array();
-  for (const Vec3& column : map.columns) {
-    for (const double number : column) numbers.push_back(number / length_of(column));
-    numbers.push_back(0);
-  }
-  for (const double number : map.translation) numbers.push_back(metres_a_unit(info) * number);
-  numbers.push_back(1);
-  return numbers;
-}
+constexpr int kLeafExponent = 6;          // Smaller cells would be mostly border.
+constexpr int kLargestWholeExponent = 8;  // Larger cells would cost more than a first preview.
+constexpr int kStepsOfPreview = 6;        // At most 2^6 steps of its spacing a side.
+constexpr double kMinCoarseError = 0.25;  // What the coarse levels multiply if leaves have less.
+constexpr int kNormalBits = 8;
 
 }  // namespace
 
-Vec3 grid_step_metres(const DatasetInfo& info) {
-  const Affine map = grid_to_world(info);
-  Vec3 step{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    step[axis] = metres_a_unit(info) * length_of(map.columns[axis]);
+Result<TilesetSettings> tileset_settings_from(std::string_view text) {
+  constexpr std::string_view kError = "error=";
+  constexpr std::string_view kCodec = "codec=";
+  const auto refuse = [&](const std::string& what) {
+    return fail(ErrorCode::kInvalidArgument,
+                "\"" + std::string(text) + "\": " + what +
+                    "; give an isovalue and optionally the error of the finest level in voxels "
+                    "and the codec of 3D Tiles, such as 500.5 or 500.5,error=0.5,codec=meshopt.");
+  };
+  std::vector<std::string_view> parts;
+  for (std::string_view rest = text;; rest.remove_prefix(parts.back().size() + 1)) {
+    parts.push_back(rest.substr(0, rest.find(',')));
+    if (parts.back().size() == rest.size()) break;
   }
-  return step;
+  const auto isovalue = parse_finite(parts.front());
+  if (!isovalue) return refuse("the isovalue is not a finite number");
+  TilesetSettings settings{.isovalue = *isovalue};
+  std::size_t at = 1;
+  if (at < parts.size() && parts[at].starts_with(kError)) {
+    const auto error = parse_finite(parts[at++].substr(kError.size()));
+    if (!error || *error < 0) return refuse("the error is not a finite number of at least 0");
+    settings.error = *error;
+  }
+  if (at < parts.size() && parts[at].starts_with(kCodec)) {
+    const auto codec = kCellCodecs.find(parts[at++].substr(kCodec.size()));
+    if (!codec) return refuse("the codec is not draco or meshopt");
+    settings.codec = *codec;
+  }
+  if (at < parts.size()) return refuse("only error= and then codec= are allowed after the comma");
+  return settings;
 }
 
-std::string tileset_json(const CellTree& tree, const OctreeCube& cell, const CellFacts& facts,
-                         std::string_view folder) {
-  const DatasetInfo& info = tree.info();
-  const auto box = [&](const OctreeCube& of) { return box_json(tile_box(of, info)); };
-  const auto error = [&](const OctreeCube& of) {
-    return metres_a_unit(info) * tree.error_bound(of.exponent);
-  };
-  const auto uri = [&](const OctreeCube& of, const char* suffix) {
-    return std::string(folder) + cell_name(of) + suffix;
-  };
-  // Before the tileset is shown, the error is the size of the data. The same applies if the
-  // coarsest preview is empty.
-  const double nothing_shown =
-      std::max(2 * length_of(tile_box(tree.root(), info).half), error(tree.root()));
-  const bool is_root = cell == tree.root();
-  Json tile;
-  if (is_root) tile["transform"] = transform_json(info);
-  tile["boundingVolume"] = box(cell);
-  tile["geometricError"] = is_root && facts.is_empty ? nothing_shown : error(cell);
-  tile["refine"] = "REPLACE";
-  if (!facts.is_empty) tile["content"] = {{"uri", uri(cell, ".glb")}};
-  Json children = Json::array();
-  for (int i = 0; i < 8 && !tree.is_leaf(cell); ++i) {
-    if ((facts.crossed_octants >> i & 1U) == 0) continue;
-    const OctreeCube child = cell.child(i);
-    children.push_back({{"boundingVolume", box(child)},
-                        {"geometricError", error(child)},
-                        {"content", {{"uri", uri(child, ".json")}}}});
+std::string text_of(const TilesetSettings& settings) {
+  std::string text = shortest_text(settings.isovalue);
+  if (settings.error != TilesetSettings{}.error) text += ",error=" + shortest_text(settings.error);
+  if (settings.codec != TilesetSettings{}.codec) {
+    text += ",codec=" + std::string(kCellCodecs.of(settings.codec));
   }
-  if (!children.empty()) tile["children"] = std::move(children);
-  tile["extras"] = {{"cell", cell_name(cell)},
-                    {"isCertified", !tree.is_preview(cell.exponent)},
-                    {"errorBound", tree.error_bound(cell.exponent)}};
-  const Json tileset = {{"asset", {{"version", "1.1"}, {"tilesetVersion", tree.id()}}},
-                        {"geometricError", is_root ? nothing_shown : error(cell)},
-                        {"root", std::move(tile)}};
-  return tileset.dump() + "\n";
+  return text;
+}
+
+std::string cell_name(const OctreeCube& cell) {
+  return std::to_string(cell.exponent) + "-" + std::to_string(cell.x) + "-" +
+         std::to_string(cell.y) + "-" + std::to_string(cell.z);
+}
+
+std::optional<OctreeCube> cell_from(std::string_view name) {
+  const auto numbers = parse_numbers<std::int32_t>(name, 4, '-');
+  if (!numbers) return std::nullopt;
+  const OctreeCube cell{(*numbers)[0], (*numbers)[1], (*numbers)[2], (*numbers)[3]};
+  if (cell_name(cell) != name) return std::nullopt;
+  return cell;
+}
+
+Tileset::Tileset(DatasetInfo info, const TilesetSettings& settings)
+    : info_(std::move(info)), settings_(settings) {}
+
+std::string Tileset::id() const {
+  const std::string content = kCellForm + key_of(info_) + '\0' + info_.meaning.length_unit;
+  return hex_text(checksum(std::as_bytes(std::span(content))));
+}
+
+int Tileset::leaf_exponent() const { return std::min(kLeafExponent, info_.grid_exponent); }
+
+bool Tileset::contains(const OctreeCube& cell) const {
+  if (cell.exponent < leaf_exponent() || cell.exponent > info_.grid_exponent) return false;
+  const std::int32_t along = std::int32_t{1} << (info_.grid_exponent - cell.exponent);
+  return std::min({cell.x, cell.y, cell.z}) >= 0 && std::max({cell.x, cell.y, cell.z}) < along;
+}
+
+bool Tileset::is_preview(int exponent) const {
+  return exponent > leaf_exponent() &&
+         (exponent == info_.grid_exponent || exponent > kLargestWholeExponent);
+}
+
+std::int32_t Tileset::finest_spacing(int exponent) const {
+  if (!is_preview(exponent)) return 1;
+  return std::max(kSpectrumSpacing, std::int32_t{1} << std::max(0, exponent - kStepsOfPreview));
+}
+
+int Tileset::lattice_resolution(int exponent) const {
+  constexpr int kPreviewLatticeResolution = 3;  // Coarse tetrahedra need no fine lattice.
+  return std::min(is_preview(exponent) ? kPreviewLatticeResolution : kDefaultLatticeResolution,
+                  kMaxLatticeBits - info_.grid_exponent);
+}
+
+double Tileset::threshold(int exponent) const {
+  if (exponent == leaf_exponent()) return settings_.error;
+  // Four times as much for each level, so that cells of all levels have about as many triangles.
+  const double coarse =
+      std::ldexp(std::max(settings_.error, kMinCoarseError), 2 * (exponent - leaf_exponent()));
+  return is_preview(exponent) ? std::max(coarse, finest_spacing(exponent) / 2.0) : coarse;
+}
+
+double Tileset::error_bound(int exponent) const {
+  // Adds the rounding to the lattice, or features smaller than a preview's tetrahedra.
+  const double step = is_preview(exponent)
+                          ? static_cast<double>(finest_spacing(exponent))
+                          : 1.0 / static_cast<double>(1 << lattice_resolution(exponent));
+  return threshold(exponent) * voxel_length(info_) + step * longest_cell_diagonal(info_);
+}
+
+IsosurfaceRequest Tileset::request(const OctreeCube& cube, int level) const {
+  const std::int32_t finest = finest_spacing(level);
+  return {.isovalue = settings_.isovalue,
+          .error = threshold(level),
+          .topology_tolerance = is_preview(level) ? finest / 2.0 : 0,
+          .lattice_resolution = lattice_resolution(level),
+          .simplify = true,
+          .cell = SurfaceCell{.cube = cube, .finest_spacing = finest}};
+}
+
+IsosurfaceRequest Tileset::request(const OctreeCube& cell) const {
+  IsosurfaceRequest request = this->request(cell, cell.exponent);
+  request.normal_bits = kNormalBits;
+  return request;
+}
+
+std::vector<IsosurfaceRequest> Tileset::fragment_requests(const OctreeCube& cell) const {
+  if (is_leaf(cell)) return {request(cell, cell.exponent)};
+  std::vector<IsosurfaceRequest> octants;
+  for (int i = 0; i < 8; ++i) octants.push_back(request(cell.child(i), cell.exponent));
+  return octants;
 }
 
 }  // namespace multitetra

@@ -41,7 +41,7 @@ double diagonal(const PositionedMesh& mesh) {
 
 }  // namespace
 
-std::vector<WholeLevel> whole_levels(const DatasetInfo& info, const TreeSettings& settings) {
+std::vector<WholeLevel> whole_levels(const DatasetInfo& info, const TilesetSettings& settings) {
   const double coarsest = *std::max_element(info.dims.begin(), info.dims.end()) / kCoarsestShare;
   const int resolution = std::min(kDefaultLatticeResolution, kMaxLatticeBits - info.grid_exponent);
   const double rounding = lattice_rounding_world(info, resolution);

@@ -9,7 +9,7 @@
 #include "common/mesh/mesh.hpp"
 #include "common/request/isosurface_request.hpp"
 #include "common/request/mesh_codec.hpp"
-#include "server/tilesets/cell_tree.hpp"
+#include "server/tilesets/tileset.hpp"
 
 namespace multitetra {
 
@@ -23,7 +23,7 @@ struct WholeLevel {
 // Returns the levels, finest first. The first one has the requested error; each further one four
 // times the previous error, up to a sixteenth of the volume's longest side. All keep the topology.
 [[nodiscard]] std::vector<WholeLevel> whole_levels(const DatasetInfo& info,
-                                                   const TreeSettings& settings);
+                                                   const TilesetSettings& settings);
 
 struct LevelMesh {
   LatticeMesh mesh;  // Not empty; with normals in world space.

@@ -77,7 +77,7 @@ std::uint64_t morton(const OctreeCube& cell) {
 }
 
 TEST(NeuroglancerManifest, ListsFragmentsByLevelInZOrder) {
-  const CellTree tree(scan(), {.isovalue = 1});
+  const Tileset tileset(scan(), {.isovalue = 1});
   MeshFragments fragments;
   for (const int exponent : {6, 7, 8, 9}) {
     const std::int32_t along = 1 << (9 - exponent);
@@ -87,7 +87,7 @@ TEST(NeuroglancerManifest, ListsFragmentsByLevelInZOrder) {
           std::make_shared<const std::string>(cell_name(cell) + std::string(morton(cell) % 5, '.'));
     }
   }
-  const MeshFiles files = mesh_files_of(tree, fragments);
+  const MeshFiles files = mesh_files_of(tileset, fragments);
   std::size_t at = 0;
   const auto u32 = [&] {
     std::uint32_t value = 0;
@@ -106,7 +106,7 @@ TEST(NeuroglancerManifest, ListsFragmentsByLevelInZOrder) {
   for (int exponent = 6; exponent <= 9; ++exponent) {
     const float scale = f32();
     EXPECT_GT(scale, below);
-    EXPECT_GE(static_cast<double>(scale), 0.999999e6 * tree.error_bound(exponent));
+    EXPECT_GE(static_cast<double>(scale), 0.999999e6 * tileset.error_bound(exponent));
     below = scale;
   }
   at += 4 * 3 * 4;

@@ -2,90 +2,111 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <nlohmann/json.hpp>
+#include <limits>
+#include <set>
 
-#include "common/dataset/dataset_info.hpp"
+#include "common/request/lattice_limit.hpp"
+#include "server/tilesets/detail/metres.hpp"
 
 namespace multitetra {
 namespace {
 
-DatasetInfo head() {
+DatasetInfo info_of(std::int32_t exponent) {
   DatasetInfo info;
-  info.name = "head";
-  info.dims = {200, 100, 50};
-  info.spacing = {1, 1, 1.5};
-  info.index_to_world = {.columns = {Vec3{0, 1, 0}, Vec3{-1, 0, 0}, Vec3{0, 0, 1.5}},
-                         .translation = {10, 20, 30}};
-  info.grid_exponent = 8;
-  info.meaning.length_unit = "mm";
+  info.name = "field";
+  info.spacing = {0.5, 1, 2};
+  info.grid_exponent = exponent;
+  info.dims.fill((1 << exponent) + 1);
   return info;
 }
 
-nlohmann::json tileset(const CellTree& tree, const OctreeCube& cell, const CellFacts& facts,
-                       const char* folder = "") {
-  return nlohmann::json::parse(tileset_json(tree, cell, facts, folder));
+TEST(TilesetSettings, RoundTrip) {
+  for (const TilesetSettings& settings :
+       {TilesetSettings{.isovalue = 500.5},
+        {.isovalue = -1e-30, .error = 0},
+        {.isovalue = 0.1, .error = 1e9},
+        {.isovalue = 2, .codec = CellCodec::kMeshopt},
+        {.isovalue = 2, .error = 1, .codec = CellCodec::kMeshopt}}) {
+    EXPECT_EQ(tileset_settings_from(text_of(settings)), settings) << text_of(settings);
+  }
+  EXPECT_EQ(tileset_settings_from("7")->error, 0.25);
 }
 
-TEST(Tileset, LinksToCrossedOctants) {
-  const CellTree tree(head(), {.isovalue = 3});
-  const auto json = tileset(tree, tree.root(), {.crossed_octants = 0x03}, "id/");
-  EXPECT_EQ(json["asset"]["version"], "1.1");
-  const auto& root = json["root"];
-  EXPECT_EQ(root["refine"], "REPLACE");
-  EXPECT_EQ(root["content"]["uri"], "id/8-0-0-0.glb");
-  ASSERT_EQ(root["children"].size(), 2U);
-  EXPECT_EQ(root["children"][0]["content"]["uri"], "id/7-0-0-0.json");
-  EXPECT_EQ(root["children"][1]["content"]["uri"], "id/7-1-0-0.json");
-  // A tile that links to another tileset has the error and the box of that tileset's root.
-  const auto child = tileset(tree, {7, 1, 0, 0}, {.crossed_octants = 0xFF});
-  EXPECT_EQ(child["root"]["geometricError"], root["children"][1]["geometricError"]);
-  EXPECT_EQ(child["root"]["boundingVolume"], root["children"][1]["boundingVolume"]);
-  EXPECT_LT(child["root"]["geometricError"], root["geometricError"]);
-  EXPECT_LT(root["geometricError"], json["geometricError"]);
-  EXPECT_FALSE(child["root"].contains("transform"));
-  EXPECT_FALSE(tileset(tree, {6, 1, 0, 0}, {.crossed_octants = 0xFF})["root"].contains("children"));
+TEST(TilesetSettings, RejectsInvalidTextWithAnExample) {
+  for (const char* text : {"", "x", "1 ", "nan", "inf", "1e999", "1,", "1,error",
+                           "1,error=", "1,error=-1", "1,error=nan", "1,error=1,error=2", "1,tau=2",
+                           "1,codec=zip", "1,codec=meshopt,error=1", "1,codec=meshopt,"}) {
+    const auto settings = tileset_settings_from(text);
+    ASSERT_FALSE(settings) << text;
+    EXPECT_EQ(settings.error().code, ErrorCode::kInvalidArgument);
+    EXPECT_NE(settings.error().text.find("500.5,error=0.5,codec=meshopt"), std::string::npos);
+  }
 }
 
-TEST(Tileset, TransformsMetresWithoutScaling) {
-  const CellTree tree(head(), {.isovalue = 3});
-  const auto root = tileset(tree, tree.root(), {})["root"];
-  const std::vector<double> transform = root["transform"];
-  const std::vector<double> expected = {0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 1e-2, 2e-2, 3e-2, 1};
-  ASSERT_EQ(transform.size(), 16U);
-  for (std::size_t i = 0; i < 16; ++i) EXPECT_NEAR(transform[i], expected[i], 1e-15) << i;
-  EXPECT_NEAR(root["geometricError"].get<double>(), 1e-3 * tree.error_bound(8), 1e-12);
-  EXPECT_EQ(root["extras"]["isCertified"], false);
+TEST(CellName, RoundTripsAndRejectsOtherTexts) {
+  const OctreeCube cell{9, 0, 31, 7};
+  EXPECT_EQ(cell_name(cell), "9-0-31-7");
+  EXPECT_EQ(cell_from("9-0-31-7"), cell);
+  for (const char* text : {"", "9", "9-0-31", "9-0-31-7-", "09-0-31-7", "9-0-31-+7", "9-0-31-7 ",
+                           "9-0-31-99999999999", "9--0-31-7", "-9-0-31-7x"}) {
+    EXPECT_FALSE(cell_from(text)) << text;
+  }
 }
 
-TEST(Tileset, NestsBoxesOfChildrenInThoseOfParents) {
-  const CellTree tree(head(), {.isovalue = 3});
-  const auto box = [](const nlohmann::json& tile) {
-    return tile["boundingVolume"]["box"].get<std::vector<double>>();
-  };
-  const auto root = tileset(tree, tree.root(), {.crossed_octants = 0xFF})["root"];
-  constexpr double mm = 1e-3;
-  EXPECT_EQ(box(root), (std::vector<double>{99.5 * mm, 49.5 * mm, 1.5 * mm * 24.5, 99.5 * mm, 0, 0,
-                                            0, 49.5 * mm, 0, 0, 0, 1.5 * mm * 24.5}));
-  const auto outer = box(root);
-  for (const auto& child : root["children"]) {
-    const auto inner = box(child);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double half = inner[3 + 4 * axis];
-      EXPECT_GT(half, 0);
-      if (half < 0.1 * mm) continue;  // Beyond the data, never marked as crossed.
-      EXPECT_LE(std::abs(inner[axis] - outer[axis]) + half, outer[3 + 4 * axis] + 1e-12);
+TEST(Tileset, LowersTheErrorPerLevelAndMakesValidRequests) {
+  for (std::int32_t exponent = 1; exponent <= 14; ++exponent) {
+    for (const double error : {0.0, 0.25, 3.0, 1e6}) {
+      SCOPED_TRACE(::testing::Message() << "exponent " << exponent << ", error " << error);
+      const Tileset tileset(info_of(exponent), {.isovalue = 1, .error = error});
+      double above = std::numeric_limits<double>::infinity();
+      for (int level = exponent; level >= tileset.leaf_exponent(); --level) {
+        EXPECT_LT(tileset.error_bound(level), above);
+        above = tileset.error_bound(level);
+        const IsosurfaceRequest request = tileset.request({level, 0, 0, 0});
+        EXPECT_TRUE(validated(request));
+        EXPECT_TRUE(check_cell(*request.cell, tileset.info()));
+        EXPECT_TRUE(check_lattice(request, tileset.info()));
+        EXPECT_EQ(tileset.is_preview(level), request.topology_tolerance > 0);
+        EXPECT_GE(above, request.error * voxel_length(tileset.info()));
+        // A cell consists of at most 2^8 points per side.
+        EXPECT_LE(request.cell->cube.side() / request.cell->finest_spacing, 256);
+      }
+      EXPECT_FALSE(tileset.is_preview(tileset.leaf_exponent()));
+      EXPECT_EQ(tileset.request({tileset.leaf_exponent(), 0, 0, 0}).error, error);
     }
   }
 }
 
-TEST(Tileset, HasNoContentForAnEmptySurface) {
-  const CellTree tree(head(), {.isovalue = 3});
-  const auto json = tileset(tree, tree.root(), {.is_empty = true});
-  EXPECT_FALSE(json["root"].contains("content"));
-  EXPECT_FALSE(json["root"].contains("children"));
-  // A preview too coarse to show anything is refined at any distance.
-  EXPECT_EQ(json["root"]["geometricError"], json["geometricError"]);
+TEST(Tileset, ContainsTheCellsOfEachLevelInsideTheGrid) {
+  const Tileset tileset(info_of(8), {});
+  EXPECT_TRUE(tileset.contains(tileset.root()));
+  EXPECT_TRUE(tileset.contains({6, 3, 0, 3}));
+  EXPECT_FALSE(tileset.contains({6, 4, 0, 3}));
+  EXPECT_FALSE(tileset.contains({6, 0, -1, 3}));
+  EXPECT_FALSE(tileset.contains({5, 0, 0, 0}));
+  EXPECT_FALSE(tileset.contains({9, 0, 0, 0}));
+}
+
+TEST(Tileset, ChangesItsIdWithTheContent) {
+  DatasetInfo info = info_of(7);
+  std::set<std::string> ids = {Tileset(info, {}).id()};
+  info.content_id = 5;
+  ids.insert(Tileset(info, {}).id());
+  info.meaning.length_unit = "mm";
+  ids.insert(Tileset(info, {}).id());
+  info.index_to_world.translation[2] = 4;
+  ids.insert(Tileset(info, {}).id());
+  EXPECT_EQ(ids.size(), 4U);
+  EXPECT_EQ(Tileset(info, {.isovalue = 3}).id(), *ids.find(Tileset(info, {}).id()));
+}
+
+TEST(Metres, ConvertsTheUnitsInFiles) {
+  EXPECT_EQ(metres_of("mm"), 1e-3);
+  EXPECT_EQ(metres_of("Micrometers"), 1e-6);
+  EXPECT_EQ(metres_of("\xC2\xB5m"), 1e-6);
+  EXPECT_EQ(metres_of("\xC3\x85"), 1e-10);
+  EXPECT_EQ(metres_of("m"), 1);
+  for (const char* none : {"", "HU", "s", "ms", "pixel"}) EXPECT_FALSE(metres_of(none)) << none;
 }
 
 }  // namespace
