@@ -1,7 +1,10 @@
 #include "common/cli/json_report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
 
 #include <nlohmann/json.hpp>
@@ -176,6 +179,12 @@ std::optional<double> volume_bound(const SurfaceMeasures& measures,
   return *distance_bound * measures.area;
 }
 
+double in_two_digits(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.2g", value);
+  return std::strtod(text.data(), nullptr);
+}
+
 }  // namespace
 
 Json json_of(const std::optional<SurfaceMeasures>& measures, std::optional<double> distance_bound,
@@ -192,7 +201,9 @@ Json json_of(const std::optional<SurfaceMeasures>& measures, std::optional<doubl
                           : Json(
                                 "the surface is open at the border of the data; `prepare` with "
                                 "--outside VALUE --margin 1 closes it");
-  return {{"area", measures->area},
+  // An error of the surface bounds no error of its area, of which two digits are significant.
+  const bool is_exact = is_full_resolution.value_or(false);
+  return {{"area", is_exact ? measures->area : in_two_digits(measures->area)},
           {"is_full_resolution", value_or_null(is_full_resolution)},
           {"volume", value_or_null(measures->volume)},
           {"volume_reason", reason},

@@ -38,10 +38,11 @@ template <typename Value>
 // suggested_isovalues, member (null: none), histogram.
 [[nodiscard]] Json json_of(const DatasetInfo& info);
 
-// Keys: area (in world units), is_full_resolution (whether the surface is the full-resolution one),
-// volume (null: the surface has a border), volume_reason (the reason for that; else null),
-// volume_bound (the largest difference from the volume of the full-resolution surface: area times
-// `distance_bound`; null without a bound). All null without measures.
+// Keys: area (in world units; in two digits unless the surface is the full-resolution one),
+// is_full_resolution (whether the surface is the full-resolution one), volume (null: the surface
+// has a border), volume_reason (the reason for that; else null), volume_bound (the largest
+// difference from the volume of the full-resolution surface: area times `distance_bound`; null
+// without a bound). All null without measures.
 [[nodiscard]] Json json_of(const std::optional<SurfaceMeasures>& measures,
                            std::optional<double> distance_bound,
                            std::optional<bool> is_full_resolution);

@@ -82,6 +82,7 @@ void add_option_sources(Command& command, OptionSources& sources) {
       .add_option(
           "--config", sources.config_file,
           "TOML file with options by their long names; overridden by flags and the environment")
+      ->type_name("FILE")
       ->flag_only();
   command
       .add_flag("--print-config", sources.print_config,

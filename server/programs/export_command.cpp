@@ -13,6 +13,7 @@
 
 #include "common/base/utf8.hpp"
 #include "common/cli/json_report.hpp"
+#include "common/request/surface_query.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/core/spectrum/crossed_octants.hpp"
 #include "server/core/surface/vertex_normals.hpp"
@@ -35,7 +36,8 @@ struct ExportArguments {
   std::string format = "3dtiles";
   std::vector<double> isovalues;
   double error = TilesetSettings{}.error;
-  std::string codec;  // Empty: the format's own.
+  std::string quality;  // Empty: the error.
+  std::string codec;    // Empty: the format's own.
   bool sharded = false;
   int threads = 0;
   bool json = false;
@@ -205,7 +207,7 @@ TilesetSettings settings_of(double isovalue, double error, CellCodec codec) {
   return *settings;
 }
 
-int export_trees(ExportArguments arguments) {
+int export_tilesets(ExportArguments arguments) {
   if (arguments.sharded && arguments.format != "neuroglancer") {
     throw UsageError("--sharded", "only --format neuroglancer supports shards.");
   }
@@ -290,11 +292,16 @@ void add_export_command(Command& program, Run& run) {
   command
       ->add_option("--isovalue", arguments->isovalues,
                    "Isovalue, or several with commas; default: the dataset's suggestion. Several "
-                   "become trees in FOLDER/iso/VALUE, or segments of one mesh")
-      ->delimiter(',');
+                   "become tilesets in FOLDER/iso/VALUE, or segments of one mesh")
+      ->delimiter(',')
+      ->type_name("NUMBER,...");
   command->add_option("--error", arguments->error, "Largest error of the finest level, in voxels")
       ->within(0.0, 1e9)
       ->capture_default_str();
+  command
+      ->add_option("--quality", arguments->quality, "Instead of an error: 2, 0.5, 0.25 or 0 voxels")
+      ->one_of({"draft", "normal", "fine", "exact"})
+      ->excludes("--error");
   command
       ->add_option(
           "--codec", arguments->codec,
@@ -312,7 +319,12 @@ void add_export_command(Command& program, Run& run) {
       "  multitetra-server export head.mtd --isovalue 500.5,900.5 --format neuroglancer -o "
       "site/head_mesh\n"
       "  multitetra-server export head.mtd --format glb-lods -o site/head");
-  command->callback([arguments, &run] { run = [arguments] { return export_trees(*arguments); }; });
+  command->callback([arguments, &run] {
+    if (!arguments->quality.empty()) {
+      arguments->error = quality_error_from(arguments->quality).value();
+    }
+    run = [arguments] { return export_tilesets(*arguments); };
+  });
 }
 
 }  // namespace multitetra

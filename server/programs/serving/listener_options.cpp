@@ -35,8 +35,10 @@ void add_addresses(Command& command, ListenerOptions& o) {
   command
       .add_option("--tcp", o.tcp,
                   "Address for TCP, or off; HOST:PORT or PORT, port 0: any free port")
+      ->type_name("ADDRESS")
       ->capture_default_str();
   command.add_option("--http", o.http, "Address for HTTP, or off; also for WebSockets")
+      ->type_name("ADDRESS")
       ->capture_default_str();
   command.begin_group("HTTP");
   command.add_option("--viewer", o.viewer,

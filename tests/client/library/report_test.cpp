@@ -95,6 +95,10 @@ TEST(Report, CallsOnlyTheAreaOfTheFullResolutionExact) {
   };
   EXPECT_TRUE(is_exact_at(0, 0));
   EXPECT_FALSE(is_exact_at(0.25, 0));
+  report.measures->area = 1234.5;
+  EXPECT_EQ(json::parse(json_report(report)).at("area"), 1200);
+  EXPECT_TRUE(is_exact_at(0, 0));
+  EXPECT_EQ(json::parse(json_report(report)).at("area"), 1234.5);
   EXPECT_FALSE(is_exact_at(0, 2));
 }
 
