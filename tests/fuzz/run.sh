@@ -46,14 +46,15 @@ last_of() { grep -o "$2: [0-9]*" "$1" | tail -n 1 | grep -o '[0-9]*$' || echo 0;
 
 # Runs one harness for some seconds, then minimizes its corpus; returns 255 (which ends xargs) after a finding.
 fuzz_for() {
-  local harness=$1 time=$2 findings=0 processor TIMEFORMAT=%0U
+  local harness=$1 time=$2 status=0 findings=0 processor TIMEFORMAT=%0U
   local corpus=$build/corpus/$harness log=$build/findings/$harness.log
   local kept=tests/fuzz/corpus/$harness.tar.xz
   mkdir -p "$corpus"
   if [ -f "$kept" ]; then tar -xJf "$kept" -C "$build/corpus"; fi
   processor=$({ time "$build/bin/$harness" -max_total_time="$time" -max_len=16384 \
     -timeout="${MULTITETRA_FUZZ_TIMEOUT:-10}" -rss_limit_mb=1024 -malloc_limit_mb=512 -print_final_stats=1 \
-    -print_funcs=0 -artifact_prefix="$build/findings/$harness-" "$corpus" "$build/seeds/$harness" >"$log" 2>&1; } 2>&1) || findings=1
+    -print_funcs=0 -artifact_prefix="$build/findings/$harness-" "$corpus" "$build/seeds/$harness" >"$log" 2>&1; } 2>&1) || status=$?
+  case $status in 0 | 72 | 130 | 143) ;; *) findings=1 ;; esac  # By SIGINT or SIGTERM libFuzzer exits with 72.
   local inputs memory
   inputs=$(awk '/number_of_executed_units/ { print $2 }' "$log")
   memory=$(awk '/peak_rss_mb/ { print $2 }' "$log")
@@ -64,6 +65,10 @@ fuzz_for() {
   if [ "$findings" -gt 0 ]; then
     tail -40 "$log" >&2
     echo "$harness found something: see $build/findings" >&2
+    return 255
+  fi
+  if [ "$status" -ne 0 ]; then
+    echo "$harness was interrupted" >&2
     return 255
   fi
   rm -rf "$corpus.least"
