@@ -206,6 +206,10 @@ def main():
         check_several(folder, program)
         levels = ["--isovalue", str(ISOVALUE), "--quiet", "--format", "glb-lods"]
         run(program, "export", "gyroid.mtd", *levels, "-o", "levels", cwd=folder)
+        run(program, "export", "gyroid.mtd", *levels, "--quality", "fine", "-o", "fine", cwd=folder)
+        for file in ("levels", "fine"):
+            assert (folder / file / "surface.glb").stat().st_size > 10_000
+        assert (folder / "fine/surface.glb").read_bytes() == (folder / "levels/surface.glb").read_bytes(), "fine is 0.25 voxels"
         check_levels(folder, program)
         check_meshopt(folder, program)
         with open(folder / "log", "w") as log:
@@ -223,7 +227,7 @@ def main():
         finally:
             server.terminate()
             server.wait()
-    print("Files and server have the same trees.")
+    print("Files and server have the same tilesets.")
 
 
 if __name__ == "__main__":

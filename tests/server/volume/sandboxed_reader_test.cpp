@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstddef>
 #include <cstdlib>
 #include <functional>
 #include <memory>
@@ -73,6 +74,24 @@ TEST(SandboxedVolume, ReportsACrashWhileReading) {
   expect_contains(sentence_of([&] { source->read(0, 1, samples); }),
                   "its reader crashed (Aborted)");
 }
+
+// Sanitizers reserve more address space than the limit.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST(SandboxedVolume, LimitsTheMemoryWhileReading) {
+  const auto source_of = [](std::size_t gib) {
+    const OpenSource takes = [gib](const Notice&, const HeaderIsKnown& header_is_known) {
+      header_is_known(0);
+      // Reserves the memory without using it.
+      return std::make_unique<FailingSource>(
+          [gib] { (void)std::make_unique_for_overwrite<std::byte[]>(gib << 30); });
+    };
+    return sandboxed_volume("a.tif", takes, nullptr);
+  };
+  Samples samples;
+  source_of(1)->read(0, 1, samples);
+  expect_contains(sentence_of([&] { source_of(7)->read(0, 1, samples); }), "memory");
+}
+#endif
 
 std::string sentence_about(const std::string& file) {
   const fs::path path = fs::path(MULTITETRA_TEST_DATA) / file;

@@ -188,7 +188,42 @@ def dicom():
             data["PixelData"].is_undefined_length = True
 
     refuse("dicom-jpeg-short", slices("short-jpeg", even, short_jpeg), "a compressed frame ends too early")
+
+    def jpeg(share):
+        def kind(i, data):
+            from pydicom.encaps import encapsulate
+            frame = lossless_jpeg(volume[i].view("<u2"))
+            if i == 2:
+                frame = frame[:int(share * len(frame)) // 2 * 2]
+            data.file_meta.TransferSyntaxUID = pydicom.uid.JPEGLosslessSV1
+            data.PixelData = encapsulate([frame])
+            data["PixelData"].is_undefined_length = True
+        return kind
+
+    read("dicom-jpeg-lossless", slices("jpeg-lossless", even, jpeg(1)), volume, **place)
+    refuse("dicom-jpeg-cut-off", slices("jpeg-cut", even, jpeg(0.6)), "a compressed frame ends too early")
     refuse("dicom-deflated-cut-off", cut("cut-deflated", -30, syntax=pydicom.uid.DeflatedExplicitVRLittleEndian), "too early")
+
+
+def lossless_jpeg(image):
+    """JPEG with process 14, selection value 1: differences to the left neighbor, with codes of five bits for their lengths."""
+    rows, columns = image.shape
+    left = numpy.empty((rows, columns), "i8")
+    left[:, 1:] = image[:, :-1]
+    left[1:, 0] = image[:-1, 0]
+    left[0, 0] = 1 << 15
+    bits = ""
+    for difference in ((image.astype("i8") - left + 32767) % 65536 - 32767).ravel().tolist():
+        length = abs(difference).bit_length()
+        bits += f"{length:05b}"
+        if 0 < length < 16:
+            bits += f"{difference if difference > 0 else difference + (1 << length) - 1:0{length}b}"
+    bits += "1" * (-len(bits) % 8)
+    scan = int(bits, 2).to_bytes(len(bits) // 8, "big").replace(b"\xff", b"\xff\0")
+    table = bytes([0, 0, 0, 0, 17, *[0] * 11, *range(17)])
+    return (b"\xff\xd8\xff\xc3" + struct.pack(">HBHH", 11, 16, rows, columns) + bytes([1, 1, 0x11, 0]) +
+            b"\xff\xc4" + struct.pack(">HB", 3 + len(table), 0) + table +
+            b"\xff\xda" + struct.pack(">H", 8) + bytes([1, 1, 0, 1, 0, 0]) + scan + b"\xff\xd9")
 
 
 # ---- formats written without libraries
