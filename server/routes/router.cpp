@@ -213,7 +213,8 @@ asio::awaitable<Answer> Router::answer_by(const Route& route, RouteArguments arg
     co_return co_await samples_.value(value->dataset, arguments.target, context);
   }
   if (const auto* picture = std::get_if<ThumbnailPicture>(&route)) {
-    co_return co_await thumbnails_.answer(picture->dataset, asked.target, asked.request, context);
+    co_return co_await thumbnails_.answer(picture->dataset, arguments.target, arguments.request,
+                                          context);
   }
   if (const auto* tile = std::get_if<TileBytes>(&route)) {
     co_return tile_answer(server_.service, tile->digest, arguments.request, context);

@@ -24,7 +24,7 @@ constexpr int kLeafExponent = 6;          // Smaller cells would be mostly borde
 constexpr int kLargestWholeExponent = 8;  // Larger cells would cost more than a first preview.
 constexpr int kStepsOfPreview = 6;        // At most 2^6 steps of its spacing a side.
 constexpr double kMinCoarseError = 0.25;  // What the coarse levels multiply if leaves have less.
-constexpr int kNormalBits = 8;
+constexpr int kCellNormalBits = 8;
 
 }  // namespace
 
@@ -142,7 +142,7 @@ IsosurfaceRequest Tileset::request(const OctreeCube& cube, int level) const {
 
 IsosurfaceRequest Tileset::request(const OctreeCube& cell) const {
   IsosurfaceRequest request = this->request(cell, cell.exponent);
-  request.normal_bits = kNormalBits;
+  request.normal_bits = kCellNormalBits;
   return request;
 }
 

@@ -109,10 +109,10 @@ std::string tileset_json(const Tileset& tileset, const OctreeCube& cell, const C
   tile["extras"] = {{"cell", cell_name(cell)},
                     {"isCertified", !tileset.is_preview(cell.exponent)},
                     {"errorBound", tileset.error_bound(cell.exponent)}};
-  const Json tileset = {{"asset", {{"version", "1.1"}, {"tilesetVersion", tileset.id()}}},
-                        {"geometricError", is_root ? nothing_shown : error(cell)},
-                        {"root", std::move(tile)}};
-  return tileset.dump() + "\n";
+  const Json json = {{"asset", {{"version", "1.1"}, {"tilesetVersion", tileset.id()}}},
+                     {"geometricError", is_root ? nothing_shown : error(cell)},
+                     {"root", std::move(tile)}};
+  return json.dump() + "\n";
 }
 
 }  // namespace multitetra

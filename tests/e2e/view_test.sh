@@ -98,7 +98,7 @@ mkdir here there
 "$server" generate torus --size 65 -o here/torus.nrrd --quiet
 [ "$(stat -c %s here/torus.nrrd)" -gt 1048576 ] || fail "the volume is too small"
 for folder in here there; do
-  [ "$folder" = here ] || cp -p here/torus.nrrd there
+  [ "$folder" = here ] || cp here/torus.nrrd there
   starts "large_$folder" --no-browser "$folder/torus.nrrd"
   lists "torus"
   ends_by_interrupt

@@ -14,7 +14,7 @@
 #              step in at most three times its time alone, and cached results immediately
 # hoarding     a good client and 250 connections with the most memory per request that read nothing: memory stays within
 #              the documented bound, and is freed afterwards
-# hoarding-http the same for HTTP responses: raw slices, value probes, tiles, cells of 3D Tiles, from four addresses
+# hoarding-http the same for HTTP responses of all routes, from four addresses, at a server and at a gateway
 # many-addresses  a small surface among 200 addresses with long final steps, without tokens: complete within 1 s
 # idle-addresses  idle connections from six addresses fill the server: a newcomer is served within 1 s
 # changed-file one served file is overwritten, another truncated: only their datasets fail, a third one is served
@@ -249,35 +249,46 @@ trial_hoarding() {
     "a good client meanwhile: whole surface p50 $(value among.json seconds whole p50) s"
 }
 
-trial_hoarding_http() {
-  local many duration before peak after bound paths
+# hoards_http NAME: clients that do not read hold responses of the program at `http`, whose process is `pid`.
+hoards_http() {
+  local name=$1 many duration before peak after bound paths
   many=$(choose 40 400)
   duration=$(choose 4 20)
-  begin hoarding_http "$programs/multitetra-server" serve head.mtd --tcp off --http 127.0.0.1:0 --max-connections 5000 \
-    --max-connections-per-address 5000 --max-requests-per-second 1000000 --queue-bytes 256MiB --cache-bytes 64MiB
-  curl -sf "http://$http/v1/datasets/head/isosurface?error=0.5&format=stl" -o mesh.stl || fail "hoarding-http: there is no surface"
-  curl -sf "http://$http/v1/3dtiles/head/iso/500/tileset.json" -o tileset.json || fail "hoarding-http: there is no tileset"
+  curl -sf "http://$http/v1/datasets/head/isosurface?error=0.5&format=stl" -o mesh.stl || fail "$name: there is no surface"
+  curl -sf "http://$http/v1/3dtiles/head/iso/500/tileset.json" -o tileset.json || fail "$name: there is no tileset"
   before=$(resident "$pid")
   watch_memory "$pid" hoarding_http.memory &
   local watcher=$!
   paths=(/v1/datasets/head/slice?format=raw\&width=2048\&height=1024 "/v1/datasets/head/probe?at=1,2,3" /v1/datasets/head
+    /v1/datasets/head/thumbnail.png /v1/neuroglancer/head/surfaces/info /v1/neuroglancer/head/image/1_1_1/0-64_0-64_0-64
     "/v1/datasets/head/isosurface?error=0.5&format=stl" "/v1/3dtiles/head/iso/500/$(value tileset.json root content uri)")
   python3 "$here/unread_answers.py" "$http" --clients "$many" --addresses 4 --seconds "$duration" "${paths[@]}" >hoarding_http.json ||
-    fail "hoarding-http: they did not come in"
-  curl -sf --max-time 30 "http://$http/v1/datasets/head/slice?width=64&height=64" -o slice.png || fail "hoarding-http: others are not served"
-  kill -0 "$pid" 2>/dev/null || fail "hoarding-http: the server is gone"
+    fail "$name: they did not come in"
+  curl -sf --max-time 30 "http://$http/v1/datasets/head/slice?width=64&height=64" -o slice.png || fail "$name: others are not served"
+  kill -0 "$pid" 2>/dev/null || fail "$name: the program is gone"
   sleep 4  # Free memory is returned meanwhile.
   after=$(resident "$pid")
-  stop "$pid"
   stop "$watcher"
   peak=$(largest hoarding_http.memory 0 1)
   # Queue and cache, 64 KiB and a chunk of a mesh file per connection, slices in progress, and the memory used before.
   bound=$(awk "BEGIN { printf \"%.0f\", 256 + 64 + 320 + $many * 0.4 + $before }")
-  expect "hoarding-http: answers came" "$(value hoarding_http.json answered) > 0"
-  expect "hoarding-http: memory is within the documented bound" "$peak <= $bound"
-  row "$many HTTP connections of four addresses that read nothing of slices, meshes, cells and values" \
+  expect "$name: answers came" "$(value hoarding_http.json answered) > 0"
+  expect "$name: memory is within the documented bound" "$peak <= $bound"
+  row "$name: $many HTTP connections of four addresses that read nothing of what all routes send" \
     "at most $peak MiB, where $bound MiB are documented; $before MiB before, $after MiB after" \
     "$(value hoarding_http.json answered) answers begun, $(value hoarding_http.json refused) refused"
+}
+
+trial_hoarding_http() {
+  local limits=(--max-connections 5000 --max-connections-per-address 5000 --max-requests-per-second 1000000
+    --queue-bytes 256MiB --cache-bytes 64MiB)
+  begin hoarding_http "$programs/multitetra-server" serve head.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0 "${limits[@]}"
+  hoards_http hoarding-http
+  local server=$pid
+  begin hoarding_gateway "$programs/multitetra-gateway" --upstream "$tcp" --tcp off --http 127.0.0.1:0 "${limits[@]}"
+  hoards_http "hoarding-http at a gateway"
+  stop "$pid"
+  stop "$server"
 }
 
 # small_surfaces FILE SECONDS: a client at 127.0.0.1 that requests distinct surfaces of the small dataset.

@@ -90,7 +90,9 @@ bool is_up_to_date(const PrepareJob& job, const Provenance& note) {
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
          entry.increment(error)) {
       std::error_code ignored;
-      if (entry->is_regular_file(ignored) && entry->path().extension() != ".mtd" &&
+      const fs::path& file = entry->path();
+      const bool is_digested = file.filename() == fs::path(job.input).filename();
+      if (entry->is_regular_file(ignored) && file.extension() != ".mtd" && !is_digested &&
           entry->last_write_time(ignored) > made) {
         return false;
       }

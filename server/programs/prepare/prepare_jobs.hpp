@@ -18,7 +18,7 @@ struct PrepareJob {
   std::string name;
   VolumeChoice choice = {};
   std::optional<SeriesMember> member = std::nullopt;
-  double stored_label = 0;                     // The label's value in the label map.
+  double stored_label = 0;                              // The label's value in the label map.
   std::optional<double> collected_time = std::nullopt;  // In the .pvd file that lists the input.
   std::vector<std::string> command_line = {};  // Options that select the member: "--time 3".
 };
@@ -39,8 +39,8 @@ struct PrepareJob {
 
 // Returns whether the job's dataset exists, is complete, and has the same name, series member,
 // source and options as the job and `note`. The source's digest does not cover data files named by
-// a header, so the dataset must also be newer than all files in the source's folder. Always false
-// for datasets in a bucket.
+// a header, so the dataset must also be newer than all other files in the source's folder. Always
+// false for datasets in a bucket.
 [[nodiscard]] bool is_up_to_date(const PrepareJob& job, const Provenance& note);
 
 }  // namespace multitetra

@@ -9,6 +9,8 @@
 #include <memory>
 #include <sstream>
 
+#include "common/base/parse_number.hpp"
+
 namespace multitetra {
 namespace {
 
