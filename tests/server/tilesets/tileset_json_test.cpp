@@ -22,14 +22,14 @@ DatasetInfo head() {
   return info;
 }
 
-nlohmann::json tileset(const Tileset& tileset, const OctreeCube& cell, const CellFacts& facts,
-                       const char* folder = "") {
+nlohmann::json parsed(const Tileset& tileset, const OctreeCube& cell, const CellFacts& facts,
+                      const char* folder = "") {
   return nlohmann::json::parse(tileset_json(tileset, cell, facts, folder));
 }
 
 TEST(TilesetJson, LinksToCrossedOctants) {
   const Tileset tileset(head(), {.isovalue = 3});
-  const auto json = tileset(tileset, tileset.root(), {.crossed_octants = 0x03}, "id/");
+  const auto json = parsed(tileset, tileset.root(), {.crossed_octants = 0x03}, "id/");
   EXPECT_EQ(json["asset"]["version"], "1.1");
   const auto& root = json["root"];
   EXPECT_EQ(root["refine"], "REPLACE");
@@ -38,19 +38,19 @@ TEST(TilesetJson, LinksToCrossedOctants) {
   EXPECT_EQ(root["children"][0]["content"]["uri"], "id/7-0-0-0.json");
   EXPECT_EQ(root["children"][1]["content"]["uri"], "id/7-1-0-0.json");
   // A tile that links to another tileset has the error and the box of that tileset's root.
-  const auto child = tileset(tileset, {7, 1, 0, 0}, {.crossed_octants = 0xFF});
+  const auto child = parsed(tileset, {7, 1, 0, 0}, {.crossed_octants = 0xFF});
   EXPECT_EQ(child["root"]["geometricError"], root["children"][1]["geometricError"]);
   EXPECT_EQ(child["root"]["boundingVolume"], root["children"][1]["boundingVolume"]);
   EXPECT_LT(child["root"]["geometricError"], root["geometricError"]);
   EXPECT_LT(root["geometricError"], json["geometricError"]);
   EXPECT_FALSE(child["root"].contains("transform"));
   EXPECT_FALSE(
-      tileset(tileset, {6, 1, 0, 0}, {.crossed_octants = 0xFF})["root"].contains("children"));
+      parsed(tileset, {6, 1, 0, 0}, {.crossed_octants = 0xFF})["root"].contains("children"));
 }
 
 TEST(TilesetJson, TransformsMetresWithoutScaling) {
   const Tileset tileset(head(), {.isovalue = 3});
-  const auto root = tileset(tileset, tileset.root(), {})["root"];
+  const auto root = parsed(tileset, tileset.root(), {})["root"];
   const std::vector<double> transform = root["transform"];
   const std::vector<double> expected = {0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 1e-2, 2e-2, 3e-2, 1};
   ASSERT_EQ(transform.size(), 16U);
@@ -64,7 +64,7 @@ TEST(TilesetJson, NestsBoxesOfChildrenInThoseOfParents) {
   const auto box = [](const nlohmann::json& tile) {
     return tile["boundingVolume"]["box"].get<std::vector<double>>();
   };
-  const auto root = tileset(tileset, tileset.root(), {.crossed_octants = 0xFF})["root"];
+  const auto root = parsed(tileset, tileset.root(), {.crossed_octants = 0xFF})["root"];
   constexpr double mm = 1e-3;
   EXPECT_EQ(box(root), (std::vector<double>{99.5 * mm, 49.5 * mm, 1.5 * mm * 24.5, 99.5 * mm, 0, 0,
                                             0, 49.5 * mm, 0, 0, 0, 1.5 * mm * 24.5}));
@@ -82,7 +82,7 @@ TEST(TilesetJson, NestsBoxesOfChildrenInThoseOfParents) {
 
 TEST(TilesetJson, HasNoContentForAnEmptySurface) {
   const Tileset tileset(head(), {.isovalue = 3});
-  const auto json = tileset(tileset, tileset.root(), {.is_empty = true});
+  const auto json = parsed(tileset, tileset.root(), {.is_empty = true});
   EXPECT_FALSE(json["root"].contains("content"));
   EXPECT_FALSE(json["root"].contains("children"));
   // A preview too coarse to show anything is refined at any distance.
