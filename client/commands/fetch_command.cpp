@@ -205,6 +205,99 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Fe
   return written;
 }
 
+// All surfaces of an order, and their reports.
+class Fetch {
+ public:
+  Fetch(const FetchArguments& arguments, MeshFormat format, ConnectedRequests connected,
+        std::vector<FetchPart> parts)
+      : arguments_(arguments),
+        format_(format),
+        connected_(std::move(connected)),
+        parts_(std::move(parts)),
+        output_(arguments, format),
+        kept_(arguments) {}
+
+  // Fetches and writes all surfaces and prints the report. Throws ExitError.
+  void run() {
+    for (const FetchPart& part : parts_) {
+      if (!part.steps_directory.empty()) std::filesystem::create_directories(part.steps_directory);
+      fetch(part);
+    }
+    require_surfaces();
+    output_.final_steps(parts_, names_, surfaces_);
+    for (std::size_t i = 0; i < parts_.size(); ++i) complete_report(i);
+    print_reports();
+  }
+
+ private:
+  void fetch(const FetchPart& part) {
+    DatasetRequest& surface = connected_.datasets[part.dataset];
+    reports_.push_back(begun_report(part, surface));
+    auto fetched =
+        fetch_part(arguments_, part, connected_.client, surface, output_, kept_, reports_.back());
+    if (!fetched) {
+      reports_.back().error = fetched.error().error;
+      print_reports();
+      exit_with(fetched.error());
+    }
+    surfaces_.push_back(*std::move(fetched));
+    names_.push_back(name_of(part, surface.info, connected_.is_series));
+    reports_.back().notices = surface.notices.texts();
+  }
+
+  [[nodiscard]] FetchReport begun_report(const FetchPart& part,
+                                         const DatasetRequest& surface) const {
+    const bool has_previews = arguments_.previews || !arguments_.steps_directory.empty();
+    return {.server = connected_.server,
+            .open = {.dataset = surface.info.name,
+                     .request = surface.requests[part.request],
+                     .steps = has_previews ? StepPolicy::kProgressive : StepPolicy::kFinalOnly,
+                     .cached_tile_digests = {},
+                     .scalars = surface.scalars},
+            .notices = surface.notices.texts(),
+            .coordinates = std::string(name(arguments_.order.surface.query.coordinates)),
+            .mesh_file = {},
+            .steps = {}};
+  }
+
+  // Some labels of a series may be empty.
+  void require_surfaces() const {
+    const bool has_any = std::any_of(surfaces_.begin(), surfaces_.end(),
+                                     [](const auto& surface) { return surface.components > 0; });
+    if (arguments_.order.surface.allow_empty || (connected_.is_series && has_any)) return;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (surfaces_[i].components > 0) continue;
+      print_reports();
+      throw ExitError(kEmptySurface, not_written_text(parts_[i].mesh_file));
+    }
+  }
+
+  void complete_report(std::size_t i) {
+    reports_[i].components_written = surfaces_[i].components;
+    reports_[i].triangles_written = surfaces_[i].mesh.triangles.size();
+    reports_[i].mesh_file = parts_[i].mesh_file;
+    DatasetRequest& surface = connected_.datasets[parts_[i].dataset];
+    // One file of several surfaces has the whole budget.
+    const std::uint64_t max_bytes = format_ == MeshFormat::kGlb
+                                        ? arguments_.order.surface.query.request.max_bytes
+                                        : surface.requests[parts_[i].request].max_bytes;
+    surface.notices.add(larger_file_notice(parts_[i].mesh_file, max_bytes));
+    reports_[i].notices = surface.notices.texts();
+  }
+
+  void print_reports() const { output_.report(reports_, /*are_several=*/parts_.size() > 1); }
+
+  const FetchArguments& arguments_;
+  const MeshFormat format_;
+  ConnectedRequests connected_;
+  const std::vector<FetchPart> parts_;
+  const Output output_;
+  KeptTiles kept_;
+  std::vector<FetchReport> reports_;  // One per part that was begun; the others per fetched part.
+  std::vector<OutputSurface> surfaces_;
+  std::vector<SurfaceName> names_;
+};
+
 }  // namespace
 
 int fetch(const FetchArguments& arguments) {
@@ -223,63 +316,7 @@ int fetch(const FetchArguments& arguments) {
     parts = parts_of(arguments, *format, connected.datasets);
     require_outputs_of(arguments, parts);
   }
-  for (const FetchPart& part : parts) {
-    if (!part.steps_directory.empty()) std::filesystem::create_directories(part.steps_directory);
-  }
-  const Output output(arguments, *format);
-  KeptTiles kept(arguments);
-  const bool has_previews = arguments.previews || !arguments.steps_directory.empty();
-  std::vector<FetchReport> reports;
-  std::vector<OutputSurface> surfaces;
-  std::vector<SurfaceName> names;
-  const bool are_several = parts.size() > 1;
-  for (const FetchPart& part : parts) {
-    DatasetRequest& surface = connected.datasets[part.dataset];
-    reports.push_back(
-        {.server = connected.server,
-         .open = {.dataset = surface.info.name,
-                  .request = surface.requests[part.request],
-                  .steps = has_previews ? StepPolicy::kProgressive : StepPolicy::kFinalOnly,
-                  .cached_tile_digests = {},
-                  .scalars = surface.scalars},
-         .notices = surface.notices.texts(),
-         .coordinates = std::string(name(arguments.order.surface.query.coordinates)),
-         .mesh_file = {},
-         .steps = {}});
-    auto fetched =
-        fetch_part(arguments, part, connected.client, surface, output, kept, reports.back());
-    if (!fetched) {
-      reports.back().error = fetched.error().error;
-      output.report(reports, are_several);
-      exit_with(fetched.error());
-    }
-    surfaces.push_back(*std::move(fetched));
-    names.push_back(name_of(part, surface.info, connected.is_series));
-    reports.back().notices = surface.notices.texts();
-  }
-  // Some labels of a series may be empty.
-  const bool has_any = std::any_of(surfaces.begin(), surfaces.end(),
-                                   [](const auto& surface) { return surface.components > 0; });
-  const bool may_be_empty = arguments.order.surface.allow_empty || (connected.is_series && has_any);
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (surfaces[i].components > 0 || may_be_empty) continue;
-    output.report(reports, are_several);
-    throw ExitError(kEmptySurface, not_written_text(parts[i].mesh_file));
-  }
-  output.final_steps(parts, names, surfaces);
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    reports[i].components_written = surfaces[i].components;
-    reports[i].triangles_written = surfaces[i].mesh.triangles.size();
-    reports[i].mesh_file = parts[i].mesh_file;
-    DatasetRequest& surface = connected.datasets[parts[i].dataset];
-    // One file of several surfaces has the whole budget.
-    const std::uint64_t max_bytes = format == MeshFormat::kGlb
-                                        ? arguments.order.surface.query.request.max_bytes
-                                        : surface.requests[parts[i].request].max_bytes;
-    surface.notices.add(larger_file_notice(parts[i].mesh_file, max_bytes));
-    reports[i].notices = surface.notices.texts();
-  }
-  output.report(reports, are_several);
+  Fetch(arguments, *format, std::move(connected), std::move(parts)).run();
   return kOk;
 }
 

@@ -42,7 +42,7 @@ mkdir there && cp whole.mtd there && ends 2 "no volume in there, only datasets. 
 ends 0 "2 members, 0 failed" "$server" prepare in/organs.seg.nrrd --label all --name organs -o organs
 [ "$(grep -c '^prepare organs.label' out)" = 2 ] || fail "not a line of progress for each label: $(cat out)"
 ends 0 "organs.label7: up to date" "$server" prepare in/organs.seg.nrrd --label all --name organs -o organs
-ends 0 "of which the surface encloses" "$server" prepare in/organs.seg.nrrd --label all --name organs -o again
+ends 0 "of which the surface encloses" "$server" prepare in/organs.seg.nrrd --label all --name organs -o printed
 says organs/organs.label3.mtd '"organs", label 3 (liver, #dd8265)'
 says organs/organs.label7.mtd '"organs", label 7 (rest of it)'
 grep -qE ', of which the surface encloses (98|99|100|101)[. ]' <("$server" info organs/organs.label3.mtd) ||
@@ -77,7 +77,7 @@ for surface in folder["surfaces"]:
     assert abs(surface["volume"]) > surface["volume_bound"] > 0 and surface["triangles_written"] == surface["triangles"]
 liver = folder["surfaces"][0]
 assert abs(liver["volume"] - alone["volume"]) <= liver["volume_bound"] + alone["volume_bound"]
-assert abs(liver["volume_bound"] / liver["area"] - alone["volume_bound"] / alone["area"]) < 1e-9
+assert abs(liver["volume_bound"] / liver["area"] * alone["area"] / alone["volume_bound"] - 1) < 0.1  # Areas have two digits.
 EOPY
 for key in open_edges nonmanifold_edges; do
   [ "$(grep -c "\"$key\": 0" out)" = 2 ] || fail "$key: $(cat out)"

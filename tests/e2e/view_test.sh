@@ -178,9 +178,9 @@ ends_by_interrupt
 sed 's/timestep="2.5"/timestep="0.5"/' jet/jet.pvd >jet/twice.pvd
 ends 2 "it has several files of time 0.5" "$server" view --no-browser jet/twice.pvd
 sed 's/timestep="2.5"//' jet/jet.pvd >jet/untimed.pvd
-ends 1 "files that each have a time step" "$server" prepare jet/untimed.pvd -o pvd
+ends 2 "files that each have a time step" "$server" prepare jet/untimed.pvd -o pvd
 sed 's/jet_1/..\/jet_1/' jet/jet.pvd >jet/outside.pvd
-ends 1 "--follow" "$server" prepare jet/outside.pvd -o pvd
+ends 2 "--follow" "$server" prepare jet/outside.pvd -o pvd
 mkdir two
 volume two/a.nrrd '20 * x + y'
 volume two/b.nrrd '255 - 20 * x - y'
