@@ -118,8 +118,7 @@ TEST_F(HttpStoreTest, GivesUpOnAStoreThatSendsAFewBytesASecond) {
   options.stall_timeout = std::chrono::seconds(1);
   const auto slow = store("/lies/trickle/1000", options);
   const auto begin = std::chrono::steady_clock::now();
-  EXPECT_NE(failure([&] { return whole(*slow); }).find("too slow"), std::string::npos)
-      << failure([&] { return whole(*slow); });
+  EXPECT_NE(failure([&] { return whole(*slow); }).find("Timeout"), std::string::npos);
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
 }
 

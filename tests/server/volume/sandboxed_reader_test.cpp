@@ -81,9 +81,11 @@ TEST(SandboxedVolume, LimitsTheMemoryWhileReading) {
   const auto source_of = [](std::size_t gib) {
     const OpenSource takes = [gib](const Notice&, const HeaderIsKnown& header_is_known) {
       header_is_known(0);
-      // Reserves the memory without using it.
-      return std::make_unique<FailingSource>(
-          [gib] { (void)std::make_unique_for_overwrite<std::byte[]>(gib << 30); });
+      return std::make_unique<FailingSource>([gib] {
+        // Reserves the memory, and uses one byte of it.
+        const auto memory = std::make_unique_for_overwrite<std::byte[]>(gib << 30);
+        static_cast<volatile std::byte*>(memory.get())[0] = std::byte{1};
+      });
     };
     return sandboxed_volume("a.tif", takes, nullptr);
   };

@@ -193,7 +193,7 @@ def dicom():
         def kind(i, data):
             from pydicom.encaps import encapsulate
             frame = lossless_jpeg(volume[i].view("<u2"))
-            if i == 2:
+            if i == 2 and share < 1:
                 frame = frame[:int(share * len(frame)) // 2 * 2]
             data.file_meta.TransferSyntaxUID = pydicom.uid.JPEGLosslessSV1
             data.PixelData = encapsulate([frame])
