@@ -1,6 +1,7 @@
 #include "server/routes/thumbnail.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -26,6 +27,7 @@ namespace {
 constexpr std::string_view kThumbnailForm = "thumbnail 1 ";
 constexpr int kWidth = 128;
 constexpr int kHeight = 96;
+constexpr std::uint64_t kMaxTriangles = 2'000'000;
 
 struct ThumbnailQuery {
   std::optional<double> isovalue;
@@ -81,7 +83,9 @@ asio::awaitable<Answer> ThumbnailRoute::answer(const std::string& dataset, const
   if (!info) co_return context.refused(info.error());
   const auto& suggested = info->suggested_isovalues;
   const double isovalue = query->isovalue.value_or(suggested.empty() ? info->min : suggested[0]);
-  SurfaceRequest surface{.dataset = dataset, .request = preview(*info, isovalue)};
+  SurfaceRequest surface{.dataset = dataset,
+                         .request = preview(*info, isovalue),
+                         .max_triangles = kMaxTriangles};
   context.record->set_surface(isovalue, surface.request.error, name(ErrorUnit::kVoxel));
   const std::string key =
       std::string(kThumbnailForm) + key_of(*info) + ' ' + shortest_text(isovalue) + ' ' + query->up;
