@@ -56,7 +56,8 @@ IsosurfaceRequest preview(const DatasetInfo& info, double isovalue) {
   IsosurfaceRequest request = tileset.request(tileset.root());
   std::int32_t& spacing = request.cell->finest_spacing;
   if (spacing > 1) spacing /= 2;
-  request.error = std::min(request.error, spacing / 2.0);
+  request.error = std::min(request.error, spacing / 4.0);
+  request.simplify = false;  // Facets would be visible.
   request.topology_tolerance /= 2;
   return request;
 }

@@ -195,9 +195,9 @@ async function toggleFullScreen(): Promise<void> {
   }
 }
 
-// Acts once the first surface is visible: the server makes it before thumbnails.
+// Acts once the first surface is visible, which the server makes before thumbnails, or if there is none to show.
 function whenShown(act: () => void): void {
-  if (surfaces.progress.get().shown) act();
+  if (surfaces.progress.get().shown || !viewer.info) act();
   else setTimeout(() => whenShown(act), 200);
 }
 

@@ -170,6 +170,7 @@ describe("SceneAt", () => {
     expect(sampledOf([shifted, ct], defaults, shifted)).toBe(shifted);
     const fine = { ...ct, name: "fine", dims: ct.dims.map((n) => 2 * n), indexToWorld: [0.5, 0, 0, 0, 0.5, 0, 0, 0, 0.5, -0.25, -0.25, -0.25] };
     expect(sampledOf([fine, part], defaults, part)).toBe(fine); // Another grid of the same place.
+    expect(sampledOf([{ ...fine, lengthUnit: "um" }, part], defaults, part)).toBe(part);
     expect(sampledOf([fine, part, placed(plain("far"), 100)], defaults, part)).toBe(part);
     expect(sampledOf([shifted, ct, part], { ...defaults, samplesOf: "shifted" }, part)).toBe(shifted);
     expect(sampledOf(list, { ...defaults, samplesOf: "flow.heat.t0" }, flow[0]).name).toBe("flow.heat.t0.5");

@@ -22,7 +22,7 @@ export function slicePart(change: Change): SlicePart {
   const refusal = h("p", { class: "hint", hidden: true }, noSamples);
   const controls = new SettingControls(change);
   const slice = controls.choice("slice", {
-    label: "Plane", tip: "The samples on a plane through the data, with the contours of the surfaces.",
+    label: "Plane", tip: "The samples on a plane through the data, with the contours of the surfaces. Clip has oblique planes, which Fill covers with samples.",
     choices: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"]],
   });
   const samples = datasetSelect("Samples of", "Automatic", (samplesOf) => change({ samplesOf, level: null, windowWidth: null }), ({ member }) => !member?.label);

@@ -127,11 +127,12 @@ export function hasSameGrid(a: DatasetInfo, b: DatasetInfo): boolean {
   return isSameSize && worldDifference(a, b) === null && isNear(one.low, other.low) && isNear(one.high, other.high);
 }
 
-// Whether all samples of `part` lie in the box of the other's, within half a sample of the coarser.
+// Whether all samples of `part` lie in the box of the other's, within half a sample of the coarser, in the same
+// coordinates: unknown ones are not known to be the same.
 export function isPartOf(part: DatasetInfo, whole: DatasetInfo): boolean {
   const [inner, outer] = [worldBox(part), worldBox(whole)];
   const slack = worldSpacing(part).map((step, axis) => 0.501 * Math.max(step, worldSpacing(whole)[axis]));
-  return worldDifference(whole, part) === null &&
+  return part.space === whole.space && part.lengthUnit === whole.lengthUnit &&
     slack.every((by, axis) => inner.low[axis] >= outer.low[axis] - by && inner.high[axis] <= outer.high[axis] + by);
 }
 
