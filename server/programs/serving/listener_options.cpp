@@ -104,6 +104,7 @@ void add_limits_on_clients(Command& command, ListenerOptions& o) {
       ->within(std::size_t{0}, kMaxThresholdRegions);
   command.add_flag("--surfaces-only", o.requests.surfaces_only,
                    "Serve meshes only: no sample shells, slices or probes, which contain samples");
+  add_bytes(command, "--queue-bytes", o.queue_bytes, "Memory for queued requests and replies");
   add_bytes(command, "--max-message-bytes", o.session.max_message_bytes,
             "Most bytes of a client's message")
       ->within(std::size_t{1024}, std::size_t{kMaxClientFrameBytes});
@@ -245,6 +246,7 @@ ServerOptions server_options(const ListenerOptions& o) {
       .connections = {.total = o.max_connections, .per_name = o.max_connections_per_address},
       .requests = {.per_second = o.max_requests_per_second,
                    .burst = std::max(1.0, 3 * o.max_requests_per_second)},
+      .queue_bytes = o.queue_bytes == 0 ? SIZE_MAX : o.queue_bytes,
       .trusted_proxies = *std::move(trusted),
       .observer = std::make_shared<RequestLog>()};
   if (!o.tls_certificate.empty()) admission.tls = {o.tls_certificate, o.tls_key};

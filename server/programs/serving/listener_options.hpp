@@ -41,6 +41,7 @@ struct ListenerOptions {
   RequestLimits requests = {};
   std::size_t max_hello_bytes = kMaxHelloFrameBytes;
   std::size_t max_header_bytes = 16 * 1024;
+  std::size_t queue_bytes = std::size_t{1} << 30;
   double handshake_seconds = 10;
   double write_seconds = 60;
   double idle_seconds = 600;

@@ -26,7 +26,6 @@ void add_serve_options(Command& command, ServeOptions& o) {
               "rejections have a retry delay");
   add_bytes(command, "--cache-bytes", o.cache_bytes,
             "Memory for cached tiles, for example 512MiB; 0: no cache");
-  add_bytes(command, "--queue-bytes", o.queue_bytes, "Memory for queued requests and replies");
   command.begin_group("Bricks and remote datasets");
   add_bytes(command, "--brick-bytes", o.brick_bytes,
             "Memory for decompressed bricks and blocks of remote datasets");
@@ -62,7 +61,6 @@ RemoteFilesOptions file_options(const ServeOptions& o) {
 
 ServerOptions server_options(const ServeOptions& o) {
   ServerOptions options = server_options(o.listeners);
-  options.admission.queue_bytes = o.queue_bytes == 0 ? SIZE_MAX : o.queue_bytes;
   // Each step uses all threads. An address has at most two workers; the others keep other clients
   // from waiting.
   options.service.workers = o.threads == 1 ? 1 : 4;

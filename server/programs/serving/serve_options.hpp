@@ -22,7 +22,6 @@ struct ServeOptions {
   double max_request_seconds = 300;
   double max_waiting_seconds = 600;
   std::size_t cache_bytes = std::size_t{512} << 20;
-  std::size_t queue_bytes = std::size_t{1} << 30;
   std::size_t brick_bytes = std::size_t{512} << 20;
   std::string cache_dir = {};
   std::size_t cache_dir_bytes = std::size_t{16} << 30;
