@@ -136,6 +136,22 @@ DatasetRequest request_for(DatasetInfo info, const SurfaceOrder& order,
           std::move(color_unit)};
 }
 
+// The same isovalue at all times of a field: by default the suggestion of the first.
+SurfaceOrder order_for(const DatasetInfo& info, const SurfaceOrder& order,
+                       const std::vector<DatasetInfo>& members) {
+  SurfaceOrder one = order;
+  if (!order.surface.query.isovalues.empty() || !info.member || info.member->label) return one;
+  const DatasetInfo* first = &info;
+  for (const DatasetInfo& other : members) {
+    const bool is_same = !other.member->label && field_name(other) == field_name(info);
+    if (is_same && other.member->time < first->member->time) first = &other;
+  }
+  if (first != &info && !first->suggested_isovalues.empty()) {
+    one.surface.query.isovalues = {first->suggested_isovalues.front()};
+  }
+  return one;
+}
+
 }  // namespace
 
 ConnectedServer connected_to(const ServerArguments& arguments, const RetryOptions& retry_options) {
@@ -179,8 +195,9 @@ ConnectedRequests ordered_datasets(const SurfaceOrder& order, const RetryOptions
   if (is_series) require_one_field(order, members);
   if (!is_series) members.push_back(usable_dataset(order, connected));
   std::vector<DatasetRequest> datasets;
-  for (DatasetInfo& info : members) {
-    datasets.push_back(request_for(std::move(info), order, connected));
+  for (const DatasetInfo& info : members) {
+    const SurfaceOrder one = is_series ? order_for(info, order, members) : order;
+    datasets.push_back(request_for(info, one, connected));
   }
   return {connected.server, std::move(connected.client), std::move(datasets), is_series};
 }

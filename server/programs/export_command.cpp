@@ -11,6 +11,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/exit_codes.hpp"
 #include "common/base/utf8.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/request/surface_query.hpp"
@@ -264,7 +265,10 @@ int export_tilesets(ExportArguments arguments) {
     std::cout << printable(arguments.folder, /*keeps_lines=*/false) << ": " << exported.files
               << " files, " << exported.triangles << " triangles on all levels\n";
   }
-  return 0;
+  if (exported.triangles == 0) {
+    throw ExitError(kEmptySurface, "The surface is empty: the files have no triangles.");
+  }
+  return kOk;
 }
 
 }  // namespace

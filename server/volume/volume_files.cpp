@@ -32,6 +32,7 @@
 #include "server/volume/formats/recognition.hpp"
 #include "server/volume/formats/tiff_file.hpp"
 #include "server/volume/formats/vtk/legacy_vtk_file.hpp"
+#include "server/volume/formats/vtk/pvd_file.hpp"
 #include "server/volume/formats/vtk/pvti_file.hpp"
 #include "server/volume/formats/vtk/vti_file.hpp"
 #include "server/volume/formats/zarr_volume.hpp"
@@ -189,6 +190,9 @@ StoredVolume open_stored(const fs::path& path, const Opening& opening, const Vol
     return are_dicom ? open_dicom(path, slices, choice) : open_image_stack(path);
   }
   if (opening.options.raw) return open_raw(path, *opening.options.raw);
+  if (is_pvd(path)) {
+    fail_reading(path, "it is a collection of files, one for each time", "Give one of its files");
+  }
   format = recognized_format(path);
   if (format) return open_format(path, *format, choice);
   if (fs::is_directory(path)) {

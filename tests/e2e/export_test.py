@@ -210,6 +210,8 @@ def main():
         for file in ("levels", "fine"):
             assert (folder / file / "surface.glb").stat().st_size > 10_000
         assert (folder / "fine/surface.glb").read_bytes() == (folder / "levels/surface.glb").read_bytes(), "fine is 0.25 voxels"
+        nothing = subprocess.run([program, "export", "gyroid.mtd", "--isovalue", "99", "--quiet", "-o", "nothing"], cwd=folder, capture_output=True)
+        assert nothing.returncode == 6 and b"is empty" in nothing.stderr, nothing
         check_levels(folder, program)
         check_meshopt(folder, program)
         with open(folder / "log", "w") as log:

@@ -327,6 +327,7 @@ import json
 surfaces = json.load(open("run.json"))["surfaces"]
 assert [one["color_by"] for one in surfaces] == [f"run.hot_cold.t000{time}" for time in range(3)], surfaces
 assert len({tuple(one["color_range"]) for one in surfaces}) == 1, surfaces
+assert len({one["parameters"]["isovalue"] for one in surfaces}) == 1, surfaces
 EOPY
 ends 2 "has several fields, and isovalues are for one. Choose one with --dataset: \"run.hot_cold\"" "$client" fetch --server "$url" --dataset run --isovalue 1 -o x.ply
 ends_well runs "$pid"

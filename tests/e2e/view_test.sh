@@ -162,7 +162,7 @@ starts fields --no-browser jet
 [ "$shown" = jet.pressure.t0000 ] || fail "another field than the first is shown: $shown"
 lists "jet.heat.t0000 jet.heat.t0001 jet.pressure.t0000 jet.pressure.t0001"
 ends_by_interrupt
-# A ParaView collection names the times; a folder with one shows its files.
+# A ParaView collection names the times, also in a folder.
 cat >jet/jet.pvd <<'END'
 <VTKFile type="Collection" version="0.1"><Collection>
 <DataSet timestep="2.5" part="0" file="jet_1.vti"/><DataSet timestep="0.5" part="0" file="jet_0.vti"/>
@@ -174,6 +174,7 @@ curl -s "$url/v1/datasets" | tr -d ' \n' | grep -qF '"time":2.5' || fail "the ti
 ends_by_interrupt
 starts besides --no-browser jet
 lists "jet.heat.t0000 jet.heat.t0001 jet.pressure.t0000 jet.pressure.t0001"
+curl -s "$url/v1/datasets" | tr -d ' \n' | grep -qF '"time":2.5' || fail "a folder's collection is ignored: $(curl -s "$url/v1/datasets")"
 ends_by_interrupt
 sed 's/timestep="2.5"/timestep="0.5"/' jet/jet.pvd >jet/twice.pvd
 ends 2 "it has several files of time 0.5" "$server" view --no-browser jet/twice.pvd

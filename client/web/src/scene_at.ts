@@ -46,6 +46,7 @@ export function sceneRefusal(list: readonly DatasetInfo[], { colorBy, samplesOf,
   const unknown = surfaces.find((one) => !isKnown(one));
   if (unknown) return { text: unknownDatasetText(list, unknown.dataset!), change: { surfaces: surfaces.filter(isKnown) } };
   const by = colorBy ? findByName(list, colorBy) : null;
+  if (colorBy && !by) return { text: unknownDatasetText(list, colorBy), change: { colorBy: "" } };
   const reason = by && worldDifference(info, by);
   if (reason) return { text: `"${colorBy}" cannot color this surface: ${reason}.`, change: { colorBy: "" } };
   const sampled = samplesOf ? findByName(list, samplesOf) : info;

@@ -379,7 +379,7 @@ export class Viewer {
   }
 
   private reportShown(at: number, shown: ShownSurface, isFirst: boolean): void {
-    if (at === 0 && isFirst && !this.settings.get().eye) shown.info.member?.label ? this.stage.frameBox(boxBetween(worldBox(shown.info))) : this.fit();
+    if (at === 0 && isFirst && !this.settings.get().eye) shown.info.member?.label || this.times ? this.stage.frameBox(boxBetween(worldBox(shown.info))) : this.fit();
     this.samples.updateSlices();
     for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.measuring.surfaceReplaced(tiles);
     if (at === 0 && shown.facts.isFinal && this.detail.recordDuration(this.surfaces.progress.get().complete) && this.get().followView) this.requestSurfaces();

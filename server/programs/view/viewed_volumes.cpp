@@ -69,6 +69,18 @@ std::string series_name(const fs::path& volume) {
   return name.empty() ? "series" : name;
 }
 
+// Returns the only ParaView collection of a folder: it has the times of the files.
+std::optional<std::string> collection_in(const std::string& folder) {
+  std::optional<std::string> found;
+  std::error_code error;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    if (!is_pvd(at->path())) continue;
+    if (found) return std::nullopt;
+    found = at->path().string();
+  }
+  return found;
+}
+
 // ---- labels
 
 constexpr std::array<std::string_view, 7> kLabelWords = {
@@ -151,8 +163,11 @@ bool is_prepared(const std::string& input) {
   return is_address(input) || volumes_in(input).empty();
 }
 
-std::vector<PrepareArguments> preparations_of(const std::vector<std::string>& inputs,
+std::vector<PrepareArguments> preparations_of(std::vector<std::string> inputs,
                                               const VolumeOptions& volume) {
+  if (inputs.size() == 1) {
+    if (const auto collection = collection_in(inputs.front())) inputs = {*collection};
+  }
   std::vector<std::string> volumes;
   for (const PrepareJob& job : jobs_for(inputs, {}, volume.allow_external_files)) {
     volumes.push_back(job.input);

@@ -29,7 +29,7 @@ inline constexpr std::string_view kDemoLook =
 // Numbered files on the same grid become one time series of all their fields; a file with several
 // times, fields or named labels becomes a series unless `volume` chooses one. Reads headers only.
 // Throws VolumeFileError, ExitError.
-[[nodiscard]] std::vector<PrepareArguments> preparations_of(const std::vector<std::string>& inputs,
+[[nodiscard]] std::vector<PrepareArguments> preparations_of(std::vector<std::string> inputs,
                                                             const VolumeOptions& volume);
 
 // Returns the preparation of every label of a label map as a separate surface.

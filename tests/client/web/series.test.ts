@@ -1,7 +1,7 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { sampledOf, sceneOf, sceneRefusal } from "../../../client/web/src/scene_at";
 import {
-  atTime, channelColor, entriesOf, initialSelection, seriesOf, labelIsovalue, findByName, memberOfField, rangeOf, settingsOfEntry, timesOf, timeText, withLabelChanges, withLabelsBeside,
+  atTime, channelColor, entriesOf, initialSelection, seriesOf, labelIsovalue, findByName, memberOfField, rangeOf, settingsOfEntry, timeOf, timesOf, timeText, withLabelChanges, withLabelsBeside,
 } from "../../../client/web/src/state/series";
 import { labelColor } from "../../../client/web/src/state/label_colors";
 import { defaults } from "../../../client/web/src/state/settings";
@@ -147,6 +147,18 @@ describe("SceneAt", () => {
     expect(scene.moment).toEqual({ scene: "flow", time: 0.25 });
     expect(scene.scalars).toEqual({ dataset: "flow.heat.t0.25", low: 0, high: 1 });
     expect(sceneOf(list, { ...defaults, colorBy: "gone" }, list[0]).scalars).toEqual({ dataset: "gone" });
+  });
+
+  test("AreFoundByTheNameOfASeriesOrField", () => {
+    expect(findByName(list, "flow")?.name).toBe(findByName(list, "flow.speed")?.name);
+    expect(timeOf(findByName(list, "flow.heat")!)).toBe(Math.min(...timesOf(list, findByName(list, "flow.heat")!)));
+    expect(findByName(list, "flow.hea")).toBeNull();
+  });
+
+  test("RefuseColorsOfUnknownDatasets", () => {
+    expect(sceneRefusal(list, { ...defaults, colorBy: "fule" }, list[0])).toEqual({
+      text: 'No dataset named "fule" is served here. Did you mean "fuel"?', change: { colorBy: "" },
+    });
   });
 
   test("RefuseSurfacesOfUnknownDatasets", () => {

@@ -140,6 +140,21 @@ def dicom():
     read("dicom-second-spacing", slices("second-spacing", even, wider), volume[1:],
          notice="another size, type, spacing or orientation than most are skipped: 'slice0.dcm'", **from_second)
 
+    # Directions of two decimals: corrected, both by the same angle. GDCM takes them for none.
+    rough = numpy.array([[0.88, 0.32, 0.34], [-0.34, 0.94, 0]])
+    directions = [one / numpy.linalg.norm(one) for one in rough]
+    halves = [one / numpy.linalg.norm(one) * 0.5 ** 0.5 for one in (directions[0] + directions[1], directions[0] - directions[1])]
+    row, column = halves[0] + halves[1], halves[0] - halves[1]
+    normal = numpy.cross(row, column)
+
+    def rounded(i, data, stored=rough):
+        data.ImageOrientationPatient = [f"{v:g}" for v in stored.ravel()]
+
+    places = [tuple(float(f"{v:.9f}") for v in numpy.array([10, -20, 30]) + 2 * i * normal) for i in range(6)]
+    read("dicom-rounded-directions", slices("rounded-directions", places, rounded), volume, notice="they were corrected", origin=places[0],
+         steps=(0.5 * row, 0.75 * column, 2 * normal), unit="mm")
+    refuse("dicom-skewed", slices("skewed", places, lambda i, data: rounded(i, data, rough + [[0, 0, 0], [0.1, 0, 0]])), "at right angles")
+
     def stranger(i, data):
         if i == 4:
             data.PatientID, data.StudyInstanceUID = "two", "1.2.3.201"

@@ -64,13 +64,15 @@ export function timeOf({ member }: DatasetInfo): number | null {
   return time !== undefined && Number.isFinite(time) ? time : null;
 }
 
-// Returns the dataset of that name, or else the first of the series of that name.
+// Returns the dataset of that name, or else the first of the series or of the field ("flow.density") of that name.
 export function findByName(list: readonly DatasetInfo[], name: string): DatasetInfo | null {
   const own = list.find((info) => info.name === name);
   if (own) return own;
   const member = list.find((info) => info.member?.series === name);
   const series = member && seriesOf(list, member);
-  return series ? firstOf(series) : null;
+  if (series) return firstOf(series);
+  const times = list.filter((info) => timeOf(info) !== null && info.name.replace(/\.[^.]*$/, "") === name);
+  return times.reduce<DatasetInfo | null>((first, one) => (first && timeOf(first)! <= timeOf(one)! ? first : one), null);
 }
 
 // Returns the same field and label at the nearest time; the dataset itself if it has no other times.

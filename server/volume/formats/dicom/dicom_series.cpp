@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "common/base/text.hpp"
+#include "common/base/number_text.hpp"
 #include "common/base/vec3.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/dicom/detail/dicom_grid.hpp"
@@ -138,6 +139,16 @@ void note_origins(const fs::path& place, const std::vector<DicomImage>& images,
                       " images of this series are of another patient or study than '" +
                       first.file.filename().string() + "': " + list_of(files_of(other_images)) +
                       ". They are included in the volume.");
+  }
+  const double skew =
+      std::max_element(images.begin(), images.end(), [](const auto& a, const auto& b) {
+        return a.skew < b.skew;
+      })->skew;
+  if (skew > 0) {
+    notices.push_back("'" + place.string() +
+                      "': the directions of rows and columns are rounded and not at right angles "
+                      "(cosine " +
+                      shortest_text(std::round(1e4 * skew) / 1e4) + "); they were corrected.");
   }
   if (!longer.empty()) {
     notices.push_back(

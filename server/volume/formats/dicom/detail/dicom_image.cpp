@@ -116,6 +116,32 @@ void apply(const FunctionalGroups& groups, DicomImage& image) {
   if (!groups.intercept.empty()) image.intercept = groups.intercept[0];
 }
 
+// Headers round the directions: makes them orthonormal, turning both by the same angle. Leaves
+// differences that are of no effect. Fails for those that no rounding explains.
+void make_orthonormal(DicomImage& image) {
+  constexpr double kNoEffect = 1e-4;
+  constexpr double kMostRounded = 0.03;  // Two decimals.
+  const double lengths[] = {length(image.row), length(image.column)};
+  const double skew = std::abs(dot(image.row, image.column));
+  const double off = std::max({std::abs(lengths[0] - 1), std::abs(lengths[1] - 1), skew});
+  if (off <= kNoEffect) return;
+  if (!(off <= kMostRounded)) {
+    fail_reading(image.file,
+                 "the directions of its rows and columns (ImageOrientationPatient) are not of "
+                 "length 1 and at right angles",
+                 "Correct the header");
+  }
+  image.skew = skew;
+  const Vec3 row = scaled(image.row, 1 / lengths[0]);
+  const Vec3 column = scaled(image.column, 1 / lengths[1]);
+  const Vec3 middle = sum(row, column);
+  const Vec3 across = difference(row, column);
+  const Vec3 u = scaled(middle, std::sqrt(0.5) / length(middle));
+  const Vec3 v = scaled(across, std::sqrt(0.5) / length(across));
+  image.row = sum(u, v);
+  image.column = difference(u, v);
+}
+
 // Returns the frames of a file with header `whole`, positioned by functional groups, by the offsets
 // of a dose grid, or else one slice spacing apart.
 std::vector<DicomImage> frames_of(const DicomImage& whole, const gdcm::DataSet& data) {
@@ -142,6 +168,7 @@ std::vector<DicomImage> frames_of(const DicomImage& whole, const gdcm::DataSet& 
       read_groups(each->GetItem(item).GetNestedDataSet(), groups);
     }
     apply(groups, image);
+    make_orthonormal(image);
     if (!groups.rescale_type.empty() || !groups.slope.empty()) {
       image.value_unit = value_unit_of(groups.rescale_type, data, image.modality);
     }
@@ -282,7 +309,9 @@ std::vector<DicomImage> dicom_images(const fs::path& path) {
     image.slope = rescale[1];
   }
   image.value_unit = value_unit_of(text_at(data, gdcm::Tag(0x0028, 0x1054)), data, image.modality);
-  const std::vector<double> cosines = gdcm::ImageHelper::GetDirectionCosinesValue(file);
+  // GDCM replaces directions that are not quite at right angles by the identity.
+  std::vector<double> cosines = numbers_at(data, gdcm::Tag(0x0020, 0x0037));
+  if (cosines.size() != 6) cosines = gdcm::ImageHelper::GetDirectionCosinesValue(file);
   const std::vector<double> origin = gdcm::ImageHelper::GetOriginValue(file);
   const std::vector<double> spacing = gdcm::ImageHelper::GetSpacingValue(file);
   if (cosines.size() != 6 || origin.size() < 3) return {};

@@ -37,6 +37,7 @@ struct DicomImage {
   // Directions of increasing column and row number.
   Vec3 row{};
   Vec3 column{};
+  double skew = 0;  // The cosine of the angle of both, as stored, where that was corrected.
   // Position of the first sample.
   Vec3 position{};
   bool has_position = false;
