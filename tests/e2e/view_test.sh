@@ -237,9 +237,10 @@ lists "ct ct_seg.label1 ct_seg.label2"
 ends_by_interrupt
 sed 's/spacings: 1 1 1/spacings: 0.5 1 1/' scan/ct_seg.nrrd >half.nrrd
 start other "$view" view --no-browser scan/ct.nrrd --labels half.nrrd
-for _ in $(seq 600); do grep -q 'labels of .half.nrrd. are on another grid (12 x 12 x 12 samples) than .ct. (12 x 12 x 12)' other.log && break; sleep 0.05; done
+for _ in $(seq 600); do grep -q 'labels of .half.nrrd. are on another grid, of the same size, than .ct. (12 x 12 x 12)' other.log && break; sleep 0.05; done
 grep -q 'on another grid' other.log || fail "labels of another grid without a notice: $(cat other.log)"
 ends_by_interrupt
+ends 2 "'scan/no.nrrd' does not exist" "$view" view --no-browser scan/ct.nrrd --labels scan/no.nrrd
 ends 2 "--labels needs the volume that they belong to" "$server" view --no-browser --labels scan/ct_seg.nrrd
 starts unlabelled --no-browser --no-labels scan/ct.nrrd
 lists "ct"

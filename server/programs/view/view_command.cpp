@@ -115,6 +115,9 @@ class ViewedVolumes {
     }
     std::vector<std::string> label_maps;
     if (!arguments.labels.empty()) {
+      if (!is_address(arguments.labels) && !fs::exists(arguments.labels)) {
+        throw ExitError(kUsage, "--labels: '" + arguments.labels + "' does not exist.");
+      }
       label_maps = {arguments.labels};
     } else if (!arguments.no_labels && volumes.size() == 1 && !is_address(volumes.front())) {
       label_maps = label_maps_of(volumes.front());
@@ -231,8 +234,11 @@ class ViewedVolumes {
       print_line("The labels of '" + input + "' do not belong to '" + first_->name +
                  "': " + mismatch);
     } else if (labels.dims != first_->dims || labels.index_to_world != first_->index_to_world) {
-      print_line("The labels of '" + input + "' are on another grid (" + sides_text(labels.dims) +
-                 " samples) than '" + first_->name + "' (" + sides_text(first_->dims) +
+      const std::string sizes = labels.dims == first_->dims
+                                    ? ", of the same size,"
+                                    : " (" + sides_text(labels.dims) + " samples)";
+      print_line("The labels of '" + input + "' are on another grid" + sizes + " than '" +
+                 first_->name + "' (" + sides_text(first_->dims) +
                  "): they appear where their header places them.");
     }
   }
