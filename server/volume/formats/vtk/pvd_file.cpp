@@ -1,14 +1,71 @@
 #include "server/volume/formats/vtk/pvd_file.hpp"
 
+#include <expat.h>
+
 #include <algorithm>
+#include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include "common/base/number_text.hpp"
+#include "common/base/parse_number.hpp"
+#include "common/base/result.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/stored_volume.hpp"
-#include "server/volume/formats/vtk/detail/vti_header.hpp"
 
 namespace multitetra {
+namespace {
+
+struct PvdEntry {
+  std::string file;
+  double time = 0;  // Finite.
+};
+
+// Returns at least one entry, or an error with a sentence.
+Result<std::vector<PvdEntry>> parse_pvd(std::string_view text) {
+  struct Found {
+    std::vector<PvdEntry> entries;
+    bool is_collection = false;
+    bool is_valid = true;  // Every file has a time.
+  } found;
+  const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(
+      XML_ParserCreate(nullptr), &XML_ParserFree);
+  XML_SetUserData(parser.get(), &found);
+  XML_SetStartElementHandler(parser.get(),
+                             [](void* into, const XML_Char* name, const XML_Char** attributes) {
+                               auto& result = *static_cast<Found*>(into);
+                               const std::string_view tag(name);
+                               PvdEntry entry;
+                               std::optional<double> time;
+                               for (const XML_Char** at = attributes; *at != nullptr; at += 2) {
+                                 const std::string_view key(at[0]);
+                                 if (tag == "VTKFile" && key == "type") {
+                                   result.is_collection = std::string_view(at[1]) == "Collection";
+                                 }
+                                 if (key == "file") entry.file = at[1];
+                                 if (key == "timestep") time = parse_finite(at[1]);
+                               }
+                               if (tag != "DataSet") return;
+                               result.is_valid = result.is_valid && time && !entry.file.empty();
+                               entry.time = time.value_or(0);
+                               result.entries.push_back(std::move(entry));
+                             });
+  XML_SetEntityDeclHandler(
+      parser.get(),
+      [](void* into, const XML_Char*, int, const XML_Char*, int, const XML_Char*, const XML_Char*,
+         const XML_Char*, const XML_Char*) { static_cast<Found*>(into)->is_valid = false; });
+  const auto state = XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), XML_TRUE);
+  if (state != XML_STATUS_OK) return fail(ErrorCode::kDamagedData, "its XML is damaged");
+  if (!found.is_collection || !found.is_valid || found.entries.empty()) {
+    return fail(ErrorCode::kInvalidArgument,
+                "it is not a Collection of files that each have a time step");
+  }
+  return std::move(found.entries);
+}
+
+}  // namespace
 
 bool is_pvd(const std::filesystem::path& path) { return path.extension() == ".pvd"; }
 

@@ -68,14 +68,6 @@ struct PvtiHeader {
 };
 [[nodiscard]] Result<PvtiHeader> parse_pvti(std::string_view text);
 
-// A file listed by a .pvd file.
-struct PvdEntry {
-  std::string file;
-  double time = 0;  // Finite.
-};
-// Returns at least one entry, or an error with a sentence.
-[[nodiscard]] Result<std::vector<PvdEntry>> parse_pvd(std::string_view text);
-
 // Returns kDamagedData or kInvalidArgument with a sentence unless it is readable data of `kind`.
 [[nodiscard]] Result<VtiHeader> parse_vti(const NextBytes& next,
                                           VtkDataKind kind = VtkDataKind::kImageData);
