@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/commands/colored_mesh.hpp"
+#include "client/commands/snapshot_scenes.hpp"
 #include "client/commands/surface_appearances.hpp"
 #include "common/picture/annotations.hpp"
 #include "common/picture/rasterizer.hpp"
@@ -51,36 +52,6 @@ struct TakenSurface {
   std::optional<ColorScale> colors = {};
   OutputSurface drawn;
 };
-
-// The surfaces of one picture: all of an order, or those of one time.
-struct Scene {
-  std::span<DatasetRequest> datasets;  // At least one.
-  std::string picture_file;
-};
-
-// Sorts the datasets by time. Several times have a picture each, named like the first dataset's
-// last part: flow_t0003.png.
-std::vector<Scene> scenes_of(const SnapshotArguments& arguments, ConnectedRequests& connected) {
-  std::vector<DatasetRequest>& all = connected.datasets;
-  const auto time = [&](const DatasetRequest& one) {
-    return connected.is_series ? one.info.member->time : std::nullopt;
-  };
-  std::stable_sort(all.begin(), all.end(),
-                   [&](const auto& a, const auto& b) { return time(a) < time(b); });
-  std::vector<Scene> scenes;
-  for (auto from = all.begin(); from != all.end();) {
-    const auto to =
-        std::find_if(from, all.end(), [&](const auto& one) { return time(one) != time(*from); });
-    const std::string& name = from->info.name;
-    scenes.push_back(
-        {.datasets = {from, to},
-         .picture_file =
-             file_of_part(arguments.picture, name.substr(name.rfind('.') + 1)).string()});
-    from = to;
-  }
-  if (scenes.size() == 1) scenes.front().picture_file = arguments.picture;
-  return scenes;
-}
 
 // All fetched surfaces and timings.
 struct Taken {
@@ -294,7 +265,7 @@ int snapshot(const SnapshotArguments& arguments) {
                   {{"--threshold-grid", arguments.order.surface.threshold_grid}});
   ConnectedRequests connected = ordered_datasets(arguments.order);
   share_budget(connected);
-  const std::vector<Scene> scenes = scenes_of(arguments, connected);
+  const std::vector<Scene> scenes = scenes_of(arguments.picture, connected);
   const bool are_several = scenes.size() > 1;
   Json reports = Json::array();
   bool is_empty = true;

@@ -1,0 +1,24 @@
+// The pictures of an order: one, or one for each time of a series.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "client/commands/connected_request.hpp"
+
+namespace multitetra {
+
+// The surfaces of one picture: all of an order, or those of one time.
+struct Scene {
+  std::span<DatasetRequest> datasets;  // At least one.
+  std::string picture_file;
+};
+
+// Sorts the datasets by time. Several times have a picture each, named like the first dataset's
+// last part: flow_t0003.png.
+[[nodiscard]] std::vector<Scene> scenes_of(const std::filesystem::path& picture,
+                                           ConnectedRequests& connected);
+
+}  // namespace multitetra
