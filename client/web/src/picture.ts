@@ -1,4 +1,5 @@
-// Draws the scene, and the slices beside it, as a picture file, opaque or transparent, with scale bar, axes, legends and measurements.
+// Draws the scene, and the slices beside it, as a picture, opaque or transparent, with scale bar, axes, legends and
+// measurements.
 import { annotate, type Annotations } from "./scene/annotations";
 import { h } from "./shared/elements";
 import type { SliceViews } from "./slice_views";

@@ -1,4 +1,5 @@
 // Lengths, angles, areas and volumes, as numbers and text.
+import type { MeasuredPlace } from "../state/settings";
 import type { Vec3 } from "../stream/dataset";
 import { inDigits, withBound } from "../shared/quantities";
 
@@ -32,4 +33,10 @@ export function volumeText(volume: number, { lengthUnit }: { lengthUnit: string 
 export function lengthWithBound(length: number, { lengthUnit }: { lengthUnit: string }, bound: number | null): string {
   const text = bound === null ? `about ${inDigits(length, 2)}` : withBound(length, bound, 4);
   return `${text} ${lengthUnit || (text === "1" ? "unit" : "units")}`;
+}
+
+// The distance of two places, whose errors add up.
+export function lengthBetween(from: MeasuredPlace, to: MeasuredPlace, info: { lengthUnit: string }): string {
+  const bound = from.bound === null || to.bound === null ? null : from.bound + to.bound;
+  return lengthWithBound(distanceOf(from.world, to.world), info, bound);
 }

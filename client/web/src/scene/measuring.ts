@@ -3,7 +3,7 @@
 // Numbers have bounds and only significant digits.
 import * as THREE from "three";
 
-import { angleAt, areaText, distanceOf, lengthWithBound, volumeText } from "./measures";
+import { angleAt, areaText, distanceOf, lengthBetween, volumeText } from "./measures";
 import { h } from "../shared/elements";
 import { grouped, inDigits } from "../shared/quantities";
 import type { MassProperties } from "../mesh/mass_properties";
@@ -177,9 +177,8 @@ export class Measuring {
     return places.slice(1).map((to, i) => {
       const from = places[i];
       const length = distanceOf(from.world, to.world);
-      const bound = from.bound === null || to.bound === null ? null : from.bound + to.bound;
       const voxels = inDigits(length / voxelLength(info!), 3);
-      return `${names[i]} to ${names[i + 1]}: ${lengthWithBound(length, info!, bound)} (${voxels} voxels)`;
+      return `${names[i]} to ${names[i + 1]}: ${lengthBetween(from, to, info!)} (${voxels} voxels)`;
     });
   }
 

@@ -3,7 +3,7 @@
 import type { DatasetInfo } from "../protocol/messages";
 import type { MeasuredPlace } from "../state/settings";
 import { applied, lengthText, type Vec3 } from "../stream/dataset";
-import { distanceOf, lengthWithBound } from "./measures";
+import { lengthBetween } from "./measures";
 import type { PlaneAxes } from "./slice_grid";
 import type { CutLines } from "./slice_plane";
 import { roundLength } from "./ticks";
@@ -45,8 +45,6 @@ export function drawPlaces(
   context: CanvasRenderingContext2D, write: Write, places: readonly (MeasuredPlace & { isOnPlane: boolean })[], info: DatasetInfo,
   toScreen: ToScreen,
 ): void {
-  context.strokeStyle = measured;
-  context.lineWidth = 2;
   const sides = places.slice(1).map((to, i) => ({ from: places[i], to })).filter(({ from, to }) => from.isOnPlane && to.isOnPlane);
   for (const { from, to } of sides) {
     context.strokeStyle = measured;
@@ -67,8 +65,7 @@ export function drawPlaces(
   });
   for (const { from, to } of sides) {
     const [[x1, y1], [x2, y2]] = [toScreen(from.world), toScreen(to.world)];
-    const bound = from.bound === null || to.bound === null ? null : from.bound + to.bound;
-    write(lengthWithBound(distanceOf(from.world, to.world), info, bound), (x1 + x2) / 2, (y1 + y2) / 2 + 16, "center", measured);
+    write(lengthBetween(from, to, info), (x1 + x2) / 2, (y1 + y2) / 2 + 16, "center", measured);
   }
 }
 
