@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "server/core/framework/level_extent.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
 
