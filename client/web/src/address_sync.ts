@@ -1,7 +1,8 @@
 // Synchronizes settings and the page's address: changed settings appear in the address, edits of it are applied, and
 // the browser's "Back" reverts a change of dataset or isovalue.
 import type { Token } from "./server_address";
-import { findByName, withShortLabels } from "./state/series";
+import { withShortLabels } from "./state/label_surfaces";
+import { findByName } from "./state/series";
 import type { Settings } from "./state/settings";
 import { afterEdit, ignoredParts, toAddress } from "./state/url_state";
 import type { Viewer } from "./viewer";

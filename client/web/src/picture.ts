@@ -5,30 +5,33 @@ import { h } from "./shared/elements";
 import type { SliceViews } from "./slice_views";
 import type { Stage } from "./scene/stage";
 import type { DatasetInfo } from "./protocol/messages";
-import { timeOf, timeText } from "./state/series";
+import { findByName, timeOf, timeText } from "./state/series";
 import type { Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
 import { suggestedIsovalue } from "./stream/request";
 import type { PictureOptions } from "./viewer_options";
 
 // "jet, temperature, isovalue 300.5 K, 0.25 s": the content of a picture in one line. Surfaces of other datasets are
-// named with their isovalues: "cells, DAPI, isovalue 1245, cells.actin 900.5".
-export function captionOf(settings: Settings, info: DatasetInfo): string {
+// named with their isovalues, labels as a whole: "cells, DAPI, isovalue 1245, cells.actin 900.5, labels of nuclei".
+export function captionOf(settings: Settings, info: DatasetInfo, list: readonly DatasetInfo[]): string {
   const { member } = info;
   const time = timeOf(info);
   const visible = surfacesOf(settings).filter((surface) => surface.visible);
-  const others = member?.label ? [] : visible.filter(({ dataset }) => dataset).map(({ dataset, isovalue }) => `${dataset} ${isovalue}`);
+  const others = member?.label ? [] : visible.filter(({ dataset }) => dataset).map(({ dataset, isovalue }) => {
+    const beside = findByName(list, dataset!);
+    return beside?.member?.label ? `labels of ${beside.member.series || beside.name}` : `${dataset} ${isovalue}`;
+  });
   const values = visible.filter(({ dataset }) => !dataset).map(({ isovalue }) => isovalue ?? suggestedIsovalue(info)).join(", ");
   return [
     member?.series || info.name, member?.field ?? "",
-    values && !member?.label ? `isovalue ${values}${info.valueUnit ? ` ${info.valueUnit}` : ""}` : "", ...others,
+    values && !member?.label ? `isovalue ${values}${info.valueUnit ? ` ${info.valueUnit}` : ""}` : "", ...new Set(others),
     time === null || !member ? "" : timeText(time, member.timeUnit),
   ].filter((word) => word !== "").join(", ");
 }
 
 // Returns the first text of a picture: its content, if enabled; frames of a video always have their time.
-export function pictureHeading(settings: Settings, info: DatasetInfo | null, isVideoFrame: boolean): string[] {
-  if (info && settings.axes) return [captionOf(settings, info)];
+export function pictureHeading(settings: Settings, info: DatasetInfo | null, list: readonly DatasetInfo[], isVideoFrame: boolean): string[] {
+  if (info && settings.axes) return [captionOf(settings, info, list)];
   const time = info && timeOf(info);
   return isVideoFrame && info?.member && time !== null ? [timeText(time, info.member.timeUnit)] : [];
 }

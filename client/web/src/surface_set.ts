@@ -186,6 +186,11 @@ export class SurfaceSet {
     });
   }
 
+  // Whether any visible surface is that of a label.
+  get hasLabels(): boolean {
+    return this.visibleMembers.some(({ client }) => client.shown?.info.member?.label !== undefined);
+  }
+
   // The box of the visible surfaces; of all if none is.
   worldBox(): THREE.Box3 {
     const { visibleMembers } = this;
@@ -244,6 +249,8 @@ export class SurfaceSet {
     this.members = places.map((place) => (place === null ? this.createMember() : before[place]));
     this.members.forEach((member, at) => (member.key = wanted[at]));
     for (const member of before) if (!this.members.includes(member)) this.removeMember(member);
+    const moved = this.members.filter((member, at) => at > 0 && before[at] !== member);
+    queueMicrotask(() => moved.forEach((member) => this.reportProgress(member))); // When the list of surfaces is shown.
     if (this.members[0] !== before[0]) this.followFirst();
   }
 
@@ -271,7 +278,7 @@ export class SurfaceSet {
     const isFirst = () => this.members[0] === member;
     client.progress.watch(() => {
       if (isFirst()) this.progress.set(client.progress.get());
-      else if (this.members.includes(member)) this.events.progress(this.members.indexOf(member));
+      else this.reportProgress(member);
     });
     client.datasets.watch(() => isFirst() && this.datasets.set(client.datasets.get()));
     client.sizes.watch(() => isFirst() && this.sizes.set(client.sizes.get()));
@@ -297,6 +304,11 @@ export class SurfaceSet {
     if (this.isConnected) client.connect();
     this.progress.set(client.progress.get());
     this.sizes.set(client.sizes.get());
+  }
+
+  private reportProgress(member: Member): void {
+    const at = this.members.indexOf(member);
+    if (at > 0) this.events.progress(at);
   }
 
   private removeMember(member: Member): void {

@@ -28,10 +28,8 @@ import { SceneDecorations } from "./scene/scene_decorations";
 import type { ShownSurface } from "./shown_surface";
 import { permittedSettings, planesThrough } from "./slices";
 import { Events } from "./state/events";
-import {
-  atTime, type Entry, isSameData, isSameSeries, findByName, nameOfLabel, settingsOfChoice, initialSelection, timeOf, timesOf, unknownDatasetText,
-  withLabelChanges,
-} from "./state/series";
+import { initialSelection, settingsOfChoice, withLabelChanges } from "./state/label_surfaces";
+import { atTime, type Entry, isSameData, isSameSeries, findByName, nameOfLabel, timeOf, timesOf, unknownDatasetText } from "./state/series";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { labelBox, type Vec3, worldBox } from "./stream/dataset";
@@ -116,7 +114,7 @@ export class Viewer {
       () => this.handles.isGrabbed,
       (place) => this.receivePick(place));
     const labelHover = new LabelHover(this.canvas,
-      () => this.info?.member?.label !== undefined && !this.handles.isGrabbed, (x, y) => picking.find(x, y), (label) => nameOfLabel(label, this.get()));
+      () => this.surfaces.hasLabels && !this.handles.isGrabbed, (x, y) => picking.find(x, y), (label) => nameOfLabel(label, this.get()));
     this.frame.append(this.decorations.numbers, this.decorations.scaleBar, this.orientation.element,
       this.samples.legends, this.timeBar.element, this.measuring.labels, this.samples.mark, this.measuring.element, labelHover.element, this.notices.element);
     element.append(this.samples.element);
@@ -234,7 +232,7 @@ export class Viewer {
   drawn(options: PictureOptions): HTMLCanvasElement {
     const { decorations: { scale, visibleNumbers: numbers }, orientation: { arms: axes }, samples: { legendWords: legends } } = this;
     const { points, words } = this.measuring.measurement;
-    const head = pictureHeading(this.get(), this.info, options.isVideoFrame === true);
+    const head = pictureHeading(this.get(), this.info, this.list, options.isVideoFrame === true);
     const slices = options.isVideoFrame ? null : this.samples.drawn;
     return drawPicture(this.stage, slices, this.element, { scale, numbers, axes, legends, points, words: [...head, ...words] }, options);
   }

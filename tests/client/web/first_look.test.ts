@@ -74,11 +74,11 @@ describe("LabelTable", () => {
 describe("ExportedPictures", () => {
   test("HaveACaption", () => {
     const info = { name: "jet.p.t1", valueUnit: "K", suggestedIsovalues: [4], member: { series: "jet", field: "temperature", time: 0.25, timeUnit: "s" } } as unknown as DatasetInfo;
-    expect(captionOf({ ...defaults, isovalue: 300.5 }, info)).toBe("jet, temperature, isovalue 300.5 K, 0.25 s");
+    expect(captionOf({ ...defaults, isovalue: 300.5 }, info, [])).toBe("jet, temperature, isovalue 300.5 K, 0.25 s");
     const surfaces = [{ dataset: "jet.q", isovalue: 2, error: null, color: "#ffffff", opacity: 1, visible: true }];
-    expect(captionOf({ ...defaults, isovalue: 300.5, surfaces }, info)).toBe("jet, temperature, isovalue 300.5 K, jet.q 2, 0.25 s");
-    expect(captionOf({ ...defaults, visible: false }, info)).toBe("jet, temperature, 0.25 s");
-    expect(captionOf({ ...defaults, isovalue: 7 }, { ...info, name: "head", valueUnit: "", member: undefined })).toBe("head, isovalue 7");
+    expect(captionOf({ ...defaults, isovalue: 300.5, surfaces }, info, [])).toBe("jet, temperature, isovalue 300.5 K, jet.q 2, 0.25 s");
+    expect(captionOf({ ...defaults, visible: false }, info, [])).toBe("jet, temperature, 0.25 s");
+    expect(captionOf({ ...defaults, isovalue: 7 }, { ...info, name: "head", valueUnit: "", member: undefined }, [])).toBe("head, isovalue 7");
   });
 
   const nothing: Annotations = { scale: null, numbers: [], axes: [], legends: [], points: [], words: [] };

@@ -1,7 +1,9 @@
-import { isLabelRanges, labelRanges, labelsOfRanges } from "../../../client/web/src/state/label_ranges";
-import { nameOfLabel, settingsOfEntry, entriesOf, withShortLabels, initialSelection, withLabelChanges, withLabelName } from "../../../client/web/src/state/series";
+import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
+import { labelRanges, labelsOfRanges, parseLabels } from "../../../client/web/src/state/label_ranges";
+import { imageBeside, initialSelection, segmentationsBeside, settingsOfEntry, withImage, withLabelChanges, withSegmentation, withShortLabels } from "../../../client/web/src/state/label_surfaces";
+import { nameOfLabel, entriesOf, withLabelName } from "../../../client/web/src/state/series";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
-import { withAllSurfaces, withSurface } from "../../../client/web/src/state/surfaces";
+import { withAddedSurface, withAllSurfaces, withoutSurface, withSurface } from "../../../client/web/src/state/surfaces";
 import { fromAddress, toAddress } from "../../../client/web/src/state/url_state";
 import { member, plain } from "./made_datasets";
 
@@ -33,7 +35,8 @@ describe("LabelRanges", () => {
     }
     expect(labelsOfRanges("-17", [16, 17, 18])).toEqual(new Set([16, 18]));
     expect(labelsOfRanges("5-2,99,none", [2, 3, 5])).toEqual(new Set());
-    expect(["1-3,x", "", "1-", "--1", "1,,2"].map(isLabelRanges)).toEqual([false, false, false, false, false]);
+    for (const malformed of ["1-3,x", "", "1-", "--1", "1,,2", ":1-3", "organs:"]) expect(parseLabels(malformed)).toBeNull();
+    expect(parseLabels("a:b:1-3,-2")).toEqual({ series: "a:b", ranges: "1-3,-2" });
   });
 });
 
@@ -88,5 +91,85 @@ describe("ChangesOfLabels", () => {
     expect(changed({ ...all, visible: false }, { dataset: "fuel" })).toEqual({ ...defaults, dataset: "fuel" });
     expect(changed(all, { dataset: "fuel", isovalue: 3, color: "#ff0000" })).toMatchObject({ isovalue: 3, color: "#ff0000", surfaces: [] });
     expect(changed(all, { dataset: "cells.label3" }).surfaces).toBe(all.surfaces);
+  });
+});
+
+describe("LabelsBesideAnImage", () => {
+  const [fuel, mask] = [plain("fuel"), member("mask", "", { label: { value: 7, name: "tumor" } })];
+  const served = [fuel, ...list, mask];
+  const cells = { name: "cells", labels: list };
+  const beside = (settings: Settings, chosen: typeof cells | null = cells) => ({ ...settings, ...withSegmentation(served, settings, chosen) });
+  const isLabel = ({ dataset = "" }) => dataset.startsWith("cells");
+  const ct: Settings = { ...defaults, dataset: "fuel", isovalue: 7 };
+
+  test("AreOfferedInItsWorld", () => {
+    expect(segmentationsBeside(served, fuel).map(({ name, labels }) => [name, labels.length])).toEqual([["cells", 322], ["mask", 1]]);
+    expect(segmentationsBeside(served, list[0])).toEqual([]);
+    const at = (one: DatasetInfo, x: number) => ({ ...one, indexToWorld: [1, 0, 0, 0, 1, 0, 0, 0, 1, x, 0, 0] });
+    expect([2, 100].map((x) => segmentationsBeside([at(mask, x)], at(fuel, 0)).length)).toEqual([1, 0]);
+    expect(imageBeside(served, list[0])).toBe(fuel);
+    expect(imageBeside(list, list[0])).toBeNull();
+    expect(imageBeside(served, fuel)).toBeNull();
+  });
+
+  test("ReplaceOtherLabelsButNoSurfaces", () => {
+    const two = { ...ct, ...withAddedSurface(ct, 20, 7), opacity: 1 };
+    const shown = beside(two);
+    expect(shown.surfaces.map(({ dataset }) => dataset)).toEqual([undefined, ...list.map(({ name }) => name)]);
+    expect(shown.surfaces.filter(({ visible }) => visible)).toHaveLength(25);
+    expect(shown.opacity).toBe(0.35); // It encloses the labels.
+    const other = beside(shown, { name: "mask", labels: [mask] });
+    expect(other.surfaces.map(({ dataset }) => dataset)).toEqual([undefined, "mask"]);
+    expect(beside(other, null).surfaces).toEqual(two.surfaces);
+    expect(beside(beside(ct), null)).toEqual(ct);
+    expect(beside(beside({ ...ct, opacity: 0.8 }), null).opacity).toBe(0.8);
+  });
+
+  test("StayTheLastSurfaces", () => {
+    const shown = beside(ct);
+    const added = { ...shown, ...withAddedSurface(shown, 20, 7, isLabel) };
+    expect(added.surfaces.map(({ dataset }) => dataset).slice(0, 2)).toEqual([undefined, "cells.label1"]);
+    let many = shown;
+    for (let i = 0; i < 12; ++i) many = { ...many, ...withAddedSurface(many, 20 + i, 7, isLabel) };
+    expect(many.surfaces.filter((one) => !isLabel(one))).toHaveLength(7); // Labels do not count.
+    expect({ ...shown, ...withoutSurface(shown, 0) }).toMatchObject({ dataset: "cells.label1", isovalue: 0.5 });
+  });
+
+  test("HaveShortAddresses", () => {
+    const openedBeside = (address: string) => {
+      const settings = { ...defaults, ...fromAddress(address) };
+      return { ...settings, ...initialSelection(served, settings)!.changes };
+    };
+    const initial = beside(ct);
+    const shown = { ...initial, ...withAllSurfaces(initial, (_, at) => ({ visible: at !== 17 })) };
+    expect(toAddress(withShortLabels(served, shown))).toBe("dataset=fuel&labels=cells:1-322,-17&isovalue=7&opacity=0.35");
+    const changed = { ...shown, ...withSurface(shown, 5, { color: "#ff0000", opacity: 0.5 }) };
+    const added = { ...changed, ...withAddedSurface(changed, 20, 7, isLabel) };
+    for (const settings of [initial, shown, changed, added, beside(ct, { name: "mask", labels: [mask] })]) {
+      const address = toAddress(withShortLabels(served, settings));
+      expect(address.length).toBeLessThan(160);
+      expect(openedBeside(address)).toEqual(settings);
+    }
+    expect(openedBeside("dataset=fuel&labels=organs:1-3")).toEqual({ ...defaults, dataset: "fuel" });
+    const some = { ...initial, surfaces: initial.surfaces.slice(0, 5) };
+    expect(withShortLabels(served, some)).toBe(some);
+  });
+
+  test("AreReplacedByNamedLabels", () => {
+    const added = { ...ct, ...withAddedSurface(ct, 20, 7) };
+    const now = { ...added, ...withLabelChanges(served, fuel, added, { labels: "cells:2,4" }) };
+    expect(now.surfaces.filter(({ visible }) => visible).map(({ dataset }) => dataset)).toEqual([undefined, "cells.label2", "cells.label4"]);
+    const next = { ...now, ...withLabelChanges(served, fuel, now, { labels: "mask:7" }) };
+    expect(next.surfaces.map(({ dataset }) => dataset)).toEqual([undefined, "mask"]);
+  });
+
+  test("KeepTheirLookWhenTheImageIsAdded", () => {
+    const red = { ...all, ...withSurface(all, 0, { color: "#ff0000", minComponent: 3 }), error: 0.5 };
+    const now = { ...red, ...withImage(red, fuel) };
+    expect(now).toMatchObject({ dataset: "fuel", isovalue: null, color: defaults.color, opacity: 0.35, minComponent: 0, error: 0.5 });
+    expect(now.surfaces).toHaveLength(322);
+    expect(now.surfaces[0]).toMatchObject({ dataset: "cells.label1", isovalue: 0.5, color: "#ff0000", minComponent: 3 });
+    expect(now.surfaces.slice(1)).toStrictEqual(all.surfaces);
+    expect({ ...red, ...withLabelChanges(served, list[0], red, withImage(red, fuel)) }).toEqual(now);
   });
 });

@@ -5,7 +5,7 @@ export function plain(name: string): DatasetInfo {
   return create(DatasetInfoSchema, { name, dims: [9, 9, 9], spacing: [1, 1, 1], min: 0, max: 1, gridExponent: 4 });
 }
 
-interface Said {
+interface MemberFields {
   field?: string;
   time?: number;
   timeUnit?: string;
@@ -13,6 +13,6 @@ interface Said {
   label?: { value: number; name: string; color?: number };
 }
 
-export function member(name: string, series: string, overrides: Said): DatasetInfo {
+export function member(name: string, series: string, overrides: MemberFields): DatasetInfo {
   return { ...plain(name), member: create(SeriesMemberSchema, { series, ...overrides }) };
 }

@@ -1,8 +1,7 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { sampledOf, sceneOf, sceneRefusal } from "../../../client/web/src/scene_at";
-import {
-  atTime, channelColor, entriesOf, initialSelection, seriesOf, labelIsovalue, findByName, memberOfField, rangeOf, settingsOfEntry, timeOf, timesOf, timeText, withLabelChanges, withLabelsBeside,
-} from "../../../client/web/src/state/series";
+import { initialSelection, labelIsovalue, settingsOfEntry, withLabelChanges } from "../../../client/web/src/state/label_surfaces";
+import { atTime, channelColor, entriesOf, seriesOf, findByName, memberOfField, rangeOf, timeOf, timesOf, timeText, withLabelsBeside } from "../../../client/web/src/state/series";
 import { labelColor } from "../../../client/web/src/state/label_colors";
 import { defaults } from "../../../client/web/src/state/settings";
 import { member, plain } from "./made_datasets";

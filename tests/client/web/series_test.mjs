@@ -28,6 +28,7 @@ await test("SelectsSeveralLabels", selectsSeveral);
 await test("SavesATableOfVisibleLabels", savesTable);
 await test("ShowsHundredsOfLabelsWithFewRequests", showsHundreds);
 await test("SlicesShowTheImageOfLabels", showsImage);
+await test("ShowsLabelsBesideTheSurfaceOfAnImage", showsBeside);
 await test("LabelsReplaceEachOtherInFrames", replacesLabels);
 await test("PlaysTimesColoredByAnotherField", playsTimes);
 await test("OverlaysAnotherField", overlays);
@@ -200,6 +201,47 @@ async function showsImage(page) {
   await page.waitForTimeout(500); // The slice arrives.
   await page.mouse.click(canvas.x + canvas.width / 2, canvas.y + canvas.height / 2);
   await page.waitForFunction(() => /^Value 20\.\d/.test(document.querySelector(".picked .field")?.textContent), null, { timeout: patience });
+}
+
+async function showsBeside(page) {
+  await open(page, "#dataset=stain&isovalue=30&axes=false&layout=four&cross=3,8,3", series);
+  await settled(page);
+  assert.deepEqual(await page.locator('[aria-label="Labels beside the surfaces"] option').allTextContents(),
+    ["No labels", "cells (30)", "hundreds (300)", "seg (3)"]);
+  assert.equal(await page.locator(".labels-table").isVisible(), false);
+  await page.selectOption('[aria-label="Labels beside the surfaces"]', "hundreds");
+  await settled(page);
+  assert.equal(await page.textContent(".labels-count"), "24 of 300 shown");
+  assert.equal(await page.locator(".surface-row").count(), 1, "labels have their own list");
+  assert.match(page.url(), /[&#]labels=hundreds:1-24(&|$)/);
+  assert(page.url().length < 200, page.url());
+  await page.click('.label-name:text-is("label 8")');
+  // Slices have the labels' contours and names.
+  await page.waitForFunction(() => [...document.querySelectorAll(".slice-view")]
+    .every((one) => /: 3, label 8\. Click/.test(one.getAttribute("aria-label"))), null, { timeout: patience });
+  await examine(page);
+  await page.click('summary:has-text("Surfaces")');
+  await page.click('button:text-is("Add a surface")');
+  await page.waitForFunction(() => document.querySelectorAll(".surface-row").length === 2 && /surfaces=/.test(location.hash));
+  await settled(page);
+  const opened = page.url();
+  await open(page, opened.slice(opened.indexOf("#")), series);
+  await settled(page);
+  assert.equal(page.url(), opened);
+  assert.equal(await page.textContent(".labels-count"), "24 of 300 shown");
+  await page.selectOption('[aria-label="Labels beside the surfaces"]', "");
+  await page.waitForFunction(() => !/labels=/.test(location.hash));
+  assert.equal(await page.locator(".surface-row").count(), 2);
+  // Labels that are shown alone get the image.
+  await open(page, "#dataset=hundreds&labels=2,9&axes=false", series);
+  await settled(page);
+  await page.click('button:has-text("Add a surface of stain")');
+  await page.waitForFunction(() => /dataset=stain&labels=hundreds:2,9&/.test(location.hash));
+  await settled(page);
+  assert.deepEqual(await page.locator(".labels-count").first().textContent(), "2 of 300 shown");
+  assert.equal(await page.inputValue('[aria-label="Labels beside the surfaces"]'), "hundreds");
+  await page.click('[aria-label="Remove surface 1"]');
+  await page.waitForFunction(() => /dataset=hundreds.label1&labels=2,9/.test(location.hash));
 }
 
 async function findsLabels(page) {

@@ -1,13 +1,15 @@
 // The table of the labels of a segmentation. Hidden labels are not loaded. Changes of a selected label apply to all
 // selected ones.
 import type { DatasetInfo, Label } from "../protocol/messages";
-import { findByName, labelName, labelOf, maxInitialLabels, renamedLabel, withLabelName } from "../state/series";
+import { maxInitialLabels } from "../state/label_surfaces";
+import { findByName, labelName, labelOf, renamedLabel, withLabelName } from "../state/series";
 import { hiddenPartsOf } from "../state/hidden_parts";
 import type { Progress } from "../state/progress";
 import type { Settings } from "../state/settings";
 import { type SurfaceSettings, surfacesOf, withAllSurfaces } from "../state/surfaces";
 import { h } from "../shared/elements";
 import { componentFilter } from "./component_filter";
+import { type LabelsBeside, labelsBeside } from "./labels_beside";
 import { type LabelLook, type LabelRow, labelRow, opacitySlider, showOpacity } from "./label_row";
 import type { Change, PanelSection } from "./panel_section";
 import { RowSelection } from "./row_selection";
@@ -15,6 +17,7 @@ import { RowSelection } from "./row_selection";
 const fewLabels = 8; // At most this many need no search.
 
 export interface LabelsPart extends PanelSection {
+  readonly isEmpty: boolean; // There are no labels to show.
   showProgress: (surface: number, progress: Progress) => void;
   showDatasets: (list: readonly DatasetInfo[]) => void;
   select: (surface: number) => void; // Selects and scrolls to the row of a surface that was clicked.
@@ -50,6 +53,9 @@ class LabelsTable implements LabelsPart {
     showHidden: () => this.changeAll(() => ({ hiddenParts: [] })),
   });
 
+  private readonly beside: LabelsBeside;
+  private readonly shown: HTMLElement; // Everything about the labels that are shown or hidden.
+
   constructor(private readonly change: Change, private readonly events: LabelsEvents) {
     // A single label is selected to look at it, so the table then has all labels.
     this.table.addEventListener("click", () => events.saveLabels(this.selected().length > 1 ? this.selected() : null));
@@ -61,12 +67,20 @@ class LabelsTable implements LabelsPart {
     const head = h("div", { class: "chips labels-head" },
       this.visibilityButton("All", "Shows every label.", true), this.visibilityButton("None", "Hides every label.", false),
       this.table, this.count, this.order, this.opacity, this.mixed);
-    this.elements = [head, this.search, this.limit, this.list, this.filter.element];
+    this.shown = h("div", { class: "labels-table" }, head, this.search, this.limit, this.list, this.filter.element);
+    this.beside = labelsBeside(change);
+    this.elements = [this.beside.element, this.shown];
   }
 
-  show(now: Settings): void {
+  get isEmpty(): boolean {
+    return this.found.length === 0 && this.beside.element.hidden;
+  }
+
+  show(now: Settings, info: DatasetInfo | null): void {
     this.settings = now;
+    this.beside.show(this.datasets, now, info);
     this.showAll();
+    this.shown.hidden = this.found.length === 0;
   }
 
   showProgress(surface: number, progress: Progress): void {

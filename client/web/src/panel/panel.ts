@@ -1,7 +1,8 @@
 // The side panel: all settings, in the order in which they are needed.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Progress, StepFacts, SurfaceSize } from "../state/progress";
-import { seriesOf, settingsOfEntry, timesOf } from "../state/series";
+import { settingsOfEntry } from "../state/label_surfaces";
+import { seriesOf, timesOf } from "../state/series";
 import { type Crop, defaults, type Settings } from "../state/settings";
 import type { Store } from "../state/store";
 import { type AccuracyPart, accuracyPart } from "./accuracy_section";
@@ -42,10 +43,9 @@ export class Panel {
   private readonly slice: SlicePart;
   private readonly cut: CutPart;
   private list: readonly DatasetInfo[] = [];
-  // Elements that do not apply to labels.
-  private readonly ofValues: HTMLElement[];
-  // Elements that apply only to labels.
-  private readonly ofLabels: HTMLElement[];
+  private readonly ofValues: HTMLElement; // Does not apply to labels alone.
+  private readonly surfacesElement: HTMLElement;
+  private readonly labelsElement: HTMLElement;
   private readonly expected = h("p", { class: "expected", "data-tip":
     "The server's estimate for these settings. The view shows the full resolution instead where that arrives sooner." });
   private size: SurfaceSize | null = null;
@@ -70,11 +70,9 @@ export class Panel {
     const surfaces = (this.surfaces = surfacesPart(change));
     const series = (this.series = seriesPart(change));
     const labels = (this.labels = labelsPart(change, events));
-    this.ofValues = [
-      h("section", {}, ...isovalue.elements),
-      foldedSection("Surfaces", settings.get().surfaces.length > 0, ...surfaces.elements),
-    ];
-    this.ofLabels = [section("Labels", ...labels.elements)];
+    this.ofValues = h("section", {}, ...isovalue.elements);
+    this.surfacesElement = foldedSection("Surfaces", settings.get().surfaces.length > 0, ...surfaces.elements);
+    this.labelsElement = section("Labels", ...labels.elements);
     const region = regionPart(change);
     const field = (this.field = fieldPart(change));
     const slice = (this.slice = slicePart(change));
@@ -86,8 +84,9 @@ export class Panel {
     this.element = h("aside", { class: "panel", "aria-label": "Controls" },
       h("header", {}, h("h1", {}, "Multi-Tetra"), h("p", {}, "surfaces of volume data, streamed")),
       section("Dataset", datasets, ...series.elements),
-      ...this.ofLabels,
-      ...this.ofValues,
+      this.labelsElement,
+      this.ofValues,
+      this.surfacesElement,
       section("Accuracy", ...accuracy.elements),
       foldedSection("Finer in one place", false, ...region.elements),
       foldedSection("Color by a field", settings.get().colorBy !== "", ...field.elements),
@@ -146,10 +145,10 @@ export class Panel {
 
   private show(): void {
     this.downloads.showTimes(this.info !== null && timesOf(this.list, this.info).length > 1);
-    const isLabel = !!this.info?.member?.label;
-    for (const element of this.ofValues) element.hidden = isLabel;
-    for (const element of this.ofLabels) element.hidden = !isLabel;
     for (const part of this.parts) part.show(this.settings.get(), this.info);
+    this.ofValues.hidden = !!this.info?.member?.label;
+    this.surfacesElement.hidden = this.surfaces.isEmpty;
+    this.labelsElement.hidden = this.labels.isEmpty;
     this.drawExpected();
   }
 }

@@ -1,6 +1,7 @@
 // Selects the field of a series, or its labels.
 import type { DatasetInfo } from "../protocol/messages";
-import { type Series, channelColor, memberOfField, seriesOf, settingsOfEntry } from "../state/series";
+import { settingsOfEntry } from "../state/label_surfaces";
+import { type Series, channelColor, memberOfField, seriesOf } from "../state/series";
 import { h } from "../shared/elements";
 import type { Change, PanelSection } from "./panel_section";
 

@@ -2,6 +2,7 @@
 import type { DatasetInfo } from "../protocol/messages";
 import { hiddenPartsOf } from "../state/hidden_parts";
 import type { Progress } from "../state/progress";
+import { imageBeside, withImage } from "../state/label_surfaces";
 import { channelColor, findByName, isSameSeries, labelOf } from "../state/series";
 import { materials, type Settings } from "../state/settings";
 import {
@@ -19,6 +20,7 @@ import { numberInput } from "./number_input";
 import type { Change, PanelSection } from "./panel_section";
 
 export interface SurfacesPart extends PanelSection {
+  readonly isEmpty: boolean; // Only labels are shown, and there is no image beside them.
   showDatasets: (list: readonly DatasetInfo[]) => void;
   showProgress: (surface: number, progress: Progress) => void;
 }
@@ -32,8 +34,11 @@ export function surfacesPart(change: Change): SurfacesPart {
   const add = h("button", {
     type: "button", class: "action", "data-tip": "Skin around bone, for example, or another channel.",
   }, "Add a surface");
+  let image: DatasetInfo | null = null; // The image beside labels that are shown alone.
+  const isLabel = ({ dataset }: SurfaceSettings) => labelOf(datasets, dataset || settings.dataset) !== null;
   add.addEventListener("click", () => {
-    if (info) change(withAddedSurface(settings, unusedIsovalue(info), suggestedIsovalue(info)));
+    if (image) change(withImage(settings, image));
+    else if (info) change(withAddedSurface(settings, unusedIsovalue(info), suggestedIsovalue(info), isLabel));
   });
   const unusedIsovalue = (of: DatasetInfo) =>
     nextIsovalue(surfacesOf(settings).filter(({ dataset }) => !dataset).map(({ isovalue }) => isovalue ?? suggestedIsovalue(of)), of);
@@ -53,12 +58,14 @@ export function surfacesPart(change: Change): SurfacesPart {
   };
   return {
     elements: [list, add],
+    get isEmpty() {
+      return add.hidden && rows.size === 0;
+    },
     show: (now, shown) => {
       settings = now;
       info = shown;
       // Before the list of datasets arrives, it is unknown which surfaces are labels.
       const surfaces = datasets.length > 0 ? surfacesOf(now) : surfacesOf(now).slice(0, maxSurfaces);
-      const isLabel = ({ dataset }: SurfaceSettings) => labelOf(datasets, dataset || now.dataset) !== null;
       for (const [at, row] of rows) {
         if (surfaces[at] && !isLabel(surfaces[at])) continue;
         row.element.remove();
@@ -71,7 +78,9 @@ export function surfacesPart(change: Change): SurfacesPart {
         row.show({ ...surface, isovalue }, surfaces.length > 1);
         row.showDatasets(datasets, shown);
       });
-      add.hidden = rows.size >= maxSurfaces;
+      image = shown && imageBeside(datasets, shown);
+      add.textContent = image ? `Add a surface of ${image.member?.series || image.name}` : "Add a surface";
+      add.hidden = rows.size >= maxSurfaces || (image === null && shown?.member?.label !== undefined);
     },
     showProgress: (surface, progress) => rows.get(surface)?.showProgress(progress),
     showDatasets: (now) => {

@@ -3,8 +3,18 @@
 const item = /^(-?)(\d+)(?:-(\d+))?$/;
 const none = "none";
 
-export function isLabelRanges(text: string): boolean {
-  return text === none || text.split(",").every((one) => item.test(one));
+// The labels of the shown segmentation, or "organs:1-3": those of a named one.
+export interface NamedLabels {
+  series: string; // Empty: not named.
+  ranges: string;
+}
+
+// Returns null if the text is malformed.
+export function parseLabels(text: string): NamedLabels | null {
+  const at = text.lastIndexOf(":");
+  const ranges = text.slice(at + 1);
+  const isValid = ranges === none || ranges.split(",").every((one) => item.test(one));
+  return isValid && at !== 0 ? { series: text.slice(0, Math.max(0, at)), ranges } : null;
 }
 
 // `all` must be ascending. Returns null if labels cannot be written this way.

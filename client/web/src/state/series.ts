@@ -3,9 +3,7 @@
 import type { DatasetInfo, Label } from "../protocol/messages";
 import { nearestName } from "../shared/nearest_name";
 import { labelColor } from "./label_colors";
-import { labelRanges, labelsOfRanges } from "./label_ranges";
-import { defaults, type AdditionalSurface, type LabelName, type Settings } from "./settings";
-import { surfacesOf } from "./surfaces";
+import type { LabelName, Settings } from "./settings";
 import { hasSameGrid, isPartOf } from "../stream/dataset";
 
 export interface Series {
@@ -23,9 +21,6 @@ export interface Entry {
   info: DatasetInfo;
   series: Series | null;
 }
-
-export const labelIsovalue = 0.5; // The isovalue of every label's boundary.
-export const maxInitialLabels = 24; // Labels shown by default.
 
 // In listed order; a series appears at its first member.
 export function entriesOf(list: readonly DatasetInfo[]): Entry[] {
@@ -160,103 +155,9 @@ export function labelName({ value, name }: Label): string {
   return name || `label ${value}`;
 }
 
-// The settings when an entry is selected: all labels of a segmentation, otherwise one surface. If one label is named,
-// only that one is visible.
-export function settingsOfEntry({ info, series }: Entry, named: string | null = null): Partial<Settings> {
-  const labels = series?.labels ?? [];
-  const isShown = ({ name }: DatasetInfo, at: number) => (named ? name === named : at < maxInitialLabels);
-  const [first, ...others] = labels.map((one, at) => surfaceOfLabel(one, isShown(one, at)));
-  if (!first) return { dataset: info.name, isovalue: null, surfaces: [], ...channelColor(info) };
-  const { dataset, color, opacity, visible } = first;
-  return { dataset, isovalue: labelIsovalue, color, opacity, visible, surfaces: others };
-}
-
 // Returns the color in which the source shows a channel, if any; black would be invisible.
 export function channelColor({ member }: DatasetInfo): { color?: string } {
   return member?.color && !member.label ? { color: labelColor(0, member.color) } : {};
-}
-
-// The settings when the user chooses an entry: also its default view.
-export function settingsOfChoice(entry: Entry): Partial<Settings> {
-  return {
-    ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], eye: null, target: null,
-    up: defaults.up, clip: "off", clipNormal: null, crop: null, places: [], cross: null, samplesOf: "",
-  };
-}
-
-// Returns the dataset that the settings name and the changes that follow: all labels of a segmentation if no surfaces
-// are named, only one visible if it is named. Null: the dataset is not in the list.
-export function initialSelection(list: readonly DatasetInfo[], settings: Settings): { info: DatasetInfo; changes: Partial<Settings> | null } | null {
-  const { dataset, surfaces, labels, t } = settings;
-  const found = dataset ? findByName(list, dataset) : list[0];
-  if (!found) return null;
-  const isOfLabels = (surfaces.length === 0 || labels !== "") && found.member?.label;
-  const series = isOfLabels ? seriesOf(list, found) : null;
-  if (!series || series.labels.length < 2) {
-    const changes = { ...(labels ? { labels: "" } : {}), ...(settings.color === defaults.color ? channelColor(found) : {}) };
-    return { info: atTime(list, found, t), changes: Object.keys(changes).length > 0 ? changes : null };
-  }
-  if (labels) {
-    const changes = withLabels(series, settings);
-    return { info: atTime(list, findByName(list, changes.dataset!) ?? found, t), changes };
-  }
-  const label = series.labels.find(({ name }) => name === dataset)?.name ?? null;
-  const changes = settingsOfEntry({ name: series.name, info: found, series }, label);
-  return { info: atTime(list, findByName(list, changes.dataset!) ?? found, t), changes };
-}
-
-// Adds to a change of settings what follows for labels: named labels replace all shown surfaces, and surfaces and their
-// look do not stay between labels and another dataset. `shown`: the current dataset.
-export function withLabelChanges(
-  list: readonly DatasetInfo[], shown: DatasetInfo | null, now: Settings, change: Partial<Settings>,
-): Partial<Settings> {
-  const after = change.dataset ? findByName(list, change.dataset) : shown;
-  const [was, is] = [shown?.member?.label !== undefined, after?.member?.label !== undefined];
-  const isOther = shown && after && (isSameSeries(shown, after) ? was !== is : was || is);
-  const all = isOther ? { ...firstOnly(defaults), isovalue: null, surfaces: [], ...change } : change;
-  return all.labels ? { ...all, ...initialSelection(list, { ...now, surfaces: [], ...all })?.changes } : all;
-}
-
-// Shortens the settings of a segmentation for addresses: the visible labels, and as surfaces only labels whose look was
-// changed. initialSelection() restores the settings.
-export function withShortLabels(list: readonly DatasetInfo[], settings: Settings): Settings {
-  const info = findByName(list, settings.dataset);
-  const series = info?.member?.label ? seriesOf(list, info) : null;
-  const surfaces = surfacesOf(settings).map((one, at) => ({
-    ...one, isovalue: one.isovalue ?? labelIsovalue, dataset: one.dataset || info?.name, error: at > 0 ? one.error : null,
-  }));
-  const isWhole = series && series.labels.length === surfaces.length && series.labels.length > 1;
-  if (!isWhole || series.labels.some(({ name }, at) => name !== surfaces[at].dataset)) return settings;
-  const values = series.labels.map(({ member }) => member!.label!.value);
-  const labels = labelRanges(values, new Set(values.filter((_, at) => surfaces[at].visible)));
-  if (labels === null) return settings;
-  const changed = surfaces.filter((one, at) => lookOf(one) !== lookOf(surfaceOfLabel(series.labels[at], one.visible)));
-  return { ...settings, ...firstOnly(defaults), isovalue: null, labels, surfaces: changed };
-}
-
-// Restores the settings shortened by withShortLabels().
-function withLabels({ labels: members }: Series, { labels, surfaces }: Settings): Partial<Settings> {
-  const shown = labelsOfRanges(labels, members.map(({ member }) => member!.label!.value));
-  const changed = new Map(surfaces.map((one) => [one.dataset, one]));
-  const [first, ...others] = members.map((one) => changed.get(one.name) ?? surfaceOfLabel(one, shown.has(one.member!.label!.value)));
-  const { dataset, isovalue } = first;
-  return { ...firstOnly({ ...defaults, ...first }), dataset, isovalue, surfaces: others, labels: "" };
-}
-
-type FirstOnly = Pick<Settings, "color" | "opacity" | "visible" | "minComponent" | "hiddenParts" | "material">;
-
-// Picks the settings of the first surface.
-function firstOnly({ color, opacity, visible, minComponent, hiddenParts, material }: FirstOnly): FirstOnly {
-  return { color, opacity, visible, minComponent, hiddenParts, material };
-}
-
-function lookOf({ isovalue, error, color, opacity, minComponent = 0, hiddenParts = [], material = "neutral" }: AdditionalSurface): string {
-  return JSON.stringify([isovalue, error, color, opacity, minComponent, hiddenParts, material]);
-}
-
-function surfaceOfLabel({ name: dataset, member }: DatasetInfo, visible: boolean): AdditionalSurface {
-  const { value, color } = member!.label!;
-  return { dataset, isovalue: labelIsovalue, error: null, color: labelColor(value, color), opacity: defaults.opacity, visible };
 }
 
 // "No dataset named "haed" is served here. Did you mean "head"?"

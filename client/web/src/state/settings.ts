@@ -75,7 +75,7 @@ export interface Settings {
   maxTriangles: number; // 0: no limit.
   simplify: boolean; // Removes triangles that the error does not require.
   surfaces: readonly AdditionalSurface[]; // All but the first; state/surfaces.ts has all as one list.
-  labels: string; // The visible labels of a segmentation, in the form of label_ranges.ts, until they become surfaces; then empty.
+  labels: string; // The visible labels of a segmentation, in a form of label_ranges.ts, until they become surfaces; then empty.
   labelNames: readonly LabelName[]; // Names given by the user.
   // Display.
   color: string; // This and the next five are of the first surface.

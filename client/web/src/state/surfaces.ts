@@ -12,7 +12,7 @@ export const maxSurfaces = 8;
 export const maxLabels = 1024;
 export const maxMinComponent = 1e6; // In samples, as everywhere in the project.
 
-const outerOpacity = 0.35;
+export const outerOpacity = 0.35; // Of a surface that encloses others.
 
 // Distinguishable for color-blind users; the first two are bone and skin.
 export const surfaceColors = ["#e0cdb4", "#d9775f", "#7fb3d5", "#e6c65c", "#8fc9a3", "#b7a3d9", "#d99bc4", "#9aa5b3"];
@@ -63,15 +63,19 @@ export function withAllSurfaces(
   return { ...change(first, 0), surfaces };
 }
 
-// Adds a surface, up to `maxSurfaces`. A surface encloses those of larger isovalues: the outer one of the new and the
-// first surface becomes translucent, if opaque. `suggested`: the first one's isovalue if the settings have none.
-export function withAddedSurface(settings: Settings, isovalue: number, suggested: number): Partial<Settings> {
-  const used = surfacesOf(settings);
+// Adds a surface, up to `maxSurfaces` without labels, which stay the last. A surface encloses those of larger isovalues: the
+// outer one of the new and the first surface becomes translucent, if opaque. `suggested`: the first one's isovalue if the
+// settings have none.
+export function withAddedSurface(
+  settings: Settings, isovalue: number, suggested: number, isLabel: (surface: AdditionalSurface) => boolean = () => false,
+): Partial<Settings> {
+  const others = settings.surfaces.filter((one) => !isLabel(one));
+  const used = [settings, ...others];
   if (used.length >= maxSurfaces) return {};
   const color = surfaceColors.find((one) => used.every((surface) => surface.color !== one)) ?? surfaceColors[0];
   const isOuter = isovalue < (settings.isovalue ?? suggested);
   const surface = { isovalue, error: null, color, opacity: isOuter ? outerOpacity : 1, visible: true };
-  const surfaces = [...settings.surfaces, surface];
+  const surfaces = [...others, surface, ...settings.surfaces.filter(isLabel)];
   return isOuter || settings.opacity < 1 ? { surfaces } : { surfaces, opacity: outerOpacity };
 }
 

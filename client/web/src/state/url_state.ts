@@ -8,7 +8,7 @@
 // Invalid settings are ignored and reported, so no address breaks the page.
 import { colorMaps } from "../shared/color_maps";
 import { defaults, type AdditionalSurface, type Crop, type LabelName, materials, type MeasuredPlace, maxHiddenParts, maxNoteLength, maxPlaces, type MinComponent, type Region, type Settings } from "./settings";
-import { isLabelRanges } from "./label_ranges";
+import { parseLabels } from "./label_ranges";
 import { maxMinComponent, maxLabels } from "./surfaces";
 
 export function toAddress(settings: Settings): string {
@@ -92,7 +92,7 @@ export function fromAddress(text: string): Partial<Settings> {
   set("minComponent", minComponentFrom(parameters.get("minComponent")));
   set("hiddenParts", partsFrom(parameters.get("hiddenParts"), ";", ","));
   set("surfaces", surfacesFrom(parameters.get("surfaces") ?? null));
-  set("labels", isLabelRanges(parameters.get("labels") ?? "") ? parameters.get("labels") : undefined);
+  set("labels", parseLabels(parameters.get("labels") ?? "") ? parameters.get("labels") : undefined);
   set("labelNames", labelNamesFrom(parameters.get("labelNames") ?? null));
   set("logScale", yes("logScale"));
   set("playing", yes("playing"));
