@@ -29,7 +29,7 @@ import type { ShownSurface } from "./shown_surface";
 import { permittedSettings, planesThrough } from "./slices";
 import { Events } from "./state/events";
 import { initialSelection, settingsOfChoice, withLabelChanges } from "./state/label_surfaces";
-import { atTime, type Entry, isSameData, isSameSeries, findByName, nameOfLabel, timeOf, timesOf, unknownDatasetText } from "./state/series";
+import { atTime, type Entry, isSameData, isSameSeries, findByName, nameOfLabel, timeOf, timesOf, unknownDatasetText, withTimeOfDataset } from "./state/series";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { labelBox, type Vec3, worldBox } from "./stream/dataset";
@@ -130,6 +130,7 @@ export class Viewer {
     if (change.dataset !== undefined) this.notices.clear();
     const unknown = this.list.length > 0 && change.dataset && !findByName(this.list, change.dataset) ? change.dataset : null;
     change = withLabelChanges(this.list, info, before, unknown ? { ...change, dataset: before.dataset } : change);
+    change = withTimeOfDataset(this.list, info, before, change);
     if (change.followView && !before.followView) this.detail.enable();
     if (change.eye && change.target) this.stage.setView(change.eye, change.target);
     change = { ...change, ...initialCut(change, before, this.stage.view()) };

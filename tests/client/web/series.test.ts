@@ -1,9 +1,9 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { sampledOf, sceneOf, sceneRefusal } from "../../../client/web/src/scene_at";
 import { initialSelection, labelIsovalue, settingsOfEntry, withLabelChanges } from "../../../client/web/src/state/label_surfaces";
-import { atTime, channelColor, entriesOf, seriesOf, findByName, memberOfField, rangeOf, timeOf, timesOf, timeText, withLabelsBeside } from "../../../client/web/src/state/series";
+import { atTime, channelColor, entriesOf, seriesOf, findByName, memberOfField, rangeOf, timeOf, timesOf, timeText, withTimeOfDataset, withLabelsBeside } from "../../../client/web/src/state/series";
 import { labelColor } from "../../../client/web/src/state/label_colors";
-import { defaults } from "../../../client/web/src/state/settings";
+import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import { member, plain } from "./made_datasets";
 
 const flow = [0.5, 0, 0.25].flatMap((time) =>
@@ -76,6 +76,15 @@ describe("Series", () => {
     const series = seriesOf(list, flow[0])!;
     expect(memberOfField(series, flow[4], "heat")!.name).toBe("flow.heat.t0.25");
     expect(memberOfField(series, flow[4], "salt")).toBeNull();
+  });
+
+  test("ChangesOfTheDatasetDoNotKeepATimeOfAnother", () => {
+    const now: Settings = { ...defaults, dataset: "flow", t: 0.25 };
+    const changed = (change: Partial<Settings>, from = now) => withTimeOfDataset(list, flow[4], from, change).t;
+    expect(changed({ dataset: "flow.speed.t0.5" })).toBe(0.5);
+    expect([changed({ dataset: "head" }), changed({ dataset: "seg" }), changed({ dataset: "unknown" })]).toEqual([null, null, null]);
+    expect([changed({ dataset: "flow" }), changed({ isovalue: 3 }), changed({ dataset: "head" }, { ...now, t: null })]).toEqual([undefined, undefined, undefined]);
+    expect(changed({ dataset: "head", t: 0 })).toBe(0);
   });
 
   test("HaveUniqueNames", () => {

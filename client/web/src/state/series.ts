@@ -77,6 +77,18 @@ export function atTime(list: readonly DatasetInfo[], info: DatasetInfo, time: nu
   return sameFieldAndLabel(list, info).reduce((best, one) => (distance(one) < distance(best) ? one : best), info);
 }
 
+// Adds to a change of the dataset the time that follows: that of the named dataset; the same time if the change names a
+// series or field of the shown dataset.
+export function withTimeOfDataset(
+  list: readonly DatasetInfo[], shown: DatasetInfo | null, now: Settings, change: Partial<Settings>,
+): Partial<Settings> {
+  const { dataset } = change;
+  if (!dataset || now.t === null || change.t !== undefined) return change;
+  const found = findByName(list, dataset);
+  const staysAtTime = found && shown && found.name !== dataset && isSameSeries(found, shown);
+  return staysAtTime ? change : { ...change, t: found?.name === dataset ? timeOf(found) : null };
+}
+
 // Returns the times of the same field and label, ascending; empty outside of series.
 export function timesOf(list: readonly DatasetInfo[], info: DatasetInfo): number[] {
   return [...new Set(sameFieldAndLabel(list, info).map((one) => timeOf(one)!))].sort((a, b) => a - b);
