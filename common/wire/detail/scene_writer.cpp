@@ -33,12 +33,34 @@ constexpr int kFloat = 5126;
 constexpr int kVertexBuffer = 34962;
 constexpr int kIndexBuffer = 34963;
 
-// Returns vertex normals, weighted by the areas of the surrounding triangles.
+// Returns the lengths of the edges opposite to the corners.
+Vec3 edge_lengths(const PositionedMesh& mesh, const TriangleIndices& t) {
+  const Vec3 a = vec3(mesh.positions[t[0]]), b = vec3(mesh.positions[t[1]]),
+             c = vec3(mesh.positions[t[2]]);
+  return {length(difference(b, c)), length(difference(c, a)), length(difference(a, b))};
+}
+
+double mean_edge_length(const PositionedMesh& mesh) {
+  Vec3 total = {0, 0, 0};
+  for (const TriangleIndices& t : mesh.triangles) total = sum(total, edge_lengths(mesh, t));
+  const auto edges = static_cast<double>(3 * mesh.triangles.size());
+  return edges > 0 ? (total[0] + total[1] + total[2]) / edges : 0;
+}
+
+// Returns vertex normals. A triangle has the weight of the sine of its corner, so that large
+// triangles of a simplified mesh do not dominate. Edges count as at least half of their mean
+// length: small triangles, whose normals are those of rounded vertices, have less weight.
 std::vector<Triple> smooth_normals(const PositionedMesh& mesh) {
+  const double shortest = std::max(mean_edge_length(mesh) / 2, 1e-100);  // Never 0.
   std::vector<Vec3> sums(mesh.positions.size(), Vec3{0, 0, 0});
   for (const TriangleIndices& t : mesh.triangles) {
+    Vec3 edges = edge_lengths(mesh, t);
+    for (double& edge : edges) edge = std::max(edge, shortest);
     const Vec3 area = area_vector(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]);
-    for (const std::uint32_t corner : t) sums[corner] = sum(sums[corner], area);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double weight = 1 / (edges[(i + 1) % 3] * edges[(i + 2) % 3]);
+      sums[t[i]] = sum(sums[t[i]], scaled(area, weight));
+    }
   }
   std::vector<Triple> normals(sums.size());
   std::transform(sums.begin(), sums.end(), normals.begin(), unit_or_upwards);

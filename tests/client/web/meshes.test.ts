@@ -21,7 +21,7 @@ function mesh(faces: number[][], shift = 0) {
 
 function tile(faces: number[][], shift = 0) {
   const surface = mesh(faces, shift);
-  const sums = normalSums(surface);
+  const sums = normalSums(surface, 1);
   return {
     id: "tile", positions: Float32Array.from(surface.positions), triangles: surface.triangles,
     normals: packedNormals(sums), sums,
@@ -174,11 +174,25 @@ describe("Rays", () => {
 describe("Normals", () => {
   test("PointOutwards", () => {
     const { positions, triangles } = mesh(octahedron);
-    const sums = normalSums({ positions, triangles, normals: null });
+    const sums = normalSums({ positions, triangles, normals: null }, 16);
     for (let v = 0; v < 6; ++v) {
       const outwards = [0, 1, 2].map((axis) => (positions[3 * v + axis] - 5) * sums[3 * v + axis]);
       expect(outwards[0] + outwards[1] + outwards[2]).toBeGreaterThan(0);
     }
+  });
+});
+
+describe("NormalSums", () => {
+  // A sphere of radius 500 in patches, each of which is one large triangle and many small ones at a corner, as
+  // simplified meshes have them: the normal at its top must be that of the sphere.
+  test("AreNotDominatedByLargeTriangles", () => {
+    const on = (x: number, y: number) => [x, y, Math.round(Math.sqrt(500 ** 2 - x * x - y * y))];
+    const positions = Int32Array.from([on(0, 0), on(200, 0), on(0, 200), on(-40, 0), on(0, -40)].flat());
+    const triangles = Uint32Array.from([0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1]);
+    const tilt = (sums: Float32Array) => Math.atan2(Math.hypot(sums[0], sums[1]), sums[2]);
+    expect(tilt(normalSums({ positions, triangles, normals: null }, 16))).toBeLessThan(0.12);
+    // Weights by area tilt it more.
+    expect(tilt(normalSums({ positions, triangles, normals: null }, 1000))).toBeGreaterThan(0.17);
   });
 });
 
@@ -192,7 +206,7 @@ describe("SpreadNormals", () => {
   const cells = Array.from({ length: (side - 1) ** 2 }, (_, i) => (i % (side - 1)) + side * Math.floor(i / (side - 1)));
   const triangles = Uint32Array.from(cells.flatMap((v) => [v, v + 1, v + side, v + 1, v + side + 1, v + side]));
   const slope = (rounds: number) => {
-    const sums = smoothedSums(normalSums({ positions, triangles, normals: null }), triangles, rounds);
+    const sums = smoothedSums(normalSums({ positions, triangles, normals: null }, 16), triangles, rounds);
     let steepest = 0;
     for (let v = 0; v < sums.length; v += 3) {
       if (Math.min(positions[v], positions[v + 1]) < 128 || Math.max(positions[v], positions[v + 1]) > 256) continue;

@@ -19,14 +19,21 @@ export function fieldNormals(world: Float32Array, linear: Linear): Int16Array {
   return packed;
 }
 
-// Returns area-weighted sums of triangle normals, three numbers per vertex. Sums of tiles add up at shared vertices.
-export function normalSums(mesh: LatticeMesh): Float32Array {
-  const p = mesh.positions;
+// Returns sums of the normals of the triangles around each vertex, three numbers per vertex; those of tiles add up at
+// shared vertices. A triangle has the weight of the sine of its corner, so that large triangles of a simplified mesh do
+// not dominate. Edges shorter than `voxel`, in lattice units, count as that long: small triangles, whose normals are
+// those of rounded vertices, have less weight.
+export function normalSums({ positions: p, triangles }: LatticeMesh, voxel: number): Float32Array {
   const sums = new Float32Array(p.length);
-  for (let t = 0; t < mesh.triangles.length; t += 3) {
-    const a = 3 * mesh.triangles[t];
-    const b = 3 * mesh.triangles[t + 1];
-    const c = 3 * mesh.triangles[t + 2];
+  const add = (at: number, weight: number, nx: number, ny: number, nz: number) => {
+    sums[at] += weight * nx;
+    sums[at + 1] += weight * ny;
+    sums[at + 2] += weight * nz;
+  };
+  for (let t = 0; t < triangles.length; t += 3) {
+    const a = 3 * triangles[t];
+    const b = 3 * triangles[t + 1];
+    const c = 3 * triangles[t + 2];
     const ux = p[b] - p[a];
     const uy = p[b + 1] - p[a + 1];
     const uz = p[b + 2] - p[a + 2];
@@ -36,15 +43,12 @@ export function normalSums(mesh: LatticeMesh): Float32Array {
     const nx = uy * vz - uz * vy;
     const ny = uz * vx - ux * vz;
     const nz = ux * vy - uy * vx;
-    sums[a] += nx;
-    sums[a + 1] += ny;
-    sums[a + 2] += nz;
-    sums[b] += nx;
-    sums[b + 1] += ny;
-    sums[b + 2] += nz;
-    sums[c] += nx;
-    sums[c + 1] += ny;
-    sums[c + 2] += nz;
+    const ab = Math.max(voxel, Math.sqrt(ux * ux + uy * uy + uz * uz));
+    const ac = Math.max(voxel, Math.sqrt(vx * vx + vy * vy + vz * vz));
+    const bc = Math.max(voxel, Math.sqrt((vx - ux) ** 2 + (vy - uy) ** 2 + (vz - uz) ** 2));
+    add(a, 1 / (ab * ac), nx, ny, nz);
+    add(b, 1 / (ab * bc), nx, ny, nz);
+    add(c, 1 / (bc * ac), nx, ny, nz);
   }
   return sums;
 }

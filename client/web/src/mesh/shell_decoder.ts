@@ -19,7 +19,7 @@ export interface ShellMode {
 
 // For smoothedSums(): fewer levels give more uneven triangles.
 export function smoothingRounds({ values, levelsPerOctave }: ShellMode): number {
-  return values !== quantized ? 1 : { 1: 4, 2: 3, 4: 2 }[levelsPerOctave] ?? 1;
+  return values !== quantized ? 1 : { 1: 4, 2: 3 }[levelsPerOctave] ?? 2;
 }
 
 export interface MarchedTile {

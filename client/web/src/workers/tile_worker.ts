@@ -6,7 +6,7 @@ import dracoWasm from "draco3d/draco_decoder.wasm?url";
 import shellWasm from "../../../../common/codec/wasm/shell_decoder.wasm?url";
 import { type TriangleHasher, triangleHasher } from "../mesh/content_digest";
 import { fieldNormals, normalSums, packedNormals, smoothedSums } from "../mesh/normals";
-import { smoothingRounds, type ShellMode, shellDecoder } from "../mesh/shell_decoder";
+import { smoothingRounds, shellDecoder } from "../mesh/shell_decoder";
 import { TileError } from "../mesh/tile_error";
 import { decodeTile } from "../mesh/tile_decoder";
 import type { LatticeMesh } from "../mesh/tile_mesh";
@@ -35,14 +35,14 @@ async function meshOf({ payload, expected, resolution, shell, hasNormals }: Tile
   return { mesh, boundary: boundaryOf(mesh) };
 }
 
-function sumsOf(mesh: LatticeMesh, shell: ShellMode | null): Float32Array {
-  const sums = normalSums(mesh);
+function sumsOf(mesh: LatticeMesh, { shell, resolution }: TileJob): Float32Array {
+  const sums = normalSums(mesh, 2 ** resolution);
   return shell ? smoothedSums(sums, mesh.triangles, smoothingRounds(shell)) : sums;
 }
 
 async function decoded(job: TileJob): Promise<DecodedTile> {
   const { mesh, boundary } = await meshOf(job);
-  const sums = mesh.normals ? null : sumsOf(mesh, job.shell);
+  const sums = mesh.normals ? null : sumsOf(mesh, job);
   const normals = mesh.normals ? fieldNormals(mesh.normals, job.linear) : packedNormals(sums!);
   const isShort = mesh.positions.length / 3 <= 65536;
   const triangles = isShort ? Uint16Array.from(mesh.triangles) : mesh.triangles;
