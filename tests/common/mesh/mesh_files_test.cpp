@@ -304,6 +304,20 @@ TEST(MeshFile, WritesOutwardUnitNormalsAsGlb) {
   }
 }
 
+TEST(MeshFile, LargeTrianglesDoNotDominateNormalsOfGlb) {
+  // The top of a ball with one large triangle and three small ones around it.
+  const auto on_ball = [](float x, float y) {
+    return std::array{x, y, std::sqrt(250000 - x * x - y * y)};
+  };
+  const PositionedMesh mesh = {.positions = {on_ball(0, 0), on_ball(200, 0), on_ball(0, 200),
+                                             on_ball(-40, 0), on_ball(0, -40)},
+                               .triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1}}};
+  const std::string file = mesh_file(mesh, MeshFormat::kGlb);
+  const auto normals = take_all<std::array<float, 3>>(read_glb(file).binary, 12 * 5, 5);
+  // 0.086 with weights by area.
+  EXPECT_LT(std::hypot(normals[0][0], normals[0][1]), 0.05);
+}
+
 TEST(MeshFile, KeepsDracoPositionsWithinHalfAQuantizationStep) {
   const PositionedMesh mesh = world_mesh();
   const std::string file = mesh_file(mesh, MeshFormat::kDrc);
