@@ -309,7 +309,7 @@ TEST(MeshFile, LargeTrianglesDoNotDominateNormalsOfGlb) {
   const auto on_ball = [](float x, float y) {
     return std::array{x, y, std::sqrt(250000 - x * x - y * y)};
   };
-  const PositionedMesh mesh = {.positions = {on_ball(0, 0), on_ball(200, 0), on_ball(0, 200),
+  const PositionedMesh mesh = {.positions = {on_ball(0, 0), on_ball(100, 0), on_ball(0, 100),
                                              on_ball(-40, 0), on_ball(0, -40)},
                                .triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1}}};
   const std::string file = mesh_file(mesh, MeshFormat::kGlb);
