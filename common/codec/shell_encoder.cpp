@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <type_traits>
 
 #include "common/codec/detail/corrections.hpp"
@@ -107,8 +108,14 @@ class ShellEncoder::Work {
   template <typename Sample>
   void find_signs(const SampleBlock<Sample>& block, const ShellBox& box, double isovalue);
   void count_surface();
+  template <typename Sample, typename MagnitudeOf>
+  bool append_magnitudes(const SampleBlock<Sample>& block, const MagnitudeOf& magnitude_of);
   template <typename Sample>
-  Result<void> find_magnitudes(const SampleBlock<Sample>& block, const ShellOptions& options);
+  Result<void> find_exact_magnitudes(const SampleBlock<Sample>& block, const ShellOptions& options);
+  template <typename Sample>
+  Result<void> find_levels(const SampleBlock<Sample>& block, const ShellOptions& options);
+  Result<void> number_levels(std::int32_t layer_level);
+  [[nodiscard]] std::int32_t unit_exponent() const;
   template <typename Sample, typename Magnitudes>
   void code_samples(const SampleBlock<Sample>& block, const ShellOptions& options,
                     const Magnitudes& magnitudes, RangeEncoder& coder);
@@ -218,18 +225,15 @@ void ShellEncoder::Work::count_surface() {
   header_.triangles = header_.has_void ? marching_.triangles() : triangles;
 }
 
-// Finds the magnitudes of all coded samples: for exact shells as they are coded, otherwise as
-// levels, where v = c gives kZeroDistance.
+// The level of a sample at the isovalue.
 constexpr std::int32_t kZeroDistance = std::numeric_limits<std::int32_t>::min();
 
-template <typename Sample>
-Result<void> ShellEncoder::Work::find_magnitudes(const SampleBlock<Sample>& block,
-                                                 const ShellOptions& options) {
+// Appends magnitude_of(sample) for all coded samples; returns false if one has none.
+template <typename Sample, typename MagnitudeOf>
+bool ShellEncoder::Work::append_magnitudes(const SampleBlock<Sample>& block,
+                                           const MagnitudeOf& magnitude_of) {
   magnitudes_.clear();
-  const bool is_exact = options.values == ShellValues::kExact;
-  const double below = std::floor(options.isovalue);
-  const auto below_as_integer = is_exact ? static_cast<std::int32_t>(below) : 0;
-  bool is_good = true;
+  bool have_all = true;
   std::size_t row = 0;
   for (int z = 0; z < header_.samples[2]; ++z) {
     for (int y = 0; y < header_.samples[1]; ++y) {
@@ -239,38 +243,53 @@ Result<void> ShellEncoder::Work::find_magnitudes(const SampleBlock<Sample>& bloc
                                     block.slice * (z - header_.layer(2, false)) -
                                     header_.layer(0, false);
       for_each_sample(coded, [&](int x) {
-        const Sample sample = samples[x];
-        if (is_exact) {
-          if constexpr (std::is_floating_point_v<Sample>) {
-            is_good = is_good && std::abs(sample) <= static_cast<float>(kMaxExactValue) &&
-                      std::floor(sample) == sample;
-            if (!is_good) return;
-          }
-          const std::int32_t above = static_cast<std::int32_t>(sample) - below_as_integer;
-          magnitudes_.push_back(above > 0 ? above - 1 : -above);
-        } else {
-          const double distance = std::abs(static_cast<double>(sample) - options.isovalue);
-          is_good = is_good && distance < std::numeric_limits<double>::infinity();
-          if (!is_good) return;
-          magnitudes_.push_back(distance > 0
-                                    ? level_of_distance(distance, header_.levels_per_octave)
-                                    : kZeroDistance);
-        }
+        const std::optional<std::int32_t> magnitude = magnitude_of(samples[x]);
+        have_all = have_all && magnitude;
+        if (have_all) magnitudes_.push_back(*magnitude);
       });
     }
   }
-  if (!is_good) {
-    return not_encodable(is_exact
-                             ? "An exact sample shell can only contain integers of at most 2^24"
-                             : "A sample next to the surface is infinite");
-  }
-  if (is_exact) return {};
+  return have_all;
+}
 
-  std::int32_t layer_level = kZeroDistance;
-  if (header_.layers != 0) {
-    const double distance = std::abs(static_cast<double>(header_.layer_value) - options.isovalue);
-    if (distance > 0) layer_level = level_of_distance(distance, header_.levels_per_octave);
+template <typename Sample>
+Result<void> ShellEncoder::Work::find_exact_magnitudes(const SampleBlock<Sample>& block,
+                                                       const ShellOptions& options) {
+  const auto below = static_cast<std::int32_t>(std::floor(options.isovalue));
+  const auto magnitude_of = [below](Sample sample) -> std::optional<std::int32_t> {
+    if constexpr (std::is_floating_point_v<Sample>) {
+      const bool is_integer =
+          std::abs(sample) <= static_cast<float>(kMaxExactValue) && std::floor(sample) == sample;
+      if (!is_integer) return std::nullopt;
+    }
+    const std::int32_t above = static_cast<std::int32_t>(sample) - below;
+    return above > 0 ? above - 1 : -above;
+  };
+  if (append_magnitudes(block, magnitude_of)) return {};
+  return not_encodable("An exact sample shell can only contain integers of at most 2^24");
+}
+
+template <typename Sample>
+Result<void> ShellEncoder::Work::find_levels(const SampleBlock<Sample>& block,
+                                             const ShellOptions& options) {
+  const auto level_at = [&](double distance) {
+    return distance > 0 ? level_of_distance(distance, header_.levels_per_octave) : kZeroDistance;
+  };
+  const auto level_of = [&](Sample sample) -> std::optional<std::int32_t> {
+    const double distance = std::abs(static_cast<double>(sample) - options.isovalue);
+    if (!(distance < std::numeric_limits<double>::infinity())) return std::nullopt;
+    return level_at(distance);
+  };
+  if (!append_magnitudes(block, level_of)) {
+    return not_encodable("A sample next to the surface is infinite");
   }
+  const double layer = static_cast<double>(header_.layer_value);
+  return number_levels(header_.layers != 0 ? level_at(std::abs(layer - options.isovalue))
+                                           : kZeroDistance);
+}
+
+// Counts the levels from the least one that occurs; 0 is kZeroDistance.
+Result<void> ShellEncoder::Work::number_levels(std::int32_t layer_level) {
   std::int32_t least = std::numeric_limits<std::int32_t>::max();
   std::int32_t most = kZeroDistance;
   const auto include = [&](std::int32_t level) {
@@ -278,7 +297,7 @@ Result<void> ShellEncoder::Work::find_magnitudes(const SampleBlock<Sample>& bloc
     most = std::max(most, level);
   };
   for (const std::int32_t level : magnitudes_) include(level);
-  if (header_.layers != 0) include(layer_level);
+  include(layer_level);
   if (most == kZeroDistance) least = most = 0;  // All are at the isovalue.
   if (std::int64_t{most} - least + 2 > kMaxLevels) {
     return not_encodable("The magnitudes of the samples next to the surface differ too much");
@@ -294,15 +313,18 @@ Result<void> ShellEncoder::Work::find_magnitudes(const SampleBlock<Sample>& bloc
     ++histogram_[static_cast<std::size_t>(level)];
   }
   header_.layer_level = number(layer_level);
-  // Maps the median's octave to 2^10 units.
+  header_.unit_exponent = unit_exponent();
+  return {};
+}
+
+// Returns the exponent that maps the median's octave to 2^10 units.
+std::int32_t ShellEncoder::Work::unit_exponent() const {
   std::size_t median = 0;
   for (std::size_t seen = histogram_[0]; 2 * seen < magnitudes_.size();)
     seen += histogram_[++median];
   const std::int32_t median_level =
-      least + std::max<std::int32_t>(static_cast<std::int32_t>(median), 1) - 1;
-  header_.unit_exponent =
-      (median_level >> floor_log2(static_cast<std::uint32_t>(header_.levels_per_octave))) - 10;
-  return {};
+      header_.first_level + std::max<std::int32_t>(static_cast<std::int32_t>(median), 1) - 1;
+  return (median_level >> floor_log2(static_cast<std::uint32_t>(header_.levels_per_octave))) - 10;
 }
 
 template <typename Sample>
@@ -375,7 +397,10 @@ Result<std::vector<std::uint8_t>> ShellEncoder::Work::encode(const SampleBlock<S
                                                              const ShellOptions& options) {
   find_signs(block, box, options.isovalue);
   count_surface();
-  if (Result<void> found = find_magnitudes(block, options); !found) {
+  const bool is_exact = options.values == ShellValues::kExact;
+  if (Result<void> found =
+          is_exact ? find_exact_magnitudes(block, options) : find_levels(block, options);
+      !found) {
     return tl::unexpected(found.error());
   }
   model_.begin(options.values);
@@ -385,7 +410,7 @@ Result<std::vector<std::uint8_t>> ShellEncoder::Work::encode(const SampleBlock<S
     code_signs(coder, model_.presence, blocks_, has_layers ? unlayered_present_ : present_);
   }
   code_signs(coder, model_.signs, blocks_, has_layers ? unlayered_signs_ : signs_);
-  if (options.values == ShellValues::kExact) {
+  if (is_exact) {
     code_samples(block, options, ExactMagnitudes(), coder);
   } else {
     scale_.begin(header_);
