@@ -122,6 +122,80 @@ void place_variable(const InputFile& file, const NetcdfHeader& netcdf,
   place_by_coordinates(file.path(), coordinates, axes, volume.header, volume.notices);
 }
 
+std::optional<double> number_of(const NetcdfVariable& variable, std::string_view name) {
+  const NetcdfAttribute* const attribute = variable.attribute(name);
+  if (attribute == nullptr || attribute->numbers.size() != 1) return std::nullopt;
+  return attribute->numbers[0];
+}
+
+// Returns the number of samples along x, y and z.
+std::array<std::int64_t, 3> sides_of(const fs::path& path, const NetcdfVariable& variable,
+                                     const std::vector<std::uint64_t>& shape) {
+  const std::size_t rank = shape.size();
+  if (rank < 2 || rank > 5) {
+    fail_reading(path,
+                 "its variable '" + variable.name + "' has " + std::to_string(rank) + " dimensions",
+                 "Choose a variable with 2 to 5");
+  }
+  std::array<std::int64_t, 3> sides = {1, 1, 1};
+  for (std::size_t axis = 0; axis < std::min<std::size_t>(rank, 3); ++axis) {
+    const std::uint64_t length = shape[rank - 1 - axis];
+    if (length > static_cast<std::uint64_t>(kMaxSide)) {
+      fail_reading(path,
+                   "a side of its variable '" + variable.name + "' has " + std::to_string(length) +
+                       " samples",
+                   "Each side must have 1 to " + std::to_string(kMaxSide) + " samples");
+    }
+    sides[axis] = static_cast<std::int64_t>(length);
+  }
+  return sides;
+}
+
+void set_values(const NetcdfVariable& variable, ImageHeader& header) {
+  header.meaning.value_unit = unit_from(units_of(variable));
+  header.slope = number_of(variable, "scale_factor").value_or(1);
+  header.intercept = number_of(variable, "add_offset").value_or(0);
+  header.missing = number_of(variable, "_FillValue");
+  if (!header.missing) header.missing = number_of(variable, "missing_value");
+}
+
+// Returns the distance in bytes between the entries of each dimension.
+std::vector<std::uint64_t> strides_of(const fs::path& path, const NetcdfHeader& netcdf,
+                                      const NetcdfVariable& variable,
+                                      const std::vector<std::uint64_t>& shape,
+                                      std::size_t sample_bytes) {
+  const std::size_t rank = shape.size();
+  std::vector<std::uint64_t> strides(rank, sample_bytes);
+  for (std::size_t d = rank - 1; d-- > 0;) strides[d] = strides[d + 1] * shape[d + 1];
+  if (variable.has_records) strides[0] = netcdf.record_bytes;
+  // Rows that are records are not contiguous.
+  if (rank == 2 && variable.has_records && strides[0] != shape[1] * strides[1]) {
+    fail_reading(path, "its variable '" + variable.name + "' has one line for each record",
+                 "Copy it into a file with fixed dimensions");
+  }
+  return strides;
+}
+
+// Chooses an entry of a dimension before the volume's three: the first is the time, the second the
+// channel. Notes their number in the volume.
+std::int64_t entry_of(const fs::path& path, std::size_t dimension, const std::string& name,
+                      std::uint64_t length, const VolumeChoice& choice, StoredVolume& volume) {
+  const bool is_channel = dimension > 0;
+  const auto count = static_cast<std::int64_t>(length);
+  if (is_channel) {
+    volume.channels = count;
+  } else {
+    volume.contents.times.count = count;
+  }
+  const FileEntries entries = {
+      .count = count,
+      .several = "its dimension " + name + " has " + std::to_string(length) + " entries",
+      .remedy =
+          std::string("Choose one with ") + (is_channel ? "--channel" : "--time") + ", from 0",
+      .missing = "its dimension " + name + " has no entry"};
+  return chosen_entry(path, entries, is_channel ? choice.channel : choice.time, choice.first);
+}
+
 }  // namespace
 
 bool is_netcdf3(std::string_view beginning) {
@@ -138,64 +212,20 @@ StoredVolume open_netcdf3(const fs::path& path, const VolumeChoice& choice) {
   const NetcdfVariable& variable = chosen_variable(path, netcdf, choice);
   const std::vector<std::uint64_t> shape = netcdf.shape(variable);
   const std::size_t rank = shape.size();
-  if (rank < 2 || rank > 5) {
-    fail_reading(path,
-                 "its variable '" + variable.name + "' has " + std::to_string(rank) + " dimensions",
-                 "Choose a variable with 2 to 5");
-  }
   StoredVolume volume{.header = {.type = *netcdf_type(variable.type)}, .slices = nullptr};
   ImageHeader& header = volume.header;
-  for (std::size_t axis = 0; axis < std::min<std::size_t>(rank, 3); ++axis) {
-    const std::uint64_t length = shape[rank - 1 - axis];
-    if (length > static_cast<std::uint64_t>(kMaxSide)) {
-      fail_reading(path,
-                   "a side of its variable '" + variable.name + "' has " + std::to_string(length) +
-                       " samples",
-                   "Each side must have 1 to " + std::to_string(kMaxSide) + " samples");
-    }
-    header.dims[axis] = static_cast<std::int64_t>(length);
-  }
+  header.dims = sides_of(path, variable, shape);
   place_variable(file, netcdf, variable, volume);
-  header.meaning.value_unit = unit_from(units_of(variable));
-  const auto number = [&](const char* name) -> std::optional<double> {
-    const NetcdfAttribute* const attribute = variable.attribute(name);
-    if (attribute == nullptr || attribute->numbers.size() != 1) return std::nullopt;
-    return attribute->numbers[0];
-  };
-  header.slope = number("scale_factor").value_or(1);
-  header.intercept = number("add_offset").value_or(0);
-  header.missing = number("_FillValue");
-  if (!header.missing) header.missing = number("missing_value");
+  set_values(variable, header);
   check_header(path, header);
 
-  // Distance in bytes between entries of each dimension.
-  std::vector<std::uint64_t> strides(rank, bytes_of(header.type));
-  for (std::size_t d = rank - 1; d-- > 0;) strides[d] = strides[d + 1] * shape[d + 1];
-  if (variable.has_records) strides[0] = netcdf.record_bytes;
+  const std::vector<std::uint64_t> strides =
+      strides_of(path, netcdf, variable, shape, bytes_of(header.type));
   std::uint64_t begin = variable.begin;
-  const std::size_t others = rank > 3 ? rank - 3 : 0;
-  for (std::size_t d = 0; d < others; ++d) {
-    const bool is_channel = d > 0;
+  for (std::size_t d = 0; d + 3 < rank; ++d) {
     const std::string& name = netcdf.dimensions[variable.dimensions[d]].first;
-    if (is_channel) {
-      volume.channels = static_cast<std::int64_t>(shape[d]);
-    } else {
-      volume.contents.times.count = static_cast<std::int64_t>(shape[d]);
-    }
-    const FileEntries entries = {
-        .count = static_cast<std::int64_t>(shape[d]),
-        .several = "its dimension " + name + " has " + std::to_string(shape[d]) + " entries",
-        .remedy =
-            std::string("Choose one with ") + (is_channel ? "--channel" : "--time") + ", from 0",
-        .missing = "its dimension " + name + " has no entry"};
     begin +=
-        strides[d] * static_cast<std::uint64_t>(chosen_entry(
-                         path, entries, is_channel ? choice.channel : choice.time, choice.first));
-  }
-  // Rows that are records are not contiguous.
-  if (rank == 2 && variable.has_records && strides[0] != shape[1] * strides[1]) {
-    fail_reading(path, "its variable '" + variable.name + "' has one line for each record",
-                 "Copy it into a file with fixed dimensions");
+        strides[d] * static_cast<std::uint64_t>(entry_of(path, d, name, shape[d], choice, volume));
   }
   const std::uint64_t step = rank >= 3 ? strides[rank - 3] : header.slice_bytes();
   volume.slices = std::make_unique<NetcdfSlices>(path, begin, step, header);

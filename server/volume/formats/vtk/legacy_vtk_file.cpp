@@ -119,15 +119,19 @@ std::vector<double> time_in(VtkLines& lines, bool is_text) {
   return time && std::isfinite(*time) ? std::vector{*time} : std::vector<double>();
 }
 
-}  // namespace
-
-StoredVolume open_legacy_vtk(const fs::path& path) {
-  VtkLines lines(path);
+// Reads the format behind the version and the title.
+bool is_text_format(const fs::path& path, VtkLines& lines) {
   (void)lines.line();  // The version.
   (void)lines.line();  // A title.
   const std::string format = lower_case(lines.next()[0]);
-  if (format != "ascii" && format != "binary")
-    fail_in_header(path, "it is neither text nor binary");
+  if (format == "ascii") return true;
+  if (format == "binary") return false;
+  fail_in_header(path, "it is neither text nor binary");
+}
+
+// Reads from DATASET to the number of samples. Sets the grid; returns the times.
+std::vector<double> read_grid(const fs::path& path, VtkLines& lines, bool is_text,
+                              ImageHeader& header) {
   const std::vector<std::string> kind = lines.next();
   if (kind.size() < 2 || lower_case(kind[0]) != "dataset" ||
       lower_case(kind[1]) != "structured_points") {
@@ -143,10 +147,9 @@ StoredVolume open_legacy_vtk(const fs::path& path) {
     if (word == "dimensions") sizes = three_numbers(path, words);
     if (word == "spacing" || word == "aspect_ratio") spacing = three_numbers(path, words);
     if (word == "origin") origin = three_numbers(path, words);
-    if (word == "field") times = time_in(lines, format == "ascii");
+    if (word == "field") times = time_in(lines, is_text);
   }
   const bool of_cells = lower_case(words[0]) == "cell_data";
-  ImageHeader header;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!(sizes[axis] >= 1 && sizes[axis] <= 1e9)) fail_in_header(path, "it has no DIMENSIONS");
     header.dims[axis] = static_cast<std::int64_t>(sizes[axis]);
@@ -155,8 +158,12 @@ StoredVolume open_legacy_vtk(const fs::path& path) {
     origin[axis] += spacing[axis] / 2;
   }
   set_box_axes(header, origin, spacing);
+  return times;
+}
 
-  words = lines.next();
+// Reads the description of the first array, up to its samples.
+void read_array(const fs::path& path, VtkLines& lines, ImageHeader& header) {
+  std::vector<std::string> words = lines.next();
   const std::string array = lower_case(words[0]);
   words.resize(4);
   if (array == "field") {  // FIELD name count; then: name components tuples type
@@ -164,27 +171,32 @@ StoredVolume open_legacy_vtk(const fs::path& path) {
     words.resize(4);
     header.components = integer(words[1]).value_or(0);
     header.type = legacy_vtk_type(path, words[3]);
-  } else {
-    if (array == "scalars") {
-      header.components = words[3].empty() ? 1 : integer(words[3]).value_or(0);
-    } else if (array == "vectors" || array == "normals") {
-      header.components = 3;
-    } else if (array == "tensors") {
-      header.components = 9;
-    } else {
-      fail_in_header(path, "its first array is " + words[0].substr(0, 40));
-    }
-    header.type = legacy_vtk_type(path, words[2]);
-    if (array == "scalars") lines.skip("lookup_table");
+    return;
   }
-  check_header(path, header);
-  StoredVolume volume{.header = header};
-  volume.contents.times.at = std::move(times);
-  if (format == "ascii") {
-    volume.slices = text_slices({.file = path, .begin = lines.position()}, header);
+  if (array == "scalars") {
+    header.components = words[3].empty() ? 1 : integer(words[3]).value_or(0);
+  } else if (array == "vectors" || array == "normals") {
+    header.components = 3;
+  } else if (array == "tensors") {
+    header.components = 9;
   } else {
-    volume.slices = plain_slices(path, lines.position(), Endian::kBig, header);
+    fail_in_header(path, "its first array is " + words[0].substr(0, 40));
   }
+  header.type = legacy_vtk_type(path, words[2]);
+  if (array == "scalars") lines.skip("lookup_table");
+}
+
+}  // namespace
+
+StoredVolume open_legacy_vtk(const fs::path& path) {
+  VtkLines lines(path);
+  const bool is_text = is_text_format(path, lines);
+  StoredVolume volume;
+  volume.contents.times.at = read_grid(path, lines, is_text, volume.header);
+  read_array(path, lines, volume.header);
+  check_header(path, volume.header);
+  volume.slices = is_text ? text_slices({.file = path, .begin = lines.position()}, volume.header)
+                          : plain_slices(path, lines.position(), Endian::kBig, volume.header);
   return volume;
 }
 
