@@ -270,16 +270,8 @@ void write(const ProbeReply& reply, v1::ServerMessage& message) {
   wire::write(reply, *message.mutable_probe_reply());
 }
 
-}  // namespace
-
-std::string serialize(const ServerMessage& message) {
-  v1::ServerMessage bytes;
-  std::visit([&bytes](const auto& alternative) { write(alternative, bytes); }, message);
-  return bytes.SerializeAsString();
-}
-
-tl::expected<ServerMessage, ParseError> parse_server_message(std::string_view bytes) {
-  FieldChecks checks;
+// Checks the lengths of lists before they are read.
+void check_counts(std::string_view bytes, FieldChecks& checks) {
   checks.at_most("StepBegin.tiles",
                  count_entries(bytes, {v1::ServerMessage::kStepBeginFieldNumber,
                                        v1::StepBegin::kTilesFieldNumber}),
@@ -298,6 +290,19 @@ tl::expected<ServerMessage, ParseError> parse_server_message(std::string_view by
                  count_entries(bytes, {v1::ServerMessage::kProbeReplyFieldNumber,
                                        v1::ProbeReply::kPlacesFieldNumber}),
                  kMaxProbedPlaces, "places");
+}
+
+}  // namespace
+
+std::string serialize(const ServerMessage& message) {
+  v1::ServerMessage bytes;
+  std::visit([&bytes](const auto& alternative) { write(alternative, bytes); }, message);
+  return bytes.SerializeAsString();
+}
+
+tl::expected<ServerMessage, ParseError> parse_server_message(std::string_view bytes) {
+  FieldChecks checks;
+  check_counts(bytes, checks);
   if (checks.first()) return refuse(checks.first()->code, checks.first()->text);
   v1::ServerMessage wire;
   if (!parse(bytes, wire)) {

@@ -61,6 +61,48 @@ double bytes_of_triangle(const MeshForm& form, bool has_normals, bool has_scalar
   return 50;
 }
 
+// Returns the requested or an accepted format, which can hold this many surfaces.
+Result<MeshFormat> format_for(const MeshQuery& query, const HttpRequest& request,
+                              std::size_t surfaces) {
+  const auto format =
+      query.format ? query.format : accepted_format(field(request, http::field::accept));
+  if (!format) {
+    return fail(ErrorCode::kUnsupportedVersion,
+                "Meshes are sent as model/gltf-binary, application/ply, model/stl, model/obj, "
+                "application/vnd.draco or application/vnd.vtk.polydata+xml; the request accepts "
+                "none of these.");
+  }
+  if (surfaces > 1 && *format != MeshFormat::kGlb) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "Several surfaces in one file require format=glb; otherwise request one at a time.");
+  }
+  if (const auto fits = check_codec(query.surface.codec, *format == MeshFormat::kGlb); !fits) {
+    return tl::unexpected(fits.error());
+  }
+  return *format;
+}
+
+// Identifies the bytes of a file without scalars.
+std::string key_of_file(const DatasetInfo& info, const std::vector<IsosurfaceRequest>& requests,
+                        const MeshForm& form) {
+  std::string key = std::string(kFormVersion) + ' ' + std::string(media_type(form.format)) +
+                    (form.is_in_world ? " w " : " i ") + std::string(name(form.codec)) + ' ' +
+                    key_of(info);
+  if (form.min_component > 0) key += " from " + shortest_text(form.min_component);
+  for (const IsosurfaceRequest& one : requests) key += ' ' + key_of(one);
+  return key;
+}
+
+// Identifies what scalars add to it.
+std::string key_of_colors(const ColorScale& colors, const ScalarRange& range,
+                          const DatasetInfo& field) {
+  std::string key = " colors " + std::string(name(colors.map)) + ' ' + shortest_text(range.low) +
+                    ' ' + shortest_text(range.high) + (colors.is_logarithmic ? " log" : "");
+  for (const std::uint8_t part : colors.no_value) key += ' ' + std::to_string(part);
+  return key + ' ' + key_of(field);
+}
+
 Answer no_storage(RequestContext& context) {
   const Error error = {ErrorCode::kUnavailable,
                        "The temporary folder of this server is full or not writable; see its log. "
@@ -86,54 +128,29 @@ Result<IsosurfaceRoute::RequestedFile> IsosurfaceRoute::requested_file(
   if (!surfaces) return tl::unexpected(surfaces.error());
   auto scalars = scalars_for(query->surface);
   if (!scalars) return tl::unexpected(scalars.error());
-  const auto format =
-      query->format ? query->format : accepted_format(field(request, http::field::accept));
-  if (!format) {
-    return fail(ErrorCode::kUnsupportedVersion,
-                "Meshes are sent as model/gltf-binary, application/ply, model/stl, model/obj, "
-                "application/vnd.draco or application/vnd.vtk.polydata+xml; the request accepts "
-                "none of these.");
-  }
-  if (surfaces->size() > 1 && *format != MeshFormat::kGlb) {
-    return fail(
-        ErrorCode::kInvalidArgument,
-        "Several surfaces in one file require format=glb; otherwise request one at a time.");
-  }
-  if (const auto fits = check_codec(query->surface.codec, *format == MeshFormat::kGlb); !fits) {
-    return tl::unexpected(fits.error());
-  }
-  const bool is_in_world = query->surface.coordinates == CoordinateSystem::kWorld;
-  RequestedFile wanted{.info = std::move(*info),
-                       .requests = *std::move(surfaces),
-                       .scalars = *std::move(scalars),
-                       .form = {.format = *format,
-                                .codec = query->surface.codec,
-                                .is_in_world = is_in_world,
-                                .colors = query->surface.colors,
-                                .color_by = query->surface.color_by,
-                                .min_component = query->surface.min_component},
-                       .is_format_negotiated = !query->format,
-                       .key = {},
-                       .tag = {}};
-  wanted.key = std::string(kFormVersion) + ' ' + std::string(media_type(*format)) +
-               (is_in_world ? " w " : " i ") + std::string(name(wanted.form.codec)) + ' ' +
-               key_of(wanted.info);
-  if (wanted.form.min_component > 0) {
-    wanted.key += " from " + shortest_text(wanted.form.min_component);
-  }
-  for (const IsosurfaceRequest& one : wanted.requests) wanted.key += ' ' + key_of(one);
+  const auto format = format_for(*query, request, surfaces->size());
+  if (!format) return tl::unexpected(format.error());
+  RequestedFile wanted{
+      .info = std::move(*info),
+      .requests = *std::move(surfaces),
+      .scalars = *std::move(scalars),
+      .form = {.format = *format,
+               .codec = query->surface.codec,
+               .is_in_world = query->surface.coordinates == CoordinateSystem::kWorld,
+               .colors = query->surface.colors,
+               .color_by = query->surface.color_by,
+               .min_component = query->surface.min_component},
+      .is_format_negotiated = !query->format,
+      .key = {},
+      .tag = {}};
+  wanted.key = key_of_file(wanted.info, wanted.requests, wanted.form);
   bool is_known = wanted.info.content_id != 0;
   if (wanted.scalars) {
     const auto field = permit.describe(wanted.scalars->dataset);
     if (!field) return tl::unexpected(field.error());
     const auto fits = check_same_world(*wanted.scalars, wanted.info, *field);
     if (!fits) return tl::unexpected(fits.error());
-    const ScalarRange range = range_for(*wanted.scalars, *field);
-    const ColorScale& colors = wanted.form.colors;
-    wanted.key += " colors " + std::string(name(colors.map)) + ' ' + shortest_text(range.low) +
-                  ' ' + shortest_text(range.high) + (colors.is_logarithmic ? " log" : "");
-    for (const std::uint8_t part : colors.no_value) wanted.key += ' ' + std::to_string(part);
-    wanted.key += ' ' + key_of(*field);
+    wanted.key += key_of_colors(wanted.form.colors, range_for(*wanted.scalars, *field), *field);
     is_known = is_known && field->content_id != 0;
   }
   if (is_known) wanted.tag = tag_of(wanted.key);

@@ -284,76 +284,125 @@ Result<StepResult> make_cell(const SurfaceProvider& source, const StreamState& s
   return cell;
 }
 
+// Plans the next step of a whole surface, and builds it.
+class NextStep {
+ public:
+  NextStep(const SurfaceProvider& source, const StreamState& state, const std::stop_token& stop,
+           const StepLimits& limits)
+      : source_(source),
+        state_(state),
+        stop_(stop),
+        limits_(limits),
+        sizes_(source.sizes(stop, SizeAccuracy::kQuick)),
+        triangle_limit_(source, limits.max_triangles, stop),
+        schedule_(state.request, source.info()),
+        made_{.after = state} {}
+
+  Result<StepResult> make() {
+    if (const auto allowed = check_request(); !allowed) return tl::unexpected(allowed.error());
+    const IsosurfaceRequest request = request_to_plan();
+    plan(request);
+    if (made_.is_over) return std::move(made_);
+    if (!made_.is_final || made_.step.shell) {
+      made_.encoded = source_.make(made_.step, stop_);
+      const auto allowed = check_planned();
+      if (allowed) return std::move(made_);
+      if (is_repeated()) return tl::unexpected(allowed.error());
+      made_.step = final_step(request);  // It may have fewer triangles.
+    }
+    if (const auto is_made = make_final(); !is_made) return tl::unexpected(is_made.error());
+    return std::move(made_);
+  }
+
+ private:
+  [[nodiscard]] bool has_previews() const { return state_.steps != StepPolicy::kFinalOnly; }
+  // Whether the step is one of the previews that a resumed stream starts with.
+  [[nodiscard]] bool is_repeated() const {
+    return state_.delivered.size() < state_.resumed_previews.size();
+  }
+
+  // Fails if it is certain before anything is built that the final step exceeds a limit.
+  [[nodiscard]] Result<void> check_request() const {
+    if (state_.delivered.empty()) {
+      const auto allowed = triangle_limit_.check_estimate(state_.request, sizes_);
+      if (!allowed) return allowed;
+    }
+    return has_previews() ? Result<void>() : check_coarsest(state_.request, source_, stop_);
+  }
+
+  [[nodiscard]] int affordable_level() {
+    std::optional<int>& level = made_.after.level;
+    const SizeAccuracy accuracy =
+        has_own_budget(final_step(state_.request)) ? SizeAccuracy::kQuick : SizeAccuracy::kAccurate;
+    if (!level) level = schedule_.lowest_fitting(source_.sizes(stop_, accuracy).of);
+    return *level;
+  }
+
+  // Estimating the threshold for a budget reads samples; the first preview must not wait for it.
+  [[nodiscard]] IsosurfaceRequest request_to_plan() {
+    const bool is_first_preview = state_.delivered.empty() && (has_previews() || is_repeated());
+    const bool is_only_step = has_own_budget(final_step(state_.request)) && !has_previews();
+    if (is_first_preview || is_only_step) return state_.request;
+    return schedule_.at(affordable_level());
+  }
+
+  // Sets the step, whether it is final, and whether the stream is over without it.
+  void plan(const IsosurfaceRequest& request) {
+    const DatasetInfo& info = source_.info();
+    CostEstimates costs = source_.costs();
+    costs.bytes_per_second = limits_.bytes_per_second;
+    costs.client_triangles_per_second = state_.triangles_per_second;
+    const PlannedStep next =
+        is_repeated()
+            ? PlannedStep{.step = preview_step(
+                              request, state_.resumed_previews[state_.delivered.size()], info)}
+            : next_step(request, plan_limits(state_, limits_), state_.delivered, info,
+                        within(sizes_, request), costs);
+    made_.step = next.step;
+    made_.is_final = next.is_final || (state_.use == MeshUse::kDisplay &&
+                                       is_enough_to_display(next.step, state_.request, info));
+    made_.is_over = made_.is_final && !is_repeated() && state_.steps == StepPolicy::kPreviewsOnly &&
+                    !state_.delivered.empty();
+  }
+
+  // Planned steps respect the estimated limit; explicitly requested ones may not.
+  [[nodiscard]] Result<void> check_planned() const {
+    const bool is_requested = made_.is_final || (is_repeated() && made_.step.finest_spacing == 1);
+    if (!is_requested) return {};
+    return triangle_limit_.check_made(made_.step.request, made_.encoded);
+  }
+
+  // Builds the final surface within the budget and the limits.
+  [[nodiscard]] Result<void> make_final() {
+    const IsosurfaceRequest& request = state_.request;
+    const auto allowed = check_coarsest(request, source_, stop_);
+    if (!allowed) return allowed;
+    Result<FinalStep> last =
+        request.simplify
+            ? make_simplified(source_, request, limits_.as_meshes, stop_)
+            : make_within_budget(source_, schedule_, affordable_level(), limits_.as_meshes, stop_);
+    if (!last) return tl::unexpected(last.error());
+    made_.step.request = std::move(last->request);
+    made_.encoded = std::move(last->tiled);
+    return triangle_limit_.check_made(made_.step.request, made_.encoded);
+  }
+
+  const SurfaceProvider& source_;
+  const StreamState& state_;
+  const std::stop_token& stop_;
+  const StepLimits& limits_;
+  SizeEstimates sizes_;
+  TriangleLimit triangle_limit_;
+  ErrorSchedule schedule_;
+  StepResult made_;
+};
+
 }  // namespace
 
 Result<StepResult> make_next_step(const SurfaceProvider& source, const StreamState& state,
                                   std::stop_token stop, const StepLimits& limits) {
   if (state.request.cell) return make_cell(source, state, stop, limits);
-  const DatasetInfo& info = source.info();
-  const SizeEstimates sizes = source.sizes(stop, SizeAccuracy::kQuick);
-  const TriangleLimit limit(source, limits.max_triangles, stop);
-  if (state.delivered.empty()) {
-    const auto allowed = limit.check_estimate(state.request, sizes);
-    if (!allowed) return tl::unexpected(allowed.error());
-  }
-  const bool has_previews = state.steps != StepPolicy::kFinalOnly;
-  if (!has_previews) {
-    const auto allowed = check_coarsest(state.request, source, stop);
-    if (!allowed) return tl::unexpected(allowed.error());
-  }
-  StepResult made;
-  made.after = state;
-  const ErrorSchedule schedule(state.request, info);
-  // Estimating the threshold for a budget reads samples; the first preview must not wait for it.
-  const bool is_repeated = state.delivered.size() < state.resumed_previews.size();
-  const bool is_first_preview = state.delivered.empty() && (has_previews || is_repeated);
-  const bool has_own = has_own_budget(final_step(state.request));
-  const auto affordable = [&] {
-    std::optional<int>& level = made.after.level;
-    const SizeAccuracy accuracy = has_own ? SizeAccuracy::kQuick : SizeAccuracy::kAccurate;
-    if (!level) level = schedule.lowest_fitting(source.sizes(stop, accuracy).of);
-    return *level;
-  };
-  const bool is_as_requested = is_first_preview || (has_own && !has_previews);
-  const IsosurfaceRequest request = is_as_requested ? state.request : schedule.at(affordable());
-  CostEstimates costs = source.costs();
-  costs.bytes_per_second = limits.bytes_per_second;
-  costs.client_triangles_per_second = state.triangles_per_second;
-  const PlannedStep next =
-      is_repeated ? PlannedStep{.step = preview_step(
-                                    request, state.resumed_previews[state.delivered.size()], info)}
-                  : next_step(request, plan_limits(state, limits), state.delivered, info,
-                              within(sizes, request), costs);
-  made.step = next.step;
-  made.is_final = next.is_final || (state.use == MeshUse::kDisplay &&
-                                    is_enough_to_display(next.step, state.request, info));
-  made.is_over = made.is_final && !is_repeated && state.steps == StepPolicy::kPreviewsOnly &&
-                 !state.delivered.empty();
-  if (made.is_over) return made;
-  if (!made.is_final || next.step.shell) {
-    made.encoded = source.make(next.step, stop);
-    // Planned steps respect the estimated limit; explicitly requested ones may not.
-    Result<void> allowed;
-    if (made.is_final || (is_repeated && next.step.finest_spacing == 1)) {
-      allowed = limit.check_made(next.step.request, made.encoded);
-    }
-    if (allowed) return made;
-    if (is_repeated) return tl::unexpected(allowed.error());
-    made.step = final_step(request);  // It may have fewer triangles.
-  }
-  if (const auto allowed = check_coarsest(state.request, source, stop); !allowed) {
-    return tl::unexpected(allowed.error());
-  }
-  Result<FinalStep> last =
-      state.request.simplify
-          ? make_simplified(source, state.request, limits.as_meshes, stop)
-          : make_within_budget(source, schedule, affordable(), limits.as_meshes, stop);
-  if (!last) return tl::unexpected(last.error());
-  made.step.request = std::move(last->request);
-  made.encoded = std::move(last->tiled);
-  const auto allowed = limit.check_made(made.step.request, made.encoded);
-  if (!allowed) return tl::unexpected(allowed.error());
-  return made;
+  return NextStep(source, state, stop, limits).make();
 }
 
 Result<EstimatedAnswer> estimate(const SurfaceProvider& source, const IsosurfaceRequest& request,
