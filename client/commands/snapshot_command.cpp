@@ -240,6 +240,53 @@ void draw(const SnapshotArguments& arguments, const Scene& scene, const PictureS
   write_file(scene.picture_file, png_file(picture));
 }
 
+constexpr const char* kSnapshotExamples =
+    "The same surface, size and direction give the same picture, byte for byte.\n"
+    "Examples:\n"
+    "  multitetra-client snapshot --dataset head --isovalue 500.5 -o head.png\n"
+    "  multitetra-client snapshot --dataset head --isovalue 1200.5 --error 0.5 "
+    "--size 3840x2160 --azimuth 90 --elevation 0 -o bone.png\n"
+    "  multitetra-client snapshot --dataset head --isovalue 500.5,1200.5 --opacity 0.4,1 "
+    "-o skin_and_bone.png\n"
+    "  multitetra-client snapshot --dataset organs -o organs.png    (a series: all labels)\n"
+    "  multitetra-client snapshot --dataset head --error 2 --wireframe --shading facets "
+    "-o triangles.png\n"
+    "  multitetra-client snapshot --server wss://example.org --token-file token "
+    "--dataset head --background transparent -o head.png\n";
+
+void add_drawing_options(Command& command, SnapshotArguments& a) {
+  command.begin_group("Picture");
+  command.add_option("--up", a.up, "World axis that points up in the picture, such as -y")
+      ->one_of({"x", "-x", "y", "-y", "z", "-z"})
+      ->capture_default_str();
+  command.add_option("--background", a.background, "Background of the picture")
+      ->one_of({"dark", "light", "transparent"})
+      ->capture_default_str();
+  command.add_option("--shading", a.shading, "field: by the field's gradient; facets: by triangle")
+      ->one_of({"field", "facets"})
+      ->capture_default_str();
+  command.add_flag("--bare", a.is_bare, "Omit the scale bar and the color legend");
+  command.add_flag("--wireframe", a.wireframe, "Also draw the edges of the triangles");
+  command
+      .add_option(
+          "--opacity", a.opacities,
+          "Opacity of the surfaces, above 0 and at most 1: one for all, or one for each with "
+          "commas between them (default: 1)")
+      ->repeatable()
+      ->delimiter(',')
+      ->type_name("FLOAT,...");
+  command
+      .add_option(
+          "--surface-color", a.surface_colors,
+          "Color of the surfaces, as #dd8265: one for all, or one for each with commas between "
+          "them")
+      ->repeatable()
+      ->delimiter(',')
+      ->type_name("COLOR,...");
+  command.add_option("--threads", a.threads, "Threads for drawing (default: one per processor)")
+      ->within(1, 1024);
+}
+
 }  // namespace
 
 Result<PictureSize> parse_picture_size(const std::string& text) {
@@ -312,36 +359,7 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
       ->within(-90.0, 90.0)
       ->type_name("DEGREES")
       ->capture_default_str();
-  command->begin_group("Picture");
-  command->add_option("--up", a.up, "World axis that points up in the picture, such as -y")
-      ->one_of({"x", "-x", "y", "-y", "z", "-z"})
-      ->capture_default_str();
-  command->add_option("--background", a.background, "Background of the picture")
-      ->one_of({"dark", "light", "transparent"})
-      ->capture_default_str();
-  command->add_option("--shading", a.shading, "field: by the field's gradient; facets: by triangle")
-      ->one_of({"field", "facets"})
-      ->capture_default_str();
-  command->add_flag("--bare", a.is_bare, "Omit the scale bar and the color legend");
-  command->add_flag("--wireframe", a.wireframe, "Also draw the edges of the triangles");
-  command
-      ->add_option(
-          "--opacity", a.opacities,
-          "Opacity of the surfaces, above 0 and at most 1: one for all, or one for each with "
-          "commas between them (default: 1)")
-      ->repeatable()
-      ->delimiter(',')
-      ->type_name("FLOAT,...");
-  command
-      ->add_option(
-          "--surface-color", a.surface_colors,
-          "Color of the surfaces, as #dd8265: one for all, or one for each with commas between "
-          "them")
-      ->repeatable()
-      ->delimiter(',')
-      ->type_name("COLOR,...");
-  command->add_option("--threads", a.threads, "Threads for drawing (default: one per processor)")
-      ->within(1, 1024);
+  add_drawing_options(*command, a);
   command->begin_group();
   // Averaged triangle normals show creases in a picture; the field's normals are smooth.
   a.order.surface.query.request.normal_bits = kMinNormalBits;
@@ -353,21 +371,7 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
   command->begin_group("Reports");
   command->add_flag("--json", a.json, "Print a JSON report");
   command->add_flag("--quiet", a.order.quiet, "Print errors only");
-  command->footer(
-      std::string(
-          "The same surface, size and direction give the same picture, byte for byte.\n"
-          "Examples:\n"
-          "  multitetra-client snapshot --dataset head --isovalue 500.5 -o head.png\n"
-          "  multitetra-client snapshot --dataset head --isovalue 1200.5 --error 0.5 "
-          "--size 3840x2160 --azimuth 90 --elevation 0 -o bone.png\n"
-          "  multitetra-client snapshot --dataset head --isovalue 500.5,1200.5 --opacity 0.4,1 "
-          "-o skin_and_bone.png\n"
-          "  multitetra-client snapshot --dataset organs -o organs.png    (a series: all labels)\n"
-          "  multitetra-client snapshot --dataset head --error 2 --wireframe --shading facets "
-          "-o triangles.png\n"
-          "  multitetra-client snapshot --server wss://example.org --token-file token "
-          "--dataset head --background transparent -o head.png\n") +
-      kExitCodes);
+  command->footer(std::string(kSnapshotExamples) + kExitCodes);
 }
 
 }  // namespace multitetra

@@ -220,41 +220,50 @@ asio::awaitable<void> LoadSession::play(ScriptedRequest scripted) {
       std::move(scripted), *info,
       is_thorough ? StreamChecks::thorough(*info, open, {})
                   : StreamChecks::cheap(*info, open, options_.tiles_per_decoded));
-  RunningStream& stream = *stream_;
   ++statistics_.streams;
   if (is_thorough) ++statistics_.thorough_streams;
   co_await send_open_stream();
-  while (stream.ending == Ending::kNone) {
-    const auto now = LoadClock::now();
-    const auto silent_at = stream.last_message_at + options_.timeout;
-    const auto ping_at = stream.has_pending_ping ? silent_at : silent_at - options_.timeout / 2;
-    auto until = std::min(ping_at, options_.give_up);
-    if (stream.resume_at) until = std::min(until, *stream.resume_at);
-    if (stream.scripted.replaced_after) {
-      until = std::min({until, stream.requested + *stream.scripted.replaced_after, options_.stop});
-    }
-    if (now >= options_.give_up) {
-      stream.ending = Ending::kUnfinished;
-    } else if (stream.scripted.replaced_after && now >= until && now < ping_at) {
-      stream.ending = Ending::kReplaced;
-    } else if (now >= silent_at && channel_) {
-      channel_->close();
-      handle_lost_connection(
-          {ErrorCode::kUnavailable, "The server has not sent anything for too long."});
-    } else if (now >= ping_at && channel_) {
-      // A busy server may delay requests, but answers a Ping; a lost one does not.
-      stream.has_pending_ping = true;
-      const ChannelPtr channel = channel_;
-      co_await channel->send(serialize(Ping{}));
-    } else if (!channel_) {
-      co_await reconnect();
-      if (channel_) co_await send_open_stream();
-    } else if (stream.resume_at && now >= *stream.resume_at) {
-      co_await send_open_stream();
-    } else {
-      co_await wait_until(until);
-    }
+  while (stream_->ending == Ending::kNone) co_await act_or_wait();
+  count_ended_stream();
+  stream_.reset();
+}
+
+// Does what is due for the stream, or else waits until something is or a message arrives.
+asio::awaitable<void> LoadSession::act_or_wait() {
+  RunningStream& stream = *stream_;
+  const auto now = LoadClock::now();
+  const auto silent_at = stream.last_message_at + options_.timeout;
+  const auto ping_at = stream.has_pending_ping ? silent_at : silent_at - options_.timeout / 2;
+  auto until = std::min(ping_at, options_.give_up);
+  if (stream.resume_at) until = std::min(until, *stream.resume_at);
+  if (stream.scripted.replaced_after) {
+    until = std::min({until, stream.requested + *stream.scripted.replaced_after, options_.stop});
   }
+  if (now >= options_.give_up) {
+    stream.ending = Ending::kUnfinished;
+  } else if (stream.scripted.replaced_after && now >= until && now < ping_at) {
+    stream.ending = Ending::kReplaced;
+  } else if (now >= silent_at && channel_) {
+    channel_->close();
+    handle_lost_connection(
+        {ErrorCode::kUnavailable, "The server has not sent anything for too long."});
+  } else if (now >= ping_at && channel_) {
+    // A busy server may delay requests, but answers a Ping; a lost one does not.
+    stream.has_pending_ping = true;
+    const ChannelPtr channel = channel_;
+    co_await channel->send(serialize(Ping{}));
+  } else if (!channel_) {
+    co_await reconnect();
+    if (channel_) co_await send_open_stream();
+  } else if (stream.resume_at && now >= *stream.resume_at) {
+    co_await send_open_stream();
+  } else {
+    co_await wait_until(until);
+  }
+}
+
+void LoadSession::count_ended_stream() {
+  const RunningStream& stream = *stream_;
   statistics_.tiles_decoded += stream.checks.tiles_decoded();
   switch (stream.ending) {
     case Ending::kComplete:
@@ -273,7 +282,6 @@ asio::awaitable<void> LoadSession::play(ScriptedRequest scripted) {
       ++statistics_.unfinished;
       break;
   }
-  stream_.reset();
 }
 
 // Requests the stream, or its remainder after a lost connection.

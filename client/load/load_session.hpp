@@ -59,6 +59,8 @@ class LoadSession {
   asio::awaitable<Result<ServerMessage>> request(ChannelPtr channel, std::string content);
   asio::awaitable<void> listen(ChannelPtr channel);
   asio::awaitable<void> play(ScriptedRequest scripted);
+  asio::awaitable<void> act_or_wait();
+  void count_ended_stream();
   asio::awaitable<void> send_open_stream();
   asio::awaitable<void> reconnect();
   asio::awaitable<void> wait_until(LoadClock::time_point time);

@@ -17,9 +17,7 @@ auto of_begin(Member StepBegin::*member) {
   return [member](const FetchedSurface& step) { return step.committed->begin.*member; };
 }
 
-}  // namespace
-
-void define_answers(py::module_& module) {
+void define_estimates_and_samples(py::module_& module) {
   py::class_<EstimateReply>(module, "Estimate", "The estimated size of a surface.")
       .def_readonly("triangles", &EstimateReply::triangles)
       .def_readonly("bytes", &EstimateReply::bytes)
@@ -49,6 +47,12 @@ void define_answers(py::module_& module) {
             return py::array(py::cast(*p.gradient));
           },
           "(3,), by world unit; None without a field.");
+}
+
+}  // namespace
+
+void define_answers(py::module_& module) {
+  define_estimates_and_samples(module);
   py::class_<FetchedSurface>(module, "Step", "A complete surface that passed all checks.")
       .def_property_readonly("number", of_begin(&StepBegin::step))
       .def_property_readonly("is_final", of_begin(&StepBegin::is_final))

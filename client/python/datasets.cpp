@@ -37,9 +37,7 @@ double affine_entry(const Affine& map, py::ssize_t row, py::ssize_t column) {
   return column == 3 ? map.translation[r] : map.columns[static_cast<std::size_t>(column)][r];
 }
 
-}  // namespace
-
-void define_datasets(py::module_& module) {
+void define_members_of_series(py::module_& module) {
   py::class_<Label>(module, "Label")
       .def_readonly("value", &Label::value)
       .def_readonly("name", &Label::name)
@@ -66,6 +64,12 @@ void define_datasets(py::module_& module) {
       .def_readonly("time_unit", &SeriesMember::time_unit)
       .def_readonly("color", &SeriesMember::color, "0xRRGGBB of the field; None: unknown.")
       .def_readonly("label", &SeriesMember::label);
+}
+
+}  // namespace
+
+void define_datasets(py::module_& module) {
+  define_members_of_series(module);
   py::class_<DatasetInfo>(module, "DatasetInfo")
       .def_readonly("name", &DatasetInfo::name)
       .def_readonly("label_extent", &DatasetInfo::label_extent)

@@ -169,6 +169,67 @@ std::int64_t joined_components(const std::vector<TileSeam>& seams, std::size_t s
   return connected.count();
 }
 
+// Numbers the vertices that tiles may share, each once, and appends them to `vertices`.
+void number_shared_vertices(std::span<const TileInCube> tiles, std::vector<TileSeam>& seams,
+                            std::vector<LatticePoint>& vertices) {
+  VertexNumbers numbers;
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    for (const std::uint32_t v : seams[i].vertices) {
+      seams[i].number_of[v] = numbers.number(tiles[i].mesh->vertices[v], vertices);
+    }
+  }
+}
+
+// Counts the edges between shared vertices, and the components of all tiles.
+MeshTopology joined_topology(const std::vector<TileSeam>& seams,
+                             const std::vector<LatticePoint>& shared_vertices,
+                             const DataBorder& border) {
+  MeshTopology counts;
+  const auto each_use = [&seams](const auto& use) {
+    for (const TileSeam& seam : seams) {
+      for (const auto& [from, to] : seam.edges) use(seam.number_of[from], seam.number_of[to]);
+    }
+  };
+  visit_edges(
+      shared_vertices.size(), each_use, [&](std::uint32_t lower, std::span<const EdgeUse> uses) {
+        const auto is_on_border = [&] {
+          return border.contains_edge(shared_vertices[lower], shared_vertices[uses.front().upper]);
+        };
+        count_edge(uses, is_on_border, counts);
+      });
+  counts.components = joined_components(seams, shared_vertices.size());
+  return counts;
+}
+
+void add_interior(const MeshTopology& interior, MeshTopology& counts) {
+  counts.edges += interior.edges;
+  counts.border_edges += interior.border_edges;
+  counts.open_edges += interior.open_edges;
+  counts.nonmanifold_edges += interior.nonmanifold_edges;
+  counts.degenerate_triangles += interior.degenerate_triangles;
+}
+
+// The indices in the merged mesh from which a tile's own vertices and its triangles are stored.
+struct TilePlace {
+  std::size_t first_vertex = 0;
+  std::size_t first_triangle = 0;
+};
+
+// Writes a tile's own vertices and its triangles. Numbers the vertices.
+void copy_tile(const LatticeMesh& tile, const TilePlace& place,
+               std::vector<std::uint32_t>& number_of, LatticeMesh& merged) {
+  std::size_t next = place.first_vertex;
+  for (std::size_t v = 0; v < tile.vertices.size(); ++v) {
+    if (number_of[v] != kNone) continue;
+    merged.vertices[next] = tile.vertices[v];
+    number_of[v] = static_cast<std::uint32_t>(next++);
+  }
+  TriangleIndices* to = merged.triangles.data() + place.first_triangle;
+  for (const TriangleIndices& t : tile.triangles) {
+    *to++ = {number_of[t[0]], number_of[t[1]], number_of[t[2]]};
+  }
+}
+
 }  // namespace
 
 MergedTiles merged_tiles(std::span<const TileInCube> tiles, int resolution,
@@ -176,66 +237,31 @@ MergedTiles merged_tiles(std::span<const TileInCube> tiles, int resolution,
   std::vector<TileSeam> seams(tiles.size());
   for_each(tiles.size(), [&](std::size_t i) { seams[i] = seam_of(tiles[i], resolution, border); });
 
-  MergedTiles joined;
-  joined.mesh.resolution = resolution;
-  std::vector<LatticePoint>& vertices = joined.mesh.vertices;
-  VertexNumbers numbers;
-  for (std::size_t i = 0; i < tiles.size(); ++i) {
-    for (const std::uint32_t v : seams[i].vertices) {
-      seams[i].number_of[v] = numbers.number(tiles[i].mesh->vertices[v], vertices);
-    }
-  }
-  const std::size_t shared = vertices.size();
-  MeshTopology& counts = joined.topology;
-  const auto each_use = [&seams](const auto& use) {
-    for (const TileSeam& seam : seams) {
-      for (const auto& [from, to] : seam.edges) use(seam.number_of[from], seam.number_of[to]);
-    }
-  };
-  visit_edges(shared, each_use, [&](std::uint32_t lower, std::span<const EdgeUse> uses) {
-    const auto is_on_border = [&] {
-      return border.contains_edge(vertices[lower], vertices[uses.front().upper]);
-    };
-    count_edge(uses, is_on_border, counts);
-  });
-  counts.components = joined_components(seams, shared);
+  MergedTiles merged;
+  LatticeMesh& mesh = merged.mesh;
+  mesh.resolution = resolution;
+  number_shared_vertices(tiles, seams, mesh.vertices);
+  MeshTopology& counts = merged.topology;
+  counts = joined_topology(seams, mesh.vertices, border);
 
-  std::vector<std::size_t> first_vertex;
-  std::vector<std::size_t> first_triangle;
-  std::size_t vertex_count = shared;
+  std::vector<TilePlace> places;
+  std::size_t vertex_count = mesh.vertices.size();
   std::size_t triangle_count = 0;
   for (std::size_t i = 0; i < tiles.size(); ++i) {
-    first_vertex.push_back(vertex_count);
-    first_triangle.push_back(triangle_count);
+    places.push_back({.first_vertex = vertex_count, .first_triangle = triangle_count});
     vertex_count += tiles[i].mesh->vertices.size() - seams[i].vertices.size();
     triangle_count += tiles[i].mesh->triangles.size();
-    counts.edges += seams[i].interior.edges;
-    counts.border_edges += seams[i].interior.border_edges;
-    counts.open_edges += seams[i].interior.open_edges;
-    counts.nonmanifold_edges += seams[i].interior.nonmanifold_edges;
-    counts.degenerate_triangles += seams[i].interior.degenerate_triangles;
+    add_interior(seams[i].interior, counts);
   }
   counts.vertices = static_cast<std::int64_t>(vertex_count);
   counts.triangles = static_cast<std::int64_t>(triangle_count);
   counts.euler_characteristic = counts.vertices - counts.edges + counts.triangles;
 
-  vertices.resize(vertex_count);
-  joined.mesh.triangles.resize(triangle_count);
-  for_each(tiles.size(), [&](std::size_t i) {
-    const LatticeMesh& mesh = *tiles[i].mesh;
-    std::vector<std::uint32_t>& number_of = seams[i].number_of;
-    std::size_t next = first_vertex[i];
-    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-      if (number_of[v] != kNone) continue;
-      vertices[next] = mesh.vertices[v];
-      number_of[v] = static_cast<std::uint32_t>(next++);
-    }
-    TriangleIndices* to = joined.mesh.triangles.data() + first_triangle[i];
-    for (const TriangleIndices& t : mesh.triangles) {
-      *to++ = {number_of[t[0]], number_of[t[1]], number_of[t[2]]};
-    }
-  });
-  return joined;
+  mesh.vertices.resize(vertex_count);
+  mesh.triangles.resize(triangle_count);
+  for_each(tiles.size(),
+           [&](std::size_t i) { copy_tile(*tiles[i].mesh, places[i], seams[i].number_of, mesh); });
+  return merged;
 }
 
 bool are_disjoint(std::span<const OctreeCube> cubes) {

@@ -138,6 +138,38 @@ int prepare(PrepareArguments& arguments) {
   }
 }
 
+constexpr const char* kPrepareExamples =
+    "Examples:\n"
+    "  multitetra-server prepare CThead.nhdr -o head.mtd --name head\n"
+    "  multitetra-server prepare engine.mhd -o engine.mtd --outside 0 --margin 1\n"
+    "  multitetra-server prepare fuel.raw --dims 64,64,64 --type u8 -o fuel.mtd\n"
+    "  multitetra-server prepare 'slices/ct_*.tif' -o ct.mtd\n"
+    "  multitetra-server prepare scans/ -o datasets/\n"
+    "  multitetra-server prepare dicom_folder -o scan.mtd --series 2\n"
+    "  multitetra-server prepare image.zarr -o cells.mtd --channel 1 --time 0\n"
+    "  multitetra-server prepare run.h5:/fields/density -o density.mtd\n"
+    "Series, datasets on the same grid:\n"
+    "  multitetra-server prepare seg.nii.gz --label all -o organs/\n"
+    "  multitetra-server prepare heart4d.nii.gz --all-times -o heart/\n"
+    "  multitetra-server prepare flow_*.vti --time-series flow --times 0:0.1 --time-unit s -o "
+    "flow/\n"
+    "  multitetra-server prepare run.vti --field pressure,temperature -o run/\n"
+    "On several machines, in a shared folder, or copying big.mtd.parts together:\n"
+    "  multitetra-server prepare big.nrrd -o big.mtd --plan 8 | xargs -P 8 -d '\\n"
+    "' -n 1 sh -c\n"
+    "  multitetra-server prepare --merge -o big.mtd";
+
+void add_parts_options(Command& command, PartsArguments& parts) {
+  command.begin_group("On several machines");
+  command
+      .add_option("--plan", parts.plan,
+                  "Plan the preparation in this many parts on several machines: reads the volume "
+                  "once and prints a command for each part")
+      ->within(1, static_cast<int>(kMaxParts));
+  command.add_option("--part", parts.part, "Prepare this part of the plan, for example 3/8");
+  command.add_flag("--merge", parts.merge, "Create the dataset from all parts of the plan");
+}
+
 }  // namespace
 
 void add_prepare_command(Command& program, Run& run) {
@@ -172,38 +204,12 @@ void add_prepare_command(Command& program, Run& run) {
                    "Number of isovalue bins with stored errors; more bins make a larger file")
       ->within(1, IsovalueBins::kMaxCount)
       ->capture_default_str();
-  command->begin_group("On several machines");
-  command
-      ->add_option("--plan", a->parts.plan,
-                   "Plan the preparation in this many parts on several machines: reads the volume "
-                   "once and prints a command for each part")
-      ->within(1, static_cast<int>(kMaxParts));
-  command->add_option("--part", a->parts.part, "Prepare this part of the plan, for example 3/8");
-  command->add_flag("--merge", a->parts.merge, "Create the dataset from all parts of the plan");
+  add_parts_options(*command, a->parts);
   command->begin_group("Output");
   command->add_flag("--force", a->force,
                     "Also write to names without .mtd, replace files that are not datasets and "
                     "datasets of other sources, and prepare up-to-date datasets again");
-  command->footer(
-      "Examples:\n"
-      "  multitetra-server prepare CThead.nhdr -o head.mtd --name head\n"
-      "  multitetra-server prepare engine.mhd -o engine.mtd --outside 0 --margin 1\n"
-      "  multitetra-server prepare fuel.raw --dims 64,64,64 --type u8 -o fuel.mtd\n"
-      "  multitetra-server prepare 'slices/ct_*.tif' -o ct.mtd\n"
-      "  multitetra-server prepare scans/ -o datasets/\n"
-      "  multitetra-server prepare dicom_folder -o scan.mtd --series 2\n"
-      "  multitetra-server prepare image.zarr -o cells.mtd --channel 1 --time 0\n"
-      "  multitetra-server prepare run.h5:/fields/density -o density.mtd\n"
-      "Series, datasets on the same grid:\n"
-      "  multitetra-server prepare seg.nii.gz --label all -o organs/\n"
-      "  multitetra-server prepare heart4d.nii.gz --all-times -o heart/\n"
-      "  multitetra-server prepare flow_*.vti --time-series flow --times 0:0.1 --time-unit s -o "
-      "flow/\n"
-      "  multitetra-server prepare run.vti --field pressure,temperature -o run/\n"
-      "On several machines, in a shared folder, or copying big.mtd.parts together:\n"
-      "  multitetra-server prepare big.nrrd -o big.mtd --plan 8 | xargs -P 8 -d '\\n"
-      "' -n 1 sh -c\n"
-      "  multitetra-server prepare --merge -o big.mtd");
+  command->footer(kPrepareExamples);
   command->callback([a, &run] { run = [a] { return prepare(*a); }; });
 }
 
