@@ -118,7 +118,8 @@ asio::awaitable<bool> LoadSession::connect() {
   const auto began = LoadClock::now();
   const auto channel = std::make_shared<MessageChannel>(
       io_.get_executor(), options_.server,
-      ChannelOptions{.tls = options_.tls, .read_buffer_bytes = 16 * 1024, .from = from_});
+      ChannelOptions{
+          .tls = options_.tls, .transport = {.read_buffer_bytes = 16 * 1024}, .from = from_});
   auto datasets = co_await enter(channel);
   if (!datasets) {
     channel->close();

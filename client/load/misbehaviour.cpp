@@ -59,7 +59,8 @@ class MisbehavingClient {
     while (Clock::now() < options_.stop) {
       const auto channel = std::make_shared<MessageChannel>(
           executor_, address(),
-          ChannelOptions{.tls = options_.tls, .read_buffer_bytes = 4096, .from = from_});
+          ChannelOptions{
+              .tls = options_.tls, .transport = {.read_buffer_bytes = 4096}, .from = from_});
       // Ends waits for the server when the run ends.
       asio::steady_timer end(executor_, options_.stop);
       end.async_wait([channel](const error_code& cancelled) {

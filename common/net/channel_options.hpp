@@ -1,4 +1,4 @@
-// Limits and timeouts of a client's connection.
+// Limits and timeouts of connections.
 #pragma once
 
 #include <chrono>
@@ -11,10 +11,16 @@
 
 namespace multitetra {
 
-struct ChannelOptions {
-  TlsContextPtr tls = nullptr;  // Required for tls:// and wss://.
+struct TransportOptions {
+  // The longest message that is received.
   std::uint32_t max_message_bytes = kMaxServerFrameBytes;
   std::size_t read_buffer_bytes = 64 * 1024;
+};
+
+// Options of a client.
+struct ChannelOptions {
+  TlsContextPtr tls = nullptr;  // Required for tls:// and wss://.
+  TransportOptions transport = {};
   // Closes the connection if sent bytes stay unacknowledged for this long; 0: the system's default.
   std::chrono::milliseconds unacknowledged{0};
   std::string from = {};  // The local address to connect from; empty: chosen by the system.

@@ -64,13 +64,11 @@ asio::awaitable<Result<void>> MessageChannel::open() {
   assert(!transport_);
   if (auto connected = co_await connect(); !connected) co_return connected;
   if (auto secured = co_await perform_handshake(); !secured) co_return secured;
-  const TransportOptions options = {.max_message_bytes = options_.max_message_bytes,
-                                    .read_buffer_bytes = options_.read_buffer_bytes};
   if (!server_.is_web_socket()) {
-    transport_ = frames_over(*stream_, options);
+    transport_ = frames_over(*stream_, options_.transport);
     co_return Result<void>();
   }
-  auto opened = co_await open_web_socket(*stream_, server_, options);
+  auto opened = co_await open_web_socket(*stream_, server_, options_.transport);
   if (!opened) co_return close_with(opened.error());
   transport_ = *std::move(opened);
   co_return Result<void>();

@@ -18,14 +18,9 @@
 
 #include "common/base/result.hpp"
 #include "common/net/byte_stream.hpp"
-#include "common/net/frame.hpp"
+#include "common/net/channel_options.hpp"
 
 namespace multitetra {
-
-struct TransportOptions {
-  std::uint32_t max_message_bytes = kMaxServerFrameBytes;
-  std::size_t read_buffer_bytes = 64 * 1024;
-};
 
 class MessageTransport {
  public:

@@ -82,7 +82,7 @@ TEST_P(ListenerTransport, ClosesAfterAMessageAboveTheLimit) {
   const TransportListener listener(GetParam(), server.endpoint());
   const auto tls = client_tls(listener.trust());
   auto socket = MessageSocket::connect(listener.endpoint(), std::chrono::seconds(30),
-                                       {.tls = *tls, .max_message_bytes = 4'000});
+                                       {.tls = *tls, .transport = {.max_message_bytes = 4'000}});
   ASSERT_TRUE(socket) << socket.error().text;
   const auto message = socket->receive();
   ASSERT_FALSE(message);
