@@ -1,6 +1,5 @@
 #include "server/service/local_service.hpp"
 
-#include <algorithm>
 #include <set>
 #include <type_traits>
 #include <utility>
@@ -17,22 +16,6 @@ namespace {
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-// The next step of a stream; of a stream for several datasets a group of previews.
-Result<std::vector<StepResult>> make_steps(const StartStream& action, const StreamState& state,
-                                           std::size_t dataset, const StepLimits& limits,
-                                           const std::stop_token& stop) {
-  constexpr std::size_t kPreviewsAJob = 16;
-  if (!action.further.empty()) {
-    const std::size_t left = 1 + action.further.size() - dataset;
-    return make_previews(action, dataset, std::min(left, kPreviewsAJob), limits, stop);
-  }
-  auto made = make_step(action, state, limits, stop);
-  if (!made) return tl::unexpected(made.error());
-  std::vector<StepResult> steps;
-  steps.push_back(*std::move(made));
-  return steps;
 }
 
 class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCaller> {

@@ -54,6 +54,40 @@ SurfaceTiles tiles_of(StepResult step, const DatasetInfo& info, std::optional<Sc
   return tiles;
 }
 
+Result<StepResult> make_step(const StartStream& action, const StreamState& state,
+                             const StepLimits& limits, const std::stop_token& stop) {
+  const SurfaceProvider& source = *action.source;
+  auto made = guarded("step", source.info().name, stop,
+                      [&] { return make_next_step(source, state, stop, limits); });
+  if (!made || made->is_over || !action.scalars) return made;
+  return with_scalars(*std::move(made), source.info(), *action.scalars, *range_of(action), stop);
+}
+
+// Makes one preview each of `count` datasets, beginning with number `first`.
+Result<std::vector<StepResult>> make_previews(const StartStream& action, std::size_t first,
+                                              std::size_t count, const StepLimits& limits,
+                                              const std::stop_token& stop) {
+  const StreamState state{.request = action.open.request,
+                          .steps = StepPolicy::kPreviewsOnly,
+                          .resumed_previews = action.open.resumed_previews,
+                          .shells = action.shells};
+  std::vector<std::optional<Result<StepResult>>> made(count);
+  in_parallel(count, [&](std::size_t i) {
+    const std::size_t at = first + i;
+    const SurfaceProvider& source = at == 0 ? *action.source : *action.further[at - 1];
+    made[i] = guarded("preview", source.info().name, stop,
+                      [&] { return make_next_step(source, state, stop, limits); });
+  });
+  std::vector<StepResult> previews;
+  previews.reserve(count);
+  for (auto& one : made) {
+    if (!*one) return tl::unexpected((*one).error());
+    previews.push_back(**std::move(one));
+    previews.back().is_final = false;
+  }
+  return previews;
+}
+
 }  // namespace
 
 // Cached steps and first previews are fast. A later step may take as long as the whole surface.
@@ -120,37 +154,19 @@ std::optional<ScalarRange> range_of(const StartStream& action) {
   return range_for(*action.open.scalars, action.scalars->info());
 }
 
-Result<StepResult> make_step(const StartStream& action, const StreamState& state,
-                             const StepLimits& limits, const std::stop_token& stop) {
-  const SurfaceProvider& source = *action.source;
-  auto made = guarded("step", source.info().name, stop,
-                      [&] { return make_next_step(source, state, stop, limits); });
-  if (!made || made->is_over || !action.scalars) return made;
-  return with_scalars(*std::move(made), source.info(), *action.scalars, *range_of(action), stop);
-}
-
-Result<std::vector<StepResult>> make_previews(const StartStream& action, std::size_t first,
-                                              std::size_t count, const StepLimits& limits,
-                                              const std::stop_token& stop) {
-  const StreamState state{.request = action.open.request,
-                          .steps = StepPolicy::kPreviewsOnly,
-                          .resumed_previews = action.open.resumed_previews,
-                          .shells = action.shells};
-  std::vector<std::optional<Result<StepResult>>> made(count);
-  in_parallel(count, [&](std::size_t i) {
-    const std::size_t at = first + i;
-    const SurfaceProvider& source = at == 0 ? *action.source : *action.further[at - 1];
-    made[i] = guarded("preview", source.info().name, stop,
-                      [&] { return make_next_step(source, state, stop, limits); });
-  });
-  std::vector<StepResult> previews;
-  previews.reserve(count);
-  for (auto& one : made) {
-    if (!*one) return tl::unexpected((*one).error());
-    previews.push_back(**std::move(one));
-    previews.back().is_final = false;
+Result<std::vector<StepResult>> make_steps(const StartStream& action, const StreamState& state,
+                                           std::size_t dataset, const StepLimits& limits,
+                                           const std::stop_token& stop) {
+  constexpr std::size_t kPreviewsAJob = 16;
+  if (!action.further.empty()) {
+    const std::size_t left = 1 + action.further.size() - dataset;
+    return make_previews(action, dataset, std::min(left, kPreviewsAJob), limits, stop);
   }
-  return previews;
+  auto made = make_step(action, state, limits, stop);
+  if (!made) return tl::unexpected(made.error());
+  std::vector<StepResult> steps;
+  steps.push_back(*std::move(made));
+  return steps;
 }
 
 Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles, StepLimits limits,

@@ -34,15 +34,13 @@ struct WorkKind {
 // Returns the range of a stream's scalar codes, if it has scalars.
 [[nodiscard]] std::optional<ScalarRange> range_of(const StartStream& action);
 
-// Makes the next step of a stream, with its scalars.
-[[nodiscard]] Result<StepResult> make_step(const StartStream& action, const StreamState& state,
-                                           const StepLimits& limits, const std::stop_token& stop);
-// Makes one preview each of `count` datasets of a stream, beginning with number `first`, on all
-// threads.
-[[nodiscard]] Result<std::vector<StepResult>> make_previews(const StartStream& action,
-                                                            std::size_t first, std::size_t count,
-                                                            const StepLimits& limits,
-                                                            const std::stop_token& stop);
+// Makes the next step of a stream, with its scalars; of a stream for several datasets a group of
+// previews, beginning with that of number `dataset`, on all threads.
+[[nodiscard]] Result<std::vector<StepResult>> make_steps(const StartStream& action,
+                                                         const StreamState& state,
+                                                         std::size_t dataset,
+                                                         const StepLimits& limits,
+                                                         const std::stop_token& stop);
 // Makes the final surface of a request. Fails with kLimitExceeded above `max_triangles`.
 [[nodiscard]] Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles,
                                         StepLimits limits, const std::stop_token& stop);
