@@ -67,7 +67,7 @@ void VolumeOptions::add_to(Command& command) {
                    "Read data files outside the folder of the header that refers to them");
   command.add_flag(
       "--resample", resample,
-      "DICOM: interpolate unevenly spaced slices and those of a tilted gantry to an even grid");
+      "Interpolate uneven or tilted slices and sheared grids to an even grid; labels: nearest");
   const auto parse_dims = [this](const std::string& text) -> std::optional<std::string> {
     const auto sides = dims_from(text);
     if (!sides) return "must be three numbers, such as 64,64,32 or 64x64x32";

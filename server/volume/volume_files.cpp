@@ -15,6 +15,7 @@
 #include "common/base/number_text.hpp"
 #include "common/base/open_file.hpp"
 #include "server/store/http_store.hpp"
+#include "server/volume/detail/resampled_volume.hpp"
 #include "server/volume/detail/sandboxed_reader.hpp"
 #include "server/volume/detail/streamed_volume.hpp"
 #include "server/volume/formats/cube_file.hpp"
@@ -61,6 +62,25 @@ void check_memory(const fs::path& file, const ImageHeader& header) {
 std::uint64_t whole_volume_bytes(const ImageHeader& header) {
   const auto samples = static_cast<std::uint64_t>(header.dims[0] * header.dims[1] * header.dims[2]);
   return header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]) + 4 * samples;
+}
+
+// Resamples a sheared grid if `resample` is set; throws otherwise.
+void make_rectangular(const fs::path& file, bool resample, StoredVolume& volume) {
+  if (volume.resampled || has_right_angles(volume.header)) return;
+  if (!resample) check_right_angles(file, volume.header);
+  check_header(file, volume.header);
+  volume.resampled = straighten(volume.header);
+  volume.notices.push_back(
+      "'" + without_password(file.string()) +
+      "': its axes are not at right angles to each other; it is resampled to " +
+      sides_text(volume.resampled->dims) + " samples on a rectangular grid.");
+}
+
+// Returns the header of a volume after resampling.
+ImageHeader header_on_grid(const StoredVolume& volume) {
+  ImageHeader header = volume.header;
+  if (volume.resampled) header.dims = volume.resampled->dims;
+  return header;
 }
 
 // Parameters for opening a volume.
@@ -163,7 +183,6 @@ void check_choice(const fs::path& path, std::optional<VolumeFormat> format,
   const bool has_levels = format == VolumeFormat::kZarr || format == VolumeFormat::kHdf5;
   if (choice.level && !has_levels) refuse("--level", "resolution levels");
   if (!choice.series.empty() && format != VolumeFormat::kDicom) refuse("--series", "DICOM series");
-  if (choice.resample && format != VolumeFormat::kDicom) refuse("--resample", "DICOM slices");
   if (choice.time.value_or(0) != 0 && volume.contents.times.count <= 1) refuse("--time", "times");
   if (choice.channel.value_or(0) != 0 && volume.channels <= 1) refuse("--channel", "channels");
   const bool is_first = choice.component.kind == ComponentChoice::Kind::kOnlyOne ||
@@ -217,16 +236,22 @@ std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Openin
   std::optional<VolumeFormat> format;
   StoredVolume stored = open_stored(path, opening, choice, format);
   check_choice(path, format, choice, stored);
+  make_rectangular(path, choice.resample, stored);
   place(stored.header, opening.options.placement);
-  check_header(path, stored.header);
-  opening.header_is_known(opening.use == Use::kWhole ? whole_volume_bytes(stored.header) : 0);
-  if (opening.use == Use::kWhole) check_memory(whole_path, stored.header);
+  const ImageHeader whole = header_on_grid(stored);
+  check_header(path, whole);
+  opening.header_is_known(opening.use == Use::kWhole ? whole_volume_bytes(whole) : 0);
+  if (opening.use == Use::kWhole) check_memory(whole_path, whole);
   ComponentChoice component = component_of(choice);
   if (stored.component_of_time) {
     component = {.kind = ComponentChoice::Kind::kIndex, .index = *stored.component_of_time};
   }
-  return streamed_volume(without_password(whole_path.string()), std::move(stored), component,
-                         opening.notice);
+  const std::optional<SlicePlaces> places = std::move(stored.resampled);
+  std::unique_ptr<VolumeSource> volume = streamed_volume(
+      without_password(whole_path.string()), std::move(stored), component, opening.notice);
+  if (!places) return volume;
+  return resampled_volume(std::move(volume), *places,
+                          choice.nearest ? Resampling::kNearest : Resampling::kLinear);
 }
 
 std::unique_ptr<VolumeSource> opened_in_sandbox(const fs::path& path,

@@ -242,6 +242,15 @@ grep -q 'on another grid' other.log || fail "labels of another grid without a no
 ends_by_interrupt
 ends 2 "'scan/no.nrrd' does not exist" "$view" view --no-browser scan/ct.nrrd --labels scan/no.nrrd
 ends 2 "--labels needs the volume that they belong to" "$server" view --no-browser --labels scan/ct_seg.nrrd
+for name in ct organs; do
+  sed 's/spacings: 1 1 1/space: LPS\nspace directions: (1,0,0) (0,1,0) (0,0.5,1)/' "scan/$([ $name = ct ] && echo ct || echo ct_seg).nrrd" >tilted_$name.nrrd
+done
+ends 2 "with --resample" "$view" view --no-browser tilted_ct.nrrd
+starts tilted --no-browser --resample tilted_ct.nrrd --labels tilted_organs.nrrd
+lists "tilted_ct tilted_organs.label1 tilted_organs.label2"
+grids=$(curl -s "$url/v1/datasets" | python3 -c 'import json, sys; print(len({json.dumps([d["dims"], d["index_to_world"]]) for d in json.load(sys.stdin)["datasets"]}))')
+[ "$grids" = 1 ] || fail "tilted labels have another grid than their volume: $(curl -s "$url/v1/datasets")"
+ends_by_interrupt
 starts unlabelled --no-browser --no-labels scan/ct.nrrd
 lists "ct"
 ends_by_interrupt

@@ -124,7 +124,9 @@ class ViewedVolumes {
     }
     for (const std::string& map : label_maps) {
       print_line("The labels of '" + map + "' appear in the list when they are ready.");
-      add(preparation_of_labels(map));
+      PrepareArguments labels = preparation_of_labels(map);
+      labels.volume.resample = arguments.volume.resample;
+      add(std::move(labels));
     }
   }
 

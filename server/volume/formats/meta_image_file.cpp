@@ -107,7 +107,7 @@ void place_meta_image(const fs::path& file, const MetaHeader& header, std::size_
                          spacing[axis];
     }
   }
-  set_axes(file, image, steps, first);
+  set_axes(image, steps, first);
   const std::string orientation = header.value({"AnatomicalOrientation"}).substr(0, 3);
   if (orientation.size() == 3 && orientation.find_first_not_of("RLAPIS") == std::string::npos) {
     image.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}};

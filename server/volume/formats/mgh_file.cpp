@@ -63,7 +63,7 @@ StoredVolume open_mgh(const std::filesystem::path& path, const VolumeChoice& cho
     }
   }
   ras_to_lps(steps, origin);
-  set_axes(path, header, steps, origin);
+  set_axes(header, steps, origin);
   check_header(path, header);
   const std::int64_t frames = integer(16);
   const std::int64_t frame = chosen_time(path, frames, choice);

@@ -70,7 +70,7 @@ StoredVolume open_mrc(const fs::path& path) {
     steps[axis][along] = step;
     if (!has_origin) origin[along] = step * integer(16 + 4 * axis);
   }
-  set_axes(path, header, steps, origin);
+  set_axes(header, steps, origin);
   check_header(path, header);
   const std::int32_t extended = integer(92);
   if (extended < 0) fail_damaged(path, "its extended header has a negative length");

@@ -198,7 +198,8 @@ Axes axes_of_qform(const NiftiHeader& header) {
   return axes;
 }
 
-void place(const fs::path& file, const NiftiHeader& nifti, ImageHeader& header) {
+// A sheared sform, as from registration, gives way to the qform, unless the grid is `resampled`.
+void place(const NiftiHeader& nifti, bool resampled, ImageHeader& header) {
   const int unit = nifti.units & 7;
   header.meaning.length_unit = unit == 1 ? "m" : unit == 2 ? "mm" : unit == 3 ? "µm" : "";
   if (nifti.sform <= 0 && nifti.qform <= 0) {
@@ -213,15 +214,11 @@ void place(const fs::path& file, const NiftiHeader& nifti, ImageHeader& header) 
   if (header.meaning.length_unit.empty()) header.meaning.length_unit = "mm";
   const auto set = [&](Axes axes) {
     ras_to_lps(axes.steps, axes.origin);
-    set_axes(file, header, axes.steps, axes.origin);
+    set_axes(header, axes.steps, axes.origin);
   };
-  if (nifti.sform <= 0) return set(axes_of_qform(nifti));
-  try {
-    set(axes_of_sform(nifti));
-  } catch (const VolumeFileError&) {  // A sheared sform, as from registration; use the qform.
-    if (nifti.qform <= 0) throw;
-    set(axes_of_qform(nifti));
-  }
+  if (nifti.sform > 0) set(axes_of_sform(nifti));
+  const bool is_usable = nifti.sform > 0 && (resampled || has_right_angles(header));
+  if (nifti.qform > 0 && !is_usable) set(axes_of_qform(nifti));
 }
 
 // The fourth axis may also contain frequencies.
@@ -293,7 +290,7 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
     header.slope = nifti.slope;
     header.intercept = nifti.intercept;
   }
-  place(path, nifti, header);
+  place(nifti, choice.resample, header);
   for (const std::int64_t dimension : {6, 7}) {
     if (length_along(path, nifti, dimension) == 1) continue;
     fail_reading(path, "it has " + std::to_string(nifti.dim[0]) + " dimensions",

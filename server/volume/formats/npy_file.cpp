@@ -105,7 +105,7 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
       steps[axis][spatial - 1 - axis] = 1;
     }
   }
-  set_axes(path, header, steps, {0, 0, 0});
+  set_axes(header, steps, {0, 0, 0});
   check_header(path, header);
   VolumeContents contents;
   std::int64_t time = 0;

@@ -100,24 +100,14 @@ void set_box_axes(ImageHeader& header, const Vec3& origin, const Vec3& spacing) 
   header.index_to_world.translation = origin;
 }
 
-void set_axes(const fs::path& file, ImageHeader& header, const std::array<Vec3, 3>& steps,
-              const Vec3& origin) {
-  constexpr double kMaxCosine = 1e-3;
+void set_axes(ImageHeader& header, const std::array<Vec3, 3>& steps, const Vec3& origin) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    header.spacing[axis] = std::sqrt(dot(steps[axis], steps[axis]));
+    header.spacing[axis] = length(steps[axis]);
     for (std::size_t row = 0; row < 3; ++row) {
       header.index_to_world.columns[axis][row] = steps[axis][row] + 0.0;  // Turns -0 into 0.
     }
   }
   header.index_to_world.translation = origin;
-  for (const auto& [a, b] : {std::pair<std::size_t, std::size_t>{0, 1}, {0, 2}, {1, 2}}) {
-    const double lengths = header.spacing[a] * header.spacing[b];
-    if (std::abs(dot(steps[a], steps[b])) <= kMaxCosine * lengths) continue;
-    fail_reading(file,
-                 "its axes " + std::to_string(a + 1) + " and " + std::to_string(b + 1) +
-                     " are not at right angles to each other (a sheared grid or a tilted gantry)",
-                 "Resample it onto a rectangular grid first, for example with 3D Slicer");
-  }
 }
 
 void ras_to_lps(std::array<Vec3, 3>& steps, Vec3& origin) {

@@ -16,6 +16,7 @@
 #include "common/base/affine.hpp"
 #include "common/dataset/physical_meaning.hpp"
 #include "common/image/stored_type.hpp"
+#include "server/volume/formats/slice_places.hpp"
 #include "server/volume/formats/volume_contents.hpp"
 
 namespace multitetra {
@@ -74,6 +75,9 @@ struct StoredVolume {
   std::int64_t channels = 1;  // Number of channels for VolumeChoice::channel.
   // The component of the chosen time, if samples have a component for each time.
   std::optional<int> component_of_time = std::nullopt;
+  // If present, slices of the header's dims are resampled to the grid of these places, whose axes
+  // the header has.
+  std::optional<SlicePlaces> resampled = std::nullopt;
 };
 
 // The choice of the component of a sample that becomes its value.
@@ -99,7 +103,8 @@ struct VolumeChoice {
   std::string series = {};  // DICOM: UID of a series, or its number from 1.
   ComponentChoice component = {};
   bool allow_external_files = false;  // Allows data files outside the folder of their header.
-  bool resample = false;  // DICOM: interpolates uneven and tilted slices to a rectangular grid.
+  bool resample = false;  // Resamples uneven and tilted slices and sheared grids to an even grid.
+  bool nearest = false;   // Takes the nearest sample for that, as labels require; 0 outside.
   // Takes the first of several if none is chosen; for listing contents.
   bool first = false;
 
@@ -138,10 +143,8 @@ void check_header(const std::filesystem::path& file, const ImageHeader& header);
 // Sets index_to_world from an origin and orthogonal axes of length `spacing`.
 void set_box_axes(ImageHeader& header, const Vec3& origin, const Vec3& spacing);
 
-// Sets spacing and index_to_world from the steps between samples in world coordinates. Throws if
-// the steps are not orthogonal to within 1 part in 1000: errors would not be lengths in the world.
-void set_axes(const std::filesystem::path& file, ImageHeader& header,
-              const std::array<Vec3, 3>& steps, const Vec3& origin);
+// Sets spacing and index_to_world from the steps between samples in world coordinates.
+void set_axes(ImageHeader& header, const std::array<Vec3, 3>& steps, const Vec3& origin);
 
 // Converts a placement from RAS to LPS.
 void ras_to_lps(std::array<Vec3, 3>& steps, Vec3& origin);

@@ -14,7 +14,7 @@ namespace {
 // Spacings of 2 and 3 mm along axes that are rotated by a quarter turn around z, in LPS.
 ImageHeader turned_header() {
   ImageHeader header{.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = ""}};
-  set_axes("turned", header, {Vec3{0, 2, 0}, Vec3{-3, 0, 0}, Vec3{0, 0, 1}}, {10, 20, 30});
+  set_axes(header, {Vec3{0, 2, 0}, Vec3{-3, 0, 0}, Vec3{0, 0, 1}}, {10, 20, 30});
   return header;
 }
 

@@ -73,7 +73,7 @@ def dicom():
     filled = volume.astype("f4").copy()
     filled[3] = (filled[2] + filled[4]) / 2
     read("enhanced-gap-resampled", enhanced("gap", [0, 1, 2, 4, 5]), filled, options="resample",
-         notice="interpolated to 6 slices", **place)
+         notice="resampled to 6 slices", **place)
 
     # One image per file.
     def slices(name, places, kind=None, syntax=LITTLE, pack=None):

@@ -86,7 +86,9 @@ OpenedJob open_job(const PrepareJob& job, const VolumeFileOptions& options, Late
 LabelMap LatestLabelMap::of(const std::string& input, const VolumeFileOptions& options) {
   if (map_ && input_ == input && choice_ == options.choice) return *map_;
   map_.reset();
-  const auto source = open_volume(input, options);
+  VolumeFileOptions of_labels = options;
+  of_labels.choice.nearest = true;
+  const auto source = open_volume(input, of_labels);
   map_.emplace(input, *source, folder_);
   input_ = input;
   choice_ = options.choice;

@@ -182,9 +182,9 @@ void place_nrrd(const fs::path& file, const NrrdHeader& header, const NrrdAxes& 
   }
   const std::optional<Vec3> origin = vector_from(header.field("space origin"));
   if (origin && !only_spacings) {
-    set_axes(file, image, steps, turned(*origin, signs));
+    set_axes(image, steps, turned(*origin, signs));
   } else {
-    set_axes(file, image, steps, origin_by_mins(header, axes, sizes, steps));
+    set_axes(image, steps, origin_by_mins(header, axes, sizes, steps));
   }
   if (signs && !only_spacings) {
     image.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}};

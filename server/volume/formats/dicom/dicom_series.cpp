@@ -352,13 +352,12 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
       stacked(place, std::move(images), choice, volume.notices, volume.contents.times);
   const DicomImage& first = stack.front();
   const DicomGrid grid = dicom_grid(place, stack, choice.resample, volume.notices);
-  const bool rescale =
-      grid.resampled || std::any_of(stack.begin(), stack.end(), [&](const DicomImage& image) {
-        return image.slope != first.slope || image.intercept != first.intercept;
-      });
+  const bool rescale = std::any_of(stack.begin(), stack.end(), [&](const DicomImage& image) {
+    return image.slope != first.slope || image.intercept != first.intercept;
+  });
 
   ImageHeader& header = volume.header;
-  header.dims = grid.dims;
+  header.dims = {first.size[0], first.size[1], static_cast<std::int64_t>(stack.size())};
   header.type = rescale ? StoredType::kF32 : first.type;
   header.components = first.components;
   header.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = first.value_unit};
@@ -367,14 +366,10 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
     header.intercept = first.intercept;
     header.stored_bits = first.stored_bits;
   }
-  set_axes(place, header, grid.steps, grid.origin);
+  set_axes(header, grid.steps, grid.origin);
   check_header(place, header);
-  ImageHeader of_slices = header;
-  of_slices.dims = {first.size[0], first.size[1], static_cast<std::int64_t>(stack.size())};
-  volume.slices = std::make_unique<DicomSlices>(stack, of_slices, rescale);
-  if (grid.resampled) {
-    volume.slices = resampled_slices(std::move(volume.slices), grid, header.components);
-  }
+  volume.slices = std::make_unique<DicomSlices>(stack, header, rescale);
+  volume.resampled = grid.resampled;
   return volume;
 }
 

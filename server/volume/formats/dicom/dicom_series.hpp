@@ -21,8 +21,8 @@ namespace multitetra {
 // Opens the volume of a series. Frames and slices are sorted by position; world coordinates are LPS
 // in mm; slope and intercept are per frame. choice.series selects one of several series,
 // choice.time one of several images at each position. Skips localizers and images of a different
-// shape, with a notice. choice.resample permits interpolation if slices are missing, unevenly
-// spaced (dicom_grid.hpp) or from a tilted gantry. Throws VolumeFileError, also for a truncated
+// shape, with a notice. choice.resample permits resampling if slices are missing, unevenly spaced
+// (dicom_grid.hpp) or from a tilted gantry. Throws VolumeFileError, also for a truncated
 // file. `place` names the source.
 [[nodiscard]] StoredVolume open_dicom(const std::filesystem::path& place,
                                       const std::vector<std::filesystem::path>& files,

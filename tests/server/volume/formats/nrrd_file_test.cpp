@@ -108,11 +108,6 @@ TEST_F(NrrdFile, AppliesSpaceUnitsAndAxisMinimums) {
             (Vec3{10, 20, 30}));
 }
 
-TEST_F(NrrdFile, RejectsShearedGrids) {
-  expect_contains(refusal(kBytes + "space: LPS\nspace directions: (1,0,0) (0.5,2,0) (0,0,3)\n"),
-                  "right angles");
-}
-
 TEST_F(NrrdFile, ReadsComponentsFirstOrLast) {
   const std::string lines = "NRRD0004\ntype: uint8\nencoding: raw\n";
   std::vector<std::byte> slice(12);
