@@ -60,12 +60,7 @@ class Output {
     paint(surface.mesh, fetched.step->begin, arguments_.order.surface.query.colors);
     return surface;
   }
-  void final_steps(std::span<const FetchPart> parts, std::span<const SurfaceName> names,
-                   std::span<const OutputSurface> surfaces) const {
-    std::vector<SurfaceFile> files;
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-      files.push_back({.file = parts[i].mesh_file, .name = names[i], .surface = &surfaces[i]});
-    }
+  void final_steps(std::span<const SurfaceFile> files) const {
     write_surfaces(files, format_, codec());
   }
   // Also called for a failed fetch, with the steps received.
@@ -224,8 +219,11 @@ class Fetch {
       fetch(part);
     }
     require_surfaces();
-    output_.final_steps(parts_, names_, surfaces_);
-    for (std::size_t i = 0; i < parts_.size(); ++i) complete_report(i);
+    const std::vector<SurfaceFile> files = files_to_write();
+    output_.final_steps(files);
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (!files[i].file.empty()) complete_report(i);
+    }
     print_reports();
   }
 
@@ -260,7 +258,26 @@ class Fetch {
             .steps = {}};
   }
 
-  // Some labels of a series may be empty.
+  // Returns the files of all parts. Unless empty ones are allowed, those without any triangle have
+  // no name, with a notice at the first of them.
+  std::vector<SurfaceFile> files_to_write() {
+    std::vector<SurfaceFile> files;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      files.push_back({.file = parts_[i].mesh_file, .name = names_[i], .surface = &surfaces_[i]});
+    }
+    if (arguments_.order.surface.allow_empty) return files;
+    const std::vector<std::string> notice = leave_out_empty_files(files);
+    const auto first = std::find_if(files.begin(), files.end(),
+                                    [](const SurfaceFile& one) { return one.file.empty(); });
+    if (first == files.end()) return files;
+    const auto part = static_cast<std::size_t>(first - files.begin());
+    Notices& notices = connected_.datasets[parts_[part].dataset].notices;
+    notices.add(notice);
+    reports_[part].notices = notices.texts();
+    return files;
+  }
+
+  // Some labels or times of a series may be empty.
   void require_surfaces() const {
     const bool has_any = std::any_of(surfaces_.begin(), surfaces_.end(),
                                      [](const auto& surface) { return surface.components > 0; });

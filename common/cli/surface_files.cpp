@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "common/cli/output_files.hpp"
+#include "common/request/request_notices.hpp"
 #include "common/wire/scene_file.hpp"
 
 namespace multitetra {
@@ -34,6 +36,21 @@ std::vector<std::string> files_of(const std::string& output, MeshFormat format,
   return files;
 }
 
+std::vector<std::string> leave_out_empty_files(std::span<SurfaceFile> surfaces) {
+  std::set<std::string> with_triangles;
+  for (const SurfaceFile& one : surfaces) {
+    if (one.surface->components > 0) with_triangles.insert(one.file);
+  }
+  std::vector<std::string> names;
+  for (SurfaceFile& one : surfaces) {
+    if (with_triangles.contains(one.file)) continue;
+    one.file.clear();
+    names.push_back(one.name.text);
+  }
+  if (names.empty()) return {};
+  return {not_written_text(names)};
+}
+
 std::string file_bytes(const SurfaceFile& surface, MeshFormat format, MeshCodec codec) {
   const OutputSurface& output = *surface.surface;
   return mesh_file(output.mesh, format,
@@ -46,11 +63,15 @@ std::string file_bytes(const SurfaceFile& surface, MeshFormat format, MeshCodec 
 
 void write_surfaces(std::span<const SurfaceFile> surfaces, MeshFormat format, MeshCodec codec) {
   if (format != MeshFormat::kGlb) {
-    for (const SurfaceFile& one : surfaces) write_file(one.file, file_bytes(one, format, codec));
+    for (const SurfaceFile& one : surfaces) {
+      if (!one.file.empty()) write_file(one.file, file_bytes(one, format, codec));
+    }
     return;
   }
   std::map<std::string, std::vector<const SurfaceFile*>> files;
-  for (const SurfaceFile& one : surfaces) files[one.file].push_back(&one);
+  for (const SurfaceFile& one : surfaces) {
+    if (!one.file.empty()) files[one.file].push_back(&one);
+  }
   for (const auto& [file, of_file] : files) {
     std::vector<ScenePart> parts;
     for (const SurfaceFile* const one : of_file) {

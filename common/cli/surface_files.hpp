@@ -16,7 +16,7 @@
 namespace multitetra {
 
 struct SurfaceFile {
-  std::string file;
+  std::string file;  // Empty: the surface is not written.
   SurfaceName name = {};
   const OutputSurface* surface = nullptr;  // Not null.
 };
@@ -25,6 +25,10 @@ struct SurfaceFile {
 // files include those of the datasets, without the series' if it is the same for all.
 [[nodiscard]] std::vector<std::string> files_of(const std::string& output, MeshFormat format,
                                                 std::span<const DatasetInfo* const> datasets);
+
+// Clears the names of files without any triangle. Returns a notice that names their surfaces, if
+// there are any.
+[[nodiscard]] std::vector<std::string> leave_out_empty_files(std::span<SurfaceFile> surfaces);
 
 // Returns the bytes of a file with this surface alone.
 [[nodiscard]] std::string file_bytes(const SurfaceFile& surface, MeshFormat format,

@@ -188,4 +188,12 @@ std::string not_written_text(const std::string& file) {
   return file + " is not written because the surface is empty; --allow-empty writes it.";
 }
 
+std::string not_written_text(std::span<const std::string> names) {
+  std::string text = "No file is written for empty surfaces; --allow-empty writes one for ";
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    text += (i == 0 ? "\"" : ", \"") + names[i] + "\"";
+  }
+  return text + ".";
+}
+
 }  // namespace multitetra

@@ -34,4 +34,7 @@ namespace multitetra {
 // Returns the notice that the file was not written because the surface is empty.
 [[nodiscard]] std::string not_written_text(const std::string& file);
 
+// Returns the same for several surfaces, such as some of the times of a series.
+[[nodiscard]] std::string not_written_text(std::span<const std::string> names);
+
 }  // namespace multitetra

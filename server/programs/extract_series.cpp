@@ -63,20 +63,24 @@ Json json_of(const ExtractedSurface& surface) {
   return report;
 }
 
-void write_meshes(const ExtractSeriesArguments& arguments,
-                  const std::vector<ExtractedSurface>& surfaces, MeshCodec codec) {
+// Writes the files. Unless `allow_empty` is set, clears the names of those without any triangle,
+// with a notice, and does not write them.
+void write_meshes(const ExtractSeriesArguments& arguments, std::vector<ExtractedSurface>& surfaces,
+                  const SurfaceArguments& surface, Notices& notices) {
   std::vector<SurfaceFile> files;
-  for (const ExtractedSurface& surface : surfaces) {
-    files.push_back(
-        {.file = surface.file, .name = surface_name(*surface.info), .surface = &surface.output});
+  for (const ExtractedSurface& one : surfaces) {
+    files.push_back({.file = one.file, .name = surface_name(*one.info), .surface = &one.output});
   }
-  write_surfaces(files, arguments.format, codec);
+  if (!surface.allow_empty) notices.add(leave_out_empty_files(files));
+  for (std::size_t i = 0; i < files.size(); ++i) surfaces[i].file = files[i].file;
+  write_surfaces(files, arguments.format, surface.query.codec);
 }
 
 void print_facts(const ExtractedSurface& surface) {
   const auto count = [](std::int64_t number) { return static_cast<std::uint64_t>(number); };
   const MeshTopology& topology = surface.measured.topology;
-  std::cout << surface.file << ": \"" << surface_name(*surface.info).text << "\", "
+  const std::string file = surface.file.empty() ? "not written" : surface.file;
+  std::cout << file << ": \"" << surface_name(*surface.info).text << "\", "
             << human_count_of(count(topology.triangles), "triangle") << ", "
             << human_count(surface.common_triangles) << " of them shared with neighbors, "
             << human_count_of(count(topology.components), "component") << ", "
@@ -208,7 +212,7 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
     throw ExitError(kEmptySurface, not_written_text(arguments.output));
   }
   progress.begin("files");
-  write_meshes(arguments, surfaces, surface.query.codec);
+  write_meshes(arguments, surfaces, surface, notices);
   progress.finish();
 
   write_report(arguments, *request, progress, notices, surfaces);

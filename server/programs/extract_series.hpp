@@ -18,9 +18,9 @@ struct ExtractSeriesArguments {
 };
 
 // Writes one GLB with a node for each dataset if they are of one time; otherwise a file for each
-// dataset, with the dataset's name in its own. Returns the exit code. Throws ExitError (kUsage) if the datasets have
-// different grids or the request has options for one dataset, (kEmptySurface) if all surfaces are
-// empty.
+// dataset, with the dataset's name in its own, but none without any triangle. Returns the exit
+// code. Throws ExitError (kUsage) if the datasets have different grids or the request has options
+// for one dataset, (kEmptySurface) if all surfaces are empty.
 [[nodiscard]] int extract_series(const ExtractSeriesArguments& arguments,
                                  const SurfaceArguments& surface);
 

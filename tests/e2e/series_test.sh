@@ -307,10 +307,27 @@ for isovalue in 0.4 0.5; do
 done
 [ "$(echo beats_*.glb | wc -w)" = 3 ] && [ ! -e beats.glb ] || fail "not one file for each time: $(ls)"
 ends 0 "beat_t0002.png: 1 surface, isovalue 0.5" "$client" snapshot --server "$(url_of beats tcp)" --dataset beat --isovalue 0.5 --size 80x60 -o beat.png
+# A ball that has shrunk to nothing after the first time.
+ends 0 'No file is written for empty surfaces; --allow-empty writes one for "beat.t0001", "beat.t0002".' \
+  "$client" fetch --server "$(url_of beats tcp)" --dataset beat --isovalue 35 -o shrunk.ply --report shrunk.json
+[ "$(echo shrunk_*.ply)" = shrunk_t0000.ply ] || fail "fetch writes empty times: $(ls)"
+python3 -c 'import json; assert [one["mesh_file"] for one in json.load(open("shrunk.json"))["surfaces"]] == ["shrunk_t0000.ply", None, None]' ||
+  fail "the report has other files: $(cat shrunk.json)"
+ends 6 "is not written" "$client" fetch --server "$(url_of beats tcp)" --dataset beat --isovalue 1e9 -o none.ply
+[ "$(echo none*)" = "none*" ] || fail "fetch writes a series without a surface: $(ls)"
 [ "$(echo beat_*.png)" = "beat_t0000.png beat_t0001.png beat_t0002.png" ] && [ ! -e beat.png ] || fail "not one picture for each time: $(ls)"
 ends_well beats "$pid"
 ends 0 "pulse_t0002.glb" "$server" extract beat --isovalue 0.5 -o pulse.glb
 [ "$(echo pulse*.glb)" = "pulse_t0000.glb pulse_t0001.glb pulse_t0002.glb" ] || fail "not one file for each time: $(ls)"
+for suffix in ply glb; do
+  ends 0 'No file is written for empty surfaces; --allow-empty writes one for "beat.t0001", "beat.t0002".' \
+    "$server" extract beat --isovalue 35 -o waned.$suffix --report waned.json
+  [ "$(echo waned_*.$suffix)" = waned_t0000.$suffix ] || fail "extract writes empty times: $(ls)"
+done
+grep -c '"mesh_file": null' waned.json | grep -qx 2 || fail "the report has other files: $(cat waned.json)"
+ends 6 "is not written" "$server" extract beat --isovalue 1e9 -o none.ply
+ends 0 "none_t0002.ply" "$server" extract beat --isovalue 1e9 -o none.ply --allow-empty
+[ "$(echo none_*)" = "none_t0000.ply none_t0001.ply none_t0002.ply" ] || fail "--allow-empty leaves out a time: $(ls)"
 
 ends 0 "6 members, 0 failed" "$server" prepare in/run_*.vti --time-series run --times 0:0.1 --time-unit s --field pressure,hot/cold -o run
 says run/run.hot_cold.t0001.mtd '"run", field hot/cold, time 0.1 s'
