@@ -1,6 +1,7 @@
 // Whole files in further formats: NumPy, MGH, NetCDF-3, parallel VTK images, Zarr in zip archives,
-// TIFF, PNG, JPEG and Imaris, and the contour levels stored with maps. The first byte selects the
-// format. A file is rejected with a reason or is a volume whose slices can be read in any order.
+// TIFF, PNG, JPEG and Imaris, the contour levels stored with maps, and ParaView collections. The
+// first byte selects the format. A file is rejected with a reason or is a volume whose slices can
+// be read in any order.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -19,6 +20,7 @@
 #include "server/volume/formats/npy_file.hpp"
 #include "server/volume/formats/png_file.hpp"
 #include "server/volume/formats/tiff_file.hpp"
+#include "server/volume/formats/vtk/pvd_file.hpp"
 #include "server/volume/formats/vtk/pvti_file.hpp"
 #include "server/volume/formats/zarr_volume.hpp"
 #include "tests/fuzz/require.hpp"
@@ -114,6 +116,9 @@ std::optional<StoredVolume> opened_further(int format, std::string_view bytes,
       return open_jpeg(folder.file("v.jpg", bytes));
     case 11:
       return open_hdf5(imaris_file(bytes, folder), choice);
+    case 12:
+      require(!files_of_pvd(folder.file("v.pvd", bytes), /*allow_external_files=*/false).empty());
+      return std::nullopt;
     default:
       return std::nullopt;
   }

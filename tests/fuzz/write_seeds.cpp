@@ -294,6 +294,9 @@ void write_more_volumes(const std::filesystem::path& folder) {
     imaris += attribute + end;
   }
   add(11, imaris);
+  add(12,
+      R"(<VTKFile type="Collection"><Collection><DataSet timestep="0.5" part="0" file="b.vti"/>)"
+      R"(<DataSet timestep="0" group="" file="sub/a.vti"/></Collection></VTKFile>)");
 }
 
 // In the format of fuzz_packed_pixels.cpp.
