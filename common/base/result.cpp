@@ -32,6 +32,8 @@ std::string_view name(ErrorCode code) {
       return "unavailable";
     case ErrorCode::kUnauthenticated:
       return "unauthenticated";
+    case ErrorCode::kPermissionDenied:
+      return "permission_denied";
   }
   return "unknown";
 }

@@ -35,6 +35,7 @@ enum class ErrorCode {
   kUnavailable = 12,  // The server is stopping, overloaded or unreachable.
   // The token is missing or invalid.
   kUnauthenticated = 13,
+  kPermissionDenied = 14,  // The token is valid but does not permit this.
 };
 
 // Returns the code's stable name in logs and JSON, such as "unknown_dataset".

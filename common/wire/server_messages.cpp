@@ -23,8 +23,8 @@ using namespace wire;
 constexpr std::size_t kMaxTilesPerStep = 262144;
 constexpr std::size_t kMaxDatasets = 4096;
 
-static_assert(static_cast<int>(ErrorCode::kUnauthenticated) == v1::ERROR_CODE_UNAUTHENTICATED &&
-                  v1::ErrorCode_MAX == v1::ERROR_CODE_UNAUTHENTICATED,
+static_assert(static_cast<int>(ErrorCode::kPermissionDenied) == v1::ERROR_CODE_PERMISSION_DENIED &&
+                  v1::ErrorCode_MAX == v1::ERROR_CODE_PERMISSION_DENIED,
               "Error codes have the same numbers in common/base/result.hpp and on the wire.");
 
 // Error texts may quote external text (file names, library messages), but the wire requires UTF-8.

@@ -51,6 +51,8 @@ int status_of(ErrorCode code) {
       return 503;
     case ErrorCode::kUnauthenticated:
       return 401;
+    case ErrorCode::kPermissionDenied:
+      return 403;
     case ErrorCode::kUnknown:
     case ErrorCode::kDamagedData:
     case ErrorCode::kInternal:

@@ -144,7 +144,7 @@ PrometheusMetrics::PrometheusMetrics() : families_(std::make_unique<Families>())
     families_->last_reload_failed.Add({{"what", what}});
   }
   for (const char* const transport : {"tcp", "http", "websocket"}) {
-    for (int code = 0; code <= static_cast<int>(ErrorCode::kUnauthenticated); ++code) {
+    for (int code = 0; code <= static_cast<int>(ErrorCode::kPermissionDenied); ++code) {
       const std::string code_name(name(static_cast<ErrorCode>(code)));
       families_->errors.Add({{"transport", transport}, {"code", code_name}});
     }

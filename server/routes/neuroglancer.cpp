@@ -196,6 +196,8 @@ asio::awaitable<Answer> NeuroglancerRoute::answer(const NeuroglancerFile& file,
                                                   RequestContext& context) {
   const auto info = context.caller->permit().describe(file.dataset);
   if (!info) co_return context.refused(info.error());
+  const auto allowed = context.caller->permit().check_samples();
+  if (file.is_image && !allowed) co_return context.refused(allowed.error());
   Answer answer;
   const bool is_info = file.path.ends_with(kInfo);
   add_field(answer, "Content-Type", is_info ? "application/json" : "application/octet-stream");

@@ -79,6 +79,8 @@ Json json_of(const ProbedPlace& place) {
 
 asio::awaitable<Answer> SamplesRoute::slice(const std::string& dataset, const Target& target,
                                             const HttpRequest& request, RequestContext& context) {
+  const auto allowed = context.caller->permit().check_samples();
+  if (!allowed) co_return context.refused(allowed.error());
   const auto query = parse_slice_query(target.query);
   if (!query) co_return context.refused(query.error());
   const auto info = context.caller->permit().describe(dataset);
@@ -126,6 +128,8 @@ asio::awaitable<Answer> SamplesRoute::slice(const std::string& dataset, const Ta
 
 asio::awaitable<Answer> SamplesRoute::value(const std::string& dataset, const Target& target,
                                             RequestContext& context) {
+  const auto allowed = context.caller->permit().check_samples();
+  if (!allowed) co_return context.refused(allowed.error());
   const auto probe = parse_probe_query(target.query);
   if (!probe) co_return context.refused(probe.error());
   const auto reply = co_await context.caller->probe(dataset, *probe);

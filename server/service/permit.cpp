@@ -210,12 +210,17 @@ Result<StartStream> Permit::accept(OpenStream open) const {
                      .further = *std::move(further)};
 }
 
+Result<void> Permit::check_samples() const {
+  if (!is_for_surfaces_only()) return {};
+  return fail(ErrorCode::kPermissionDenied,
+              "Slices and probes show samples; this client has access to surfaces only.");
+}
+
 Result<RunQuery> Permit::accept(DatasetQuery query) const {
-  if (const auto checked = check(query); !checked) return tl::unexpected(checked.error());
-  if (is_for_surfaces_only() && !std::holds_alternative<Estimate>(query)) {
-    return fail(ErrorCode::kInvalidArgument,
-                "Slices and probes show samples; this client has access to surfaces only.");
+  if (!std::holds_alternative<Estimate>(query)) {
+    if (const auto allowed = check_samples(); !allowed) return tl::unexpected(allowed.error());
   }
+  if (const auto checked = check(query); !checked) return tl::unexpected(checked.error());
   const IsosurfaceRequest* request = request_of(query);
   auto source = request ? provider(dataset_of(query), *request) : provider(dataset_of(query));
   if (!source) return tl::unexpected(source.error());

@@ -71,6 +71,9 @@ class Permit {
   // Returns whether tiles of the dataset may be sent as sample shells.
   [[nodiscard]] bool may_see_shells(const std::string& dataset) const;
 
+  // Returns kPermissionDenied if this client may receive surfaces only, and no samples.
+  [[nodiscard]] Result<void> check_samples() const;
+
   // Returns all datasets visible to this client, by name, or one of them, else kUnknownDataset.
   [[nodiscard]] std::vector<DatasetInfo> describe() const;
   [[nodiscard]] Result<DatasetInfo> describe(const std::string& dataset) const;

@@ -188,7 +188,8 @@ class OpenApiTest : public ::testing::Test {
 
   // Clients without a token may access everything; unknown tokens are rejected.
   TemporaryFolder folder_;
-  testing::TokensFile tokens_{folder_.path(), {{"clients", "", "*"}}};
+  testing::TokensFile tokens_{folder_.path(),
+                              {{"clients", "", "*"}, {"guest", "guest", "* only=surfaces"}}};
   std::atomic<bool> is_ready_ = true;
   std::string tile_path_;
   std::unique_ptr<RunningHttpServer> server_;
@@ -198,6 +199,7 @@ class OpenApiTest : public ::testing::Test {
 };
 
 constexpr const char* kBad = "Authorization: Bearer bad\r\n";
+constexpr const char* kGuest = "Authorization: Bearer guest\r\n";  // May not see samples.
 constexpr const char* kAny = "If-None-Match: *\r\n";
 
 TEST_F(OpenApiTest, MatchesTheServer) {
@@ -249,6 +251,9 @@ TEST_F(OpenApiTest, MatchesTheServer) {
   request(slice, of_noise, 304, kAny);
   request(slice, of_noise + "?axis=w", 400);
   request(slice, of_noise, 401, kBad);
+  request(slice, of_noise, 403, kGuest);
+  request(slice, of_noise + "?axis=w", 403, kGuest);
+  request(slice, of_noise, 403, std::string(kGuest) + kAny);
   request(slice, "/v1/datasets/none/slice", 404);
   request(slice, of_noise, 416, "Range: bytes=9999999-\r\n");
   request(slice, of_noise + "?width=2000000", 422);
@@ -257,6 +262,8 @@ TEST_F(OpenApiTest, MatchesTheServer) {
   request(value, "/v1/datasets/noise/probe?at=1,2,3&at=-1,0,0", 200);
   request(value, "/v1/datasets/noise/probe?at=1,2", 400);
   request(value, "/v1/datasets/noise/probe?at=1,2,3", 401, kBad);
+  request(value, "/v1/datasets/noise/probe?at=1,2,3", 403, kGuest);
+  request(value, "/v1/datasets/noise/probe?at=1,2", 403, kGuest);
   request(value, "/v1/datasets/none/probe?at=1,2,3", 404);
   request(value, "/v1/datasets/a%20b/probe?at=1,2,3", 500);
   std::string many = "/v1/datasets/noise/probe?at=0,0,0";
@@ -321,6 +328,8 @@ TEST_F(OpenApiTest, MatchesTheServer) {
   request(image, voxels, 304, kAny);
   request(image, "/v1/neuroglancer/noise/image", 400);
   request(image, voxels, 401, kBad);
+  request(image, voxels, 403, kGuest);
+  request(image, voxels, 403, std::string(kGuest) + kAny);
   request(image, voxels + "x", 404);
   request(image, voxels, 416, "Range: bytes=9999999-\r\n");
   request(image, "/v1/neuroglancer/a%20b/image/1_1_1/0-64_0-64_0-16", 500);

@@ -192,10 +192,13 @@ TEST(Permit, RejectsSamplesForSurfacesOnlyTokens) {
     EXPECT_TRUE(permit.accept(Estimate{.dataset = "head"}));
     EXPECT_EQ(
         permit.accept(Probe{.dataset = "head", .probe = {.places = {{0, 0, 0}}}}).error().code,
-        ErrorCode::kInvalidArgument);
-    EXPECT_FALSE(permit.accept(
-        Slice{.dataset = "head",
-              .slice = {.right = {1, 0, 0}, .down = {0, 1, 0}, .width = 2, .height = 2}}));
+        ErrorCode::kPermissionDenied);
+    const SliceRequest plane{.right = {1, 0, 0}, .down = {0, 1, 0}, .width = 2, .height = 2};
+    EXPECT_EQ(permit.accept(Slice{.dataset = "head", .slice = plane}).error().code,
+              ErrorCode::kPermissionDenied);
+    // What is not permitted is not validated either.
+    EXPECT_EQ(permit.accept(Slice{.dataset = "head", .slice = {}}).error().code,
+              ErrorCode::kPermissionDenied);
   }
 }
 
