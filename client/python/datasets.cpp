@@ -125,6 +125,14 @@ void define_datasets(py::module_& module) {
             return py::make_tuple(info.histogram.low, info.histogram.high, info.histogram.counts);
           },
           "(low, high, counts): bins of equal width between low and high.")
+      .def_property_readonly(
+          "display_window",
+          [](const DatasetInfo& info) -> py::object {
+            if (!info.display_window) return py::none();
+            return py::make_tuple(info.display_window->low, info.display_window->high);
+          },
+          "(low, high): the values that the source recommends for the darkest and the brightest "
+          "color; None: none.")
       .def_readonly("suggested_isovalues", &DatasetInfo::suggested_isovalues)
       .def_readonly("member", &DatasetInfo::member);
 }

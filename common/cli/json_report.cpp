@@ -146,6 +146,11 @@ Json member_json(const DatasetInfo& info) {
   return json;
 }
 
+Json window_json(const DatasetInfo& info) {
+  if (!info.display_window) return nullptr;
+  return Json::array({info.display_window->low, info.display_window->high});
+}
+
 }  // namespace
 
 Json json_of(const DatasetInfo& info) {
@@ -164,6 +169,7 @@ Json json_of(const DatasetInfo& info) {
           {"length_unit", text_or_null(info.meaning.length_unit)},
           {"value_unit", text_or_null(info.meaning.value_unit)},
           {"suggested_isovalues", info.suggested_isovalues},
+          {"display_window", window_json(info)},
           {"member", info.member ? member_json(info) : Json()},
           {"histogram",
            {{"low", info.histogram.low},

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/affine.hpp"
+#include "common/dataset/display_window.hpp"
 #include "common/dataset/physical_meaning.hpp"
 #include "common/dataset/series_member.hpp"
 #include "common/mesh/mesh_checks.hpp"
@@ -83,6 +84,8 @@ struct DatasetInfo {
   std::optional<SeriesMember> member = std::nullopt;  // Absent if it belongs to no series.
   // The extent of the member's label; absent: unknown.
   std::optional<LabelExtent> label_extent = std::nullopt;
+  // What the source recommends for showing the samples, such as the window of an OMERO channel.
+  std::optional<DisplayWindow> display_window = std::nullopt;
 
   friend bool operator==(const DatasetInfo&, const DatasetInfo&) = default;
 };

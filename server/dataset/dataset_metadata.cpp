@@ -211,6 +211,10 @@ std::string metadata_text(const DatasetMetadata& metadata) {
   add_text("length_unit", info.meaning.length_unit);
   add_text("value_unit", info.meaning.value_unit);
   if (info.member) json["member"] = to_json(*info.member);
+  if (info.display_window) {
+    json["display_window"] = {{"low", info.display_window->low},
+                              {"high", info.display_window->high}};
+  }
   if (metadata.label_volume) {
     json["label_volume"] = {{"samples", metadata.label_volume->samples},
                             {"surface_samples", metadata.label_volume->surface_samples}};
@@ -264,6 +268,13 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
   info.histogram.counts = histogram.counts("counts");
   info.suggested_isovalues = fields.numbers("suggested_isovalues");
   if (fields.has("member")) info.member = member_from(fields.at("member"), failure);
+  if (fields.has("display_window")) {
+    Fields window(fields.at("display_window"), failure);
+    info.display_window = {.low = window.number("low"), .high = window.number("high")};
+    if (!is_valid(*info.display_window)) {
+      fields.add_error("display_window", "is not from a smaller to a larger number");
+    }
+  }
   if (fields.has("label_volume")) {
     metadata.label_volume = label_volume_from(fields.at("label_volume"), info, failure);
     info.label_extent = metadata.label_volume->extent();

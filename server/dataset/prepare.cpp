@@ -99,6 +99,7 @@ VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
       describe(source.header(), builder.finish(), options.name, options.outside, options.margin);
   info.member = options.member;
   if (options.label_volume) info.label_extent = options.label_volume->extent();
+  info.display_window = source.contents().display_window;
   prefer_known_isovalues(source.contents().recommended_isovalue, info);
   if (!options.suggested_isovalues.empty()) info.suggested_isovalues = options.suggested_isovalues;
   IsovalueBins bins = options.bin_edges.empty()

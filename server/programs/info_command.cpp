@@ -92,6 +92,11 @@ void print_facts(const std::string& place, const PreparedFile& file) {
                            vector_text(info.index_to_world.columns[2]) + ") per sample");
   line("values", with_unit(human_number(info.min) + " to " + human_number(info.max),
                            info.meaning.value_unit));
+  if (info.display_window) {
+    line("display window", with_unit(human_number(info.display_window->low) + " to " +
+                                         human_number(info.display_window->high),
+                                     info.meaning.value_unit));
+  }
   line("void samples", human_count(info.void_samples) + " (NaN: no surface there)");
   line("outside", info.outside ? human_number(*info.outside) + " (value beyond the data)"
                                : "void (surfaces end at the last sample)");

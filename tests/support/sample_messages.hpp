@@ -200,6 +200,10 @@ inline DatasetInfo dataset_info(Random& random) {
   if (info.member && info.member->label && random() % 2 == 0) {
     info.label_extent = label_extent(info.dims, random);
   }
+  if (random() % 2 == 0) {
+    const auto low = static_cast<double>(up_to(1000, random));
+    info.display_window = {.low = low, .high = low + int_in(1, 1000, random)};
+  }
   return info;
 }
 

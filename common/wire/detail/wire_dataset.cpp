@@ -148,6 +148,10 @@ void write_dataset(const DatasetInfo& info, v1::DatasetInfo& wire) {
   if (info.member && info.member->label && info.label_extent) {
     write(*info.label_extent, *wire.mutable_member()->mutable_label());
   }
+  if (info.display_window) {
+    wire.mutable_display_window()->set_low(info.display_window->low);
+    wire.mutable_display_window()->set_high(info.display_window->high);
+  }
 }
 
 DatasetInfo read_dataset(const v1::DatasetInfo& wire, FieldChecks& checks) {
@@ -184,6 +188,12 @@ DatasetInfo read_dataset(const v1::DatasetInfo& wire, FieldChecks& checks) {
   if (wire.has_member()) info.member = read(wire.member(), checks);
   if (wire.member().has_label() && !checks.first()) {
     info.label_extent = read_extent(wire.member().label(), info, checks);
+  }
+  if (wire.has_display_window()) {
+    info.display_window = {.low = wire.display_window().low(),
+                           .high = wire.display_window().high()};
+    checks.require(is_valid(*info.display_window), "DatasetInfo.display_window",
+                   "must be two finite values, the smaller first.");
   }
   return info;
 }

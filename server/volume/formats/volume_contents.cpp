@@ -82,7 +82,10 @@ std::string contents_text(const VolumeContents& contents) {
       {"labels", std::move(labels)},
       {"unnamed", contents.unnamed},
       {"recommended", contents.recommended_isovalue ? ContentsJson(*contents.recommended_isovalue)
-                                                    : ContentsJson()}}
+                                                    : ContentsJson()},
+      {"window", contents.display_window
+                     ? ContentsJson({contents.display_window->low, contents.display_window->high})
+                     : ContentsJson()}}
       .dump(-1, ' ', false, ContentsJson::error_handler_t::replace);
 }
 
@@ -95,6 +98,10 @@ VolumeContents contents_from(std::string_view text) {
   contents.unnamed = json.at("unnamed").get<std::vector<std::string>>();
   if (const ContentsJson& isovalue = json.at("recommended"); !isovalue.is_null()) {
     contents.recommended_isovalue = isovalue.get<double>();
+  }
+  if (const ContentsJson& window = json.at("window"); !window.is_null()) {
+    contents.display_window = {.low = window.at(0).get<double>(),
+                               .high = window.at(1).get<double>()};
   }
   for (const ContentsJson& field : json.at("fields")) {
     contents.fields.push_back(

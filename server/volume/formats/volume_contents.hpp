@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/dataset/display_window.hpp"
 #include "common/dataset/series_member.hpp"
 
 namespace multitetra {
@@ -54,6 +55,8 @@ struct VolumeContents {
   std::vector<std::string> unnamed = {};
   // The isovalue that the authors of the source recommend.
   std::optional<double> recommended_isovalue = std::nullopt;
+  // Their window for showing the chosen field.
+  std::optional<DisplayWindow> display_window = std::nullopt;
 
   friend bool operator==(const VolumeContents&, const VolumeContents&) = default;
 };

@@ -205,10 +205,11 @@ SourceTimes times_along(const Placement& placement, std::size_t d, std::int64_t 
   return even_times(count, placement.translation[d], placement.scale[d], placement.units[d]);
 }
 
-// Selects the dimensions x, y, z, and the position of the volume along the others.
+// Selects the dimensions x, y, z, and the position of the volume along the others. Adds times,
+// channels and the chosen channel's window to `stored`.
 VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
                         const VolumeChoice& choice, const std::filesystem::path& place,
-                        const Json& attributes, VolumeContents& contents, std::int64_t& channels) {
+                        const Json& attributes, StoredVolume& stored) {
   const std::size_t dimensions = array.shape.size();
   if (dimensions < 2) fail_reading(place, "it has one dimension", "Give an array of 2 or more");
   const std::vector<std::string>& names = placement.names;
@@ -225,6 +226,7 @@ VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
       volume.axes[axis] = dimensions - 1 - axis;
     }
   }
+  std::int64_t channel = 0;
   for (std::size_t d = 0; d < dimensions; ++d) {
     if (std::find(volume.axes.begin(), volume.axes.end(), d) != volume.axes.end()) continue;
     const std::string name = names.size() == dimensions ? names[d] : std::string();
@@ -234,10 +236,10 @@ VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
     std::optional<std::int64_t> chosen;
     if (is_time) chosen = choice.time;
     if (is_channel) chosen = choice.channel;
-    if (is_time) contents.times = times_along(placement, d, array.shape[d]);
-    if (is_channel) channels = array.shape[d];
+    if (is_time) stored.contents.times = times_along(placement, d, array.shape[d]);
+    if (is_channel) stored.channels = array.shape[d];
     if (is_channel && array.shape[d] > 1)
-      contents.fields = zarr_channels(attributes, array.shape[d]);
+      stored.contents.fields = zarr_channels(attributes, array.shape[d]);
     const FileEntries entries = {.count = array.shape[d],
                                  .several = "its dimension " + std::to_string(d + 1) +
                                             (name.empty() ? "" : " (" + name + ")") + " has " +
@@ -247,7 +249,9 @@ VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
                                                         : "Give an array of three dimensions",
                                  .missing = is_time ? "it has no time" : "it has no channel"};
     volume.at[d] = chosen_entry(place, entries, chosen, choice.first && (is_time || is_channel));
+    if (is_channel) channel = volume.at[d];
   }
+  stored.contents.display_window = zarr_window(attributes, channel, place, stored.notices);
   return volume;
 }
 
@@ -314,15 +318,11 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
                      " dimensions",
                  "Correct its metadata");
   }
-  VolumeContents contents{.labels = zarr_labels(attributes)};
-  std::int64_t channels = 1;
-  VolumeInArray volume =
-      volume_in(*array, placement, choice, place, attributes, contents, channels);
-  const ImageHeader header = header_of(*array, placement, volume, place);
-  return {.header = header,
-          .slices = chunked_slices(std::move(store), path, *std::move(array), std::move(volume)),
-          .contents = std::move(contents),
-          .channels = channels};
+  StoredVolume stored{.contents = {.labels = zarr_labels(attributes)}};
+  VolumeInArray volume = volume_in(*array, placement, choice, place, attributes, stored);
+  stored.header = header_of(*array, placement, volume, place);
+  stored.slices = chunked_slices(std::move(store), path, *std::move(array), std::move(volume));
+  return stored;
 }
 
 bool has_metadata(ObjectStore& store) {

@@ -551,6 +551,13 @@ TEST(DatasetList, RejectsValuesOutOfRange) {
   refuse([](DatasetInfo& d) { d.suggested_isovalues = {kNaN}; }, "suggested_isovalues");
   refuse([](DatasetInfo& d) { d.suggested_isovalues.resize(257); }, "suggested_isovalues",
          ErrorCode::kLimitExceeded);
+  const auto refuse_window = [&](const DisplayWindow& window) {
+    refuse([&](DatasetInfo& d) { d.display_window = window; }, "DatasetInfo.display_window");
+  };
+  refuse_window({5, 5});
+  refuse_window({5, 4});
+  refuse_window({kNaN, 4});
+  refuse_window({0, kInfinity});
   const auto refuse_member = [&](std::function<void(SeriesMember&)> spoil, const char* field) {
     refuse(
         [&](DatasetInfo& d) {

@@ -44,6 +44,24 @@ TEST(DatasetMetadata, RoundTripsOptionalSpaceAndUnits) {
   EXPECT_FALSE(parse_metadata(metadata_text(metadata)));
 }
 
+TEST(DatasetMetadata, RoundTripsTheDisplayWindowAndNamesDamagedOnes) {
+  DatasetMetadata metadata = small_prepared().metadata;
+  EXPECT_EQ(metadata_text(metadata).find("display_window"), std::string::npos);
+  metadata.info.display_window = {-2.5, 1500};
+  const auto result = parse_metadata(metadata_text(metadata));
+  ASSERT_TRUE(result) << result.error().text;
+  EXPECT_EQ(result->info.display_window, (DisplayWindow{-2.5, 1500}));
+  for (const std::string high : {"-2.5", "-3", "\"9\"", "null"}) {
+    std::string spoilt = metadata_text(metadata);
+    const std::string whole = "\"high\":1500.0";
+    spoilt.replace(spoilt.find(whole), whole.size(), "\"high\":" + high);
+    const auto damaged = parse_metadata(spoilt);
+    ASSERT_FALSE(damaged) << high;
+    expect_contains(damaged.error().text,
+                    high == "null" || high == "\"9\"" ? "high" : "display_window");
+  }
+}
+
 TEST(DatasetMetadata, RoundTripsSeriesMembersAndNamesDamagedOnes) {
   DatasetMetadata metadata = small_prepared().metadata;
   for (const SeriesMember& member :

@@ -24,12 +24,21 @@ std::optional<std::uint32_t> omero_color(std::string text) {
   return color_from(text);
 }
 
+// Returns an element of an object; null if it is not there.
+Json element(const Json& object, const char* key) {
+  return object.is_object() ? object.value(key, Json()) : Json();
+}
+
+// Returns the list of channels of "omero".
+Json omero_channels(const Json& attributes) {
+  const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
+  return element(element(ome, "omero"), "channels");
+}
+
 }  // namespace
 
 std::vector<SourceField> zarr_channels(const nlohmann::json& attributes, std::int64_t count) {
-  const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
-  const Json omero = ome.is_object() ? ome.value("omero", Json()) : Json();
-  const Json channels = omero.is_object() ? omero.value("channels", Json()) : Json();
+  const Json channels = omero_channels(attributes);
   std::vector<SourceField> fields;
   for (std::int64_t i = 0; i < std::min<std::int64_t>(count, kMaxSourceMembers); ++i) {
     const auto at = static_cast<std::size_t>(i);
@@ -44,6 +53,26 @@ std::vector<SourceField> zarr_channels(const nlohmann::json& attributes, std::in
          .color = color.is_string() ? omero_color(color.get<std::string>()) : std::nullopt});
   }
   return fields;
+}
+
+std::optional<DisplayWindow> zarr_window(const nlohmann::json& attributes, std::int64_t channel,
+                                         const std::filesystem::path& place,
+                                         std::vector<std::string>& notices) {
+  const Json channels = omero_channels(attributes);
+  const auto at = static_cast<std::size_t>(channel);
+  if (!channels.is_array() || at >= channels.size()) return std::nullopt;
+  const Json window = element(channels[at], "window");
+  const Json start = element(window, "start");
+  const Json end = element(window, "end");
+  if (start.is_null() && end.is_null()) return std::nullopt;
+  if (start.is_number() && end.is_number()) {
+    const DisplayWindow found{.low = start.get<double>(), .high = end.get<double>()};
+    if (is_valid(found)) return found;
+  }
+  notices.push_back("'" + place.string() + "': the window of channel " + std::to_string(channel) +
+                    " from " + start.dump() + " to " + end.dump() +
+                    " is ignored; it must be two numbers, the smaller first.");
+  return std::nullopt;
 }
 
 std::vector<SourceLabel> zarr_labels(const nlohmann::json& attributes) {
