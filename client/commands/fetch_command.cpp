@@ -19,6 +19,7 @@
 #include "common/cli/surface_files.hpp"
 #include "common/cli/terminal.hpp"
 #include "common/mesh/lattice_intersections.hpp"
+#include "common/request/painted_mesh.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/mesh_files.hpp"
 
@@ -57,7 +58,7 @@ class Output {
   [[nodiscard]] OutputSurface surface_of(const FetchedStep& fetched,
                                          const DatasetInfo& info) const {
     OutputSurface surface = output_surface(fetched.step->mesh, arguments_.order.surface, info);
-    paint(surface.mesh, fetched.step->begin, arguments_.order.surface.query.colors);
+    paint(surface.mesh, fetched.step->begin.scalars, arguments_.order.surface.query.colors);
     return surface;
   }
   void final_steps(std::span<const SurfaceFile> files) const {

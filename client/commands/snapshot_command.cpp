@@ -24,6 +24,7 @@
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
 #include "common/image/png_file.hpp"
+#include "common/request/painted_mesh.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/mesh_files.hpp"
 
@@ -141,7 +142,7 @@ TakenSurface taken_surface(const SnapshotArguments& arguments, Client& client,
                      .bytes = step.end.payload_bytes,
                      .error_bound_world = step.begin.error_bound_world,
                      .drawn = output_surface(step.mesh, arguments.order.surface, dataset.info)};
-  paint(taken.drawn.mesh, step.begin, arguments.order.surface.query.colors);
+  paint(taken.drawn.mesh, step.begin.scalars, arguments.order.surface.query.colors);
   if (const auto& scalars = step.begin.scalars) {
     taken.colors = arguments.order.surface.query.colors;
     taken.colors->low = scalars->low;

@@ -172,6 +172,11 @@ std::string removed_text(const OutputSurface& surface) {
          (surface.filled.count == 0 ? std::string() : "; " + filled_text(surface.filled));
 }
 
+std::string color_accuracy_text(const ScalarRange& range, double largest_deviation) {
+  return "Colors between vertices may be off by up to " + human_number(largest_deviation) +
+         ", those of vertices by " + human_number(0.5 * range.step()) + ".";
+}
+
 void require_codec(const SurfaceArguments& arguments, bool is_glb) {
   if (const auto fits = check_codec(arguments.query.codec, is_glb); !fits) {
     throw ExitError(kUsage, "--" + fits.error().text);

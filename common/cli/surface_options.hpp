@@ -14,6 +14,7 @@
 #include "common/dataset/dataset_info.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/mesh_measures.hpp"
+#include "common/request/scalar_request.hpp"
 #include "common/request/surface_query.hpp"
 
 namespace multitetra {
@@ -79,6 +80,9 @@ struct OutputSurface {
 // "3 of 1 204 components, those with a diagonal of 10 samples or more", and the cavities that this
 // fills; empty if none was removed.
 [[nodiscard]] std::string removed_text(const OutputSurface& surface);
+// Returns "Colors between vertices may be off by up to 0.12, those of vertices by 0.01." for values
+// that were encoded in `range`.
+[[nodiscard]] std::string color_accuracy_text(const ScalarRange& range, double largest_deviation);
 // Throws ExitError (kUsage) if --codec does not fit the output.
 void require_codec(const SurfaceArguments& arguments, bool is_glb);
 // Returns the notices that 3D printers reject a file of this surface: it is open where the data

@@ -35,6 +35,7 @@
 #include "server/programs/extract_series.hpp"
 #include "server/programs/progress.hpp"
 #include "server/programs/thread_options.hpp"
+#include "server/programs/vertex_colors.hpp"
 #include "server/service/extracted_surfaces.hpp"
 #include "server/stream/stream_plan.hpp"
 #include "server/volume/volume_files.hpp"
@@ -192,7 +193,8 @@ void require_one_isovalue(const ExtractArguments& arguments) {
 Extraction extracted(const ExtractArguments& arguments, const std::string& file,
                      const DatasetPtr& dataset,
                      const std::shared_ptr<const SurfaceExtractor>& extractor,
-                     const IsosurfaceRequest& requested, Notices& notices, Progress& progress) {
+                     const IsosurfaceRequest& requested, const VertexColors& colors,
+                     Notices& notices, Progress& progress) {
   const DatasetInfo& info = dataset->info;
   if (const auto fits = check_lattice(requested, info); !fits) {
     throw ExitError(kUsage, "--lattice: " + fits.error().text);
@@ -236,7 +238,9 @@ Extraction extracted(const ExtractArguments& arguments, const std::string& file,
     notices.add(volume_notice(*measured.measures, measured.distance_bound));
   }
   if (measured.topology.triangles == 0) notices.add(empty_surface_text(request, info));
+  colors.add_scalars(mesh, info, notices, arguments.quiet);
   extraction.output = output_surface(mesh, arguments.surface, info);
+  colors.paint(extraction.output.mesh);
   const std::string left_out = removed_text(extraction.output);
   if (!left_out.empty()) notices.add("The file has " + left_out + ".");
   if (format_of(file) == MeshFormat::kStl) {
@@ -280,15 +284,17 @@ int extract(const ExtractArguments& arguments) {
   if (!requested) throw std::invalid_argument(requested.error().text);
   Notices notices(arguments.quiet);
   const auto extractor = std::make_shared<const SurfaceExtractor>(dataset);
+  const VertexColors colors(arguments.surface);
   std::vector<Extraction> surfaces;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    surfaces.push_back(
-        extracted(arguments, files[i], dataset, extractor, (*requested)[i], notices, progress));
+    surfaces.push_back(extracted(arguments, files[i], dataset, extractor, (*requested)[i], colors,
+                                 notices, progress));
   }
   const auto report_now = [&](bool is_written) {
     Json reports = Json::array();
     for (const Extraction& surface : surfaces) {
       reports.push_back(json_of(surface.result, arguments, notices.texts(), progress.seconds()));
+      colors.describe(reports.back());
       if (is_written) add_file(reports.back(), surface.file, surface.output);
     }
     const Json report = surfaces.size() == 1 ? reports.front() : Json{{"surfaces", reports}};
@@ -345,8 +351,9 @@ void add_extract_command(Command& program, Run& run) {
                    "one .glb, or one file each, with the dataset or isovalue in its name")
       ->required()
       ->type_name("FILE");
-  add_request_options(*command, a->surface,
-                      {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize});
+  add_request_options(
+      *command, a->surface,
+      {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize, FieldGroup::kColors});
   add_output_options(*command, a->surface);
   add_threads_option(*command, a->threads);
   command->add_option("--report", a->report, "Write the JSON report to this file")
@@ -384,6 +391,7 @@ void add_extract_command(Command& program, Run& run) {
       "  multitetra-server extract head.mtd -o head.ply\n"
       "  multitetra-server extract head.mtd --isovalue 1200.5 --error 0.5 -o bone.glb\n"
       "  multitetra-server extract head.mtd --isovalue 500.5,1200.5 -o skin_and_bone.glb\n"
+      "  multitetra-server extract density.mtd --color-by temperature.mtd -o density.ply\n"
       "  multitetra-server extract head.mtd --error 2 --unit world -o head.stl --json\n"
       "  multitetra-server extract head.mtd --error 4 -o head.ply --model head.vtu\n"
       "  multitetra-server extract organs/ --error 0.5 -o organs.glb\n"

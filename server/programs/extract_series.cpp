@@ -24,6 +24,7 @@
 #include "server/extraction/touching_extraction.hpp"
 #include "server/programs/measured_surface.hpp"
 #include "server/programs/progress.hpp"
+#include "server/programs/vertex_colors.hpp"
 
 namespace multitetra {
 namespace {
@@ -126,9 +127,9 @@ bool has_report(const ExtractSeriesArguments& arguments) {
 }
 
 // Checks and measures a mesh, and makes its output. Adds notices that name the surface.
-void check(ExtractedSurface& one, const Simplified& simplified,
-           const ExtractSeriesArguments& arguments, const SurfaceArguments& surface,
-           const IsosurfaceRequest& request, Notices& notices) {
+void check(ExtractedSurface& one, Simplified simplified, const ExtractSeriesArguments& arguments,
+           const SurfaceArguments& surface, const IsosurfaceRequest& request,
+           const VertexColors& colors, Notices& notices) {
   const auto add_notice = [&](const std::string& text) {
     notices.add("\"" + surface_name(*one.info).text + "\"" + text);
   };
@@ -146,7 +147,9 @@ void check(ExtractedSurface& one, const Simplified& simplified,
       add_notice(": " + text);
     }
   }
+  colors.add_scalars(simplified.mesh, *one.info, notices, arguments.quiet);
   one.output = output_surface(simplified.mesh, surface, *one.info);
+  colors.paint(one.output.mesh);
   if (is_for_printing) {
     notices.add(printing_notices(one.file, one.output, measured.self_intersecting.value_or(0)));
   }
@@ -158,13 +161,16 @@ void check(ExtractedSurface& one, const Simplified& simplified,
 }
 
 void write_report(const ExtractSeriesArguments& arguments, const IsosurfaceRequest& request,
-                  const Progress& progress, const Notices& notices,
+                  const VertexColors& colors, const Progress& progress, const Notices& notices,
                   const std::vector<ExtractedSurface>& surfaces) {
   Json report = {{"parameters", multitetra::json_of(request)},
                  {"seconds", progress.seconds()},
                  {"notices", notices.texts()},
                  {"surfaces", Json::array()}};
-  for (const ExtractedSurface& one : surfaces) report["surfaces"].push_back(json_of(one));
+  for (const ExtractedSurface& one : surfaces) {
+    report["surfaces"].push_back(json_of(one));
+    colors.describe(report["surfaces"].back());
+  }
   if (!arguments.report.empty()) write_file(arguments.report, text_of(report));
   if (arguments.json) std::cout << text_of(report);
 }
@@ -179,6 +185,7 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
   const Result<IsosurfaceRequest> request = request_of(surface, first);
   if (!request) throw std::invalid_argument(request.error().text);
   require_folder_request(*request);
+  const VertexColors colors(surface);
   std::vector<const DatasetInfo*> infos;
   for (const DatasetPtr& dataset : datasets) infos.push_back(&dataset->info);
   std::vector<ExtractedSurface> surfaces(datasets.size());
@@ -200,22 +207,22 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
   progress.begin("checks");
   for (std::size_t i = 0; i < datasets.size(); ++i) {
     surfaces[i].common_triangles = extracted.common_triangles[i];
-    const Simplified simplified = std::move(extracted.surfaces[i]);
-    check(surfaces[i], simplified, arguments, surface, *request, notices);
+    check(surfaces[i], std::move(extracted.surfaces[i]), arguments, surface, *request, colors,
+          notices);
   }
   const bool is_empty = std::all_of(surfaces.begin(), surfaces.end(),
                                     [](const auto& one) { return one.output.components == 0; });
   if (is_empty && !surface.allow_empty) {
     progress.finish();
     for (ExtractedSurface& one : surfaces) one.file.clear();  // Not written.
-    write_report(arguments, *request, progress, notices, surfaces);
+    write_report(arguments, *request, colors, progress, notices, surfaces);
     throw ExitError(kEmptySurface, not_written_text(arguments.output));
   }
   progress.begin("files");
   write_meshes(arguments, surfaces, surface, notices);
   progress.finish();
 
-  write_report(arguments, *request, progress, notices, surfaces);
+  write_report(arguments, *request, colors, progress, notices, surfaces);
   if (!arguments.json && !arguments.quiet) {
     for (const ExtractedSurface& one : surfaces) print_facts(one);
   }

@@ -275,7 +275,9 @@ def zarr(name, axes, scale, shape, samples, more):
     (folder / "0" / ".".join("0" for _ in shape)).write_bytes(samples)
 space = [{"name": n, "type": "space", "unit": "micrometer"} for n in "zyx"]
 zarr("cells.zarr", [{"name": "t", "type": "time", "unit": "second"}, {"name": "c", "type": "channel"}] + space,
-     [0.5, 1, 1, 1, 1], [2, 2, 3, 4, 5], bytes(range(240)), {"omero": {"channels": [{"label": "DNA", "color": "0000FF"}, {"label": "actin"}]}})
+     [0.5, 1, 1, 1, 1], [2, 2, 3, 4, 5], bytes(range(240)), {"omero": {"channels": [
+         {"label": "DNA", "color": "0000FF", "window": {"start": 10, "end": 200, "min": 0, "max": 255}},
+         {"label": "actin", "window": {"start": 9, "end": 9}}]}})
 zarr("nuclei.zarr", space, [1, 1, 1], [3, 4, 5], bytes(i % 3 for i in range(60)),
      {"image-label": {"version": "0.4", "colors": [{"label-value": 1, "rgba": [255, 0, 16, 255]}],
                       "properties": [{"label-value": 2, "class": "nucleus"}]}})
@@ -346,6 +348,29 @@ assert [one["color_by"] for one in surfaces] == [f"run.hot_cold.t000{time}" for 
 assert len({tuple(one["color_range"]) for one in surfaces}) == 1, surfaces
 assert len({one["parameters"]["isovalue"] for one in surfaces}) == 1, surfaces
 EOPY
+# extract colors by another dataset as fetch does: the same vertices, values and colors.
+"$client" fetch --server "$url" --dataset run.pressure.t0001 --error 0.5 --color-by run.hot_cold.t0001 --color-range -30,10 -o fetched.ply --quiet
+ends 0 "Colors between vertices may be off by up to" "$server" extract run/run.pressure.t0001.mtd --error 0.5 \
+  --color-by run/run.hot_cold.t0001.mtd --color-range -30,10 -o extracted.ply --report extracted.json
+python3 - <<'EOPY'
+import json, struct
+def vertices(path):
+    head, _, body = open(path, "rb").read().partition(b"end_header\n")
+    part = head.decode().split("element face")[0]
+    count = int(part.split("element vertex ")[1].split()[0])
+    properties = [line.split()[1:] for line in part.splitlines() if line.startswith("property")]
+    form = "<" + "".join({"float": "f", "double": "d", "uchar": "B"}[kind] for kind, _ in properties)
+    size = struct.calcsize(form)
+    return [name for _, name in properties], sorted(struct.unpack_from(form, body, i * size) for i in range(count))
+names, fetched = vertices("fetched.ply")
+assert "scalar" in names and "red" in names, names
+assert (names, fetched) == vertices("extracted.ply"), (names, vertices("extracted.ply")[0])
+report = json.load(open("extracted.json"))
+assert (report["color_by"], report["color_range"]) == ("run.hot_cold.t0001", [-30, 10]), report
+EOPY
+ends 2 "need color_by" "$server" extract run/run.pressure.t0001.mtd --color-range 1,2 -o x.ply
+"$server" extract organs --color-by whole.mtd -o colored.glb --quiet
+grep -aq COLOR_0 colored.glb || fail "the surfaces of a folder are not colored"
 ends 2 "has several fields, and isovalues are for one. Choose one with --dataset: \"run.hot_cold\"" "$client" fetch --server "$url" --dataset run --isovalue 1 -o x.ply
 ends_well runs "$pid"
 sed 's/TimeValue/other/' in/run_9.vti >in/run_11.vti
@@ -361,6 +386,11 @@ ends 0 "arrays, 'pressure' is used" "$server" prepare in/run_2.vti -o one_array.
 says one_time/run_2.pressure.mtd '"run_2", field pressure'
 
 ends 0 "4 members, 0 failed" "$server" prepare in/cells.zarr --all-times --field all -o cells
+grep -qF 'the window of channel 1 from 9 to 9 is ignored' out || fail "an empty window without a notice: $(cat out)"
+says cells/cells.DNA.t0001.mtd '10 to 200'
+ends 2 "color_anyway" "$server" extract beat/beat.t0000.mtd --isovalue 0.5 --color-by cells/cells.DNA.t0000.mtd -o x.ply
+"$server" info cells/cells.DNA.t0001.mtd --json | tr -d ' \n' | grep -qF '"display_window":[10.0,200.0]' || fail "the display window is not in the report"
+"$server" info cells/cells.actin.t0001.mtd --json | tr -d ' \n' | grep -qF '"display_window":null' || fail "an empty display window is taken"
 says cells/cells.actin.t0001.mtd '"cells", field actin, time 0.5 s'
 says cells/cells.DNA.t0000.mtd '"cells", field DNA, time 0 s, #0000ff'
 ends 0 "2 members, 0 failed" "$server" prepare in/nuclei.zarr --label all -o nuclei

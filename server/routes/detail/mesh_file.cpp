@@ -11,6 +11,7 @@
 #include "common/mesh/components.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/mesh/mesh_measures.hpp"
+#include "common/request/painted_mesh.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/scene_file.hpp"
 
@@ -103,12 +104,7 @@ PositionedMesh painted(const LatticeMesh& mesh, const std::optional<ScalarRange>
                        const DatasetInfo& info, const MeshForm& form) {
   PositionedMesh placed =
       positioned(mesh, form.is_in_world ? grid_to_world(info) : grid_to_index(info));
-  if (scalars) {
-    ColorScale scale = form.colors;
-    scale.low = scalars->low;
-    scale.high = scalars->high;
-    placed.colors = colors_of(placed.scalars, scale);
-  }
+  paint(placed, scalars, form.colors);
   return placed;
 }
 
