@@ -143,7 +143,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   begin("full surface");
   Certificate certificate;
   certificate.grid = grid_info(volume, options.outside, options.margin);
-  certificate.is_topology_required = !options.any_topology;
+  certificate.is_topology_required = !options.any_topology && !options.within;
   const Field field(volume, options.outside, options.margin);
   const WeldedMesh own = welded(mesh);
   const double voxel = voxel_length(certificate.grid);
@@ -184,10 +184,14 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   begin("distances");
   DistanceSearch search{.samples = options.samples, .tolerance = kTolerance * voxel};
   if (options.error) search.limit = allowed;
-  certificate.distance = two_sided_distance(own.mesh, reference.mesh, search);
+  if (options.within && clipped(own.mesh, *options.within).triangles.empty() &&
+      clipped(reference.mesh, *options.within).triangles.empty()) {
+    throw std::invalid_argument("--box: neither surface has a part inside this box.");
+  }
+  certificate.distance = two_sided_distance(own.mesh, reference.mesh, search, options.within);
   if (search.limit) certificate.error = verdict(certificate, *search.limit);
   const bool is_mesh_near = certificate.distance.mesh_to_reference.maximum <= allowed;
-  if (!certificate.passes() && is_mesh_near) {
+  if (!certificate.passes() && is_mesh_near && !options.within) {
     certificate.missing = missing_components(reference, own.mesh, components, allowed);
   }
   if (options.count_self_intersections) {

@@ -12,6 +12,7 @@
 
 #include "common/dataset/dataset_info.hpp"
 #include "common/mesh/mesh_checks.hpp"
+#include "server/certify/clipped_mesh.hpp"
 #include "server/certify/self_intersections.hpp"
 #include "server/certify/triangle_mesh.hpp"
 #include "server/certify/two_sided_distance.hpp"
@@ -31,6 +32,8 @@ struct CertifyOptions {
   // to be missing. Those that the error may have moved across this limit may be present or missing.
   double min_component = 0;
   bool count_self_intersections = false;
+  // Compares only what is inside this box, and the topology nowhere.
+  std::optional<PlacedBox> within = std::nullopt;
   // The value beyond the data; absent means void.
   std::optional<double> outside = std::nullopt;
   // Grid steps around the data.
@@ -109,7 +112,8 @@ struct Certificate {
 };
 
 // Compares `mesh`, in the volume's world coordinates, with the volume, on all threads of oneTBB.
-// Throws std::invalid_argument if the volume exceeds the largest grid.
+// Throws std::invalid_argument if the volume exceeds the largest grid, or neither surface has a
+// part within the box.
 [[nodiscard]] Certificate certify(const TriangleMesh& mesh, const Volume& volume,
                                   const CertifyOptions& options);
 

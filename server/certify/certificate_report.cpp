@@ -74,6 +74,7 @@ std::string error_line(const Certificate& certificate, const CertifyOptions& opt
 }
 
 std::string topology_line(const Certificate& certificate, const CertifyOptions& options) {
+  if (options.within) return "not compared: only distances inside the box are";
   const bool is_kept = certificate.keeps_topology();
   if (!certificate.is_topology_required) {
     return std::string(is_kept ? "that of the full surface" : "different from the full surface") +
@@ -237,6 +238,12 @@ Json missing_json(const Certificate& certificate) {
           {"min_component", value_or_null(missing.min_component)}};
 }
 
+// In the coordinates of the mesh file.
+Json box_json(const CertifyOptions& options) {
+  if (!options.within) return nullptr;
+  return Json::array({options.within->box.low, options.within->box.high});
+}
+
 const char* headline(const Certificate& certificate) {
   if (!certificate.passes()) return "NOT certified: ";
   return certificate.error == ErrorVerdict::kUndecided ? "Kept where measured, not proven between: "
@@ -295,6 +302,7 @@ Json json_of(const Certificate& certificate, const CertifiedFiles& files,
                {"full_surface", std::move(reference)},
                {"missing_components", missing_json(certificate)},
                {"min_component", options.min_component},
+               {"box", box_json(options)},
                {"self_intersections", nullptr}};
   if (certificate.self_intersections) {
     const SelfIntersections& found = *certificate.self_intersections;

@@ -221,7 +221,16 @@ SurfaceDistance one_sided(const TriangleMesh& mesh, std::span<const SurfaceTrian
 }  // namespace
 
 TwoSidedDistance two_sided_distance(const TriangleMesh& mesh, const TriangleMesh& reference,
-                                    const DistanceSearch& search) {
+                                    const DistanceSearch& search,
+                                    const std::optional<PlacedBox>& within) {
+  if (within) {
+    const auto part_from = [&](const TriangleMesh& whole, const TriangleMesh& other) {
+      const TriangleMesh part = clipped(whole, *within);
+      return one_sided(part, triangles_of(part), NearestTriangle(triangles_of(other)), search);
+    };
+    return {.mesh_to_reference = part_from(mesh, reference),
+            .reference_to_mesh = part_from(reference, mesh)};
+  }
   const std::vector<SurfaceTriangle> of_mesh = triangles_of(mesh);
   const std::vector<SurfaceTriangle> of_reference = triangles_of(reference);
   TwoSidedDistance result;

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "server/certify/clipped_mesh.hpp"
 #include "server/certify/triangle_mesh.hpp"
 
 namespace multitetra {
@@ -46,9 +47,11 @@ struct TwoSidedDistance {
 };
 
 // Returns the same result for any number of threads. Requires welded meshes, or ones from
-// reference_surface().
+// reference_surface(). With `within`, measures only the parts of both surfaces inside the box, from
+// the whole other surface; both distances are 0, with no samples, if there are none.
 [[nodiscard]] TwoSidedDistance two_sided_distance(const TriangleMesh& mesh,
                                                   const TriangleMesh& reference,
-                                                  const DistanceSearch& search);
+                                                  const DistanceSearch& search,
+                                                  const std::optional<PlacedBox>& within = {});
 
 }  // namespace multitetra

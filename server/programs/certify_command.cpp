@@ -4,6 +4,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -33,7 +34,8 @@ struct CertifyArguments {
   std::optional<double> min_component;
   bool any_topology = false;
   bool self_intersections = false;
-  std::string outside;  // Empty: not given.
+  std::vector<double> box;  // X0,Y0,Z0,X1,Y1,Z1; empty: everywhere.
+  std::string outside;      // Empty: not given.
   std::optional<int> margin;
   std::string coordinates = "world";
   std::string space = "native";
@@ -66,6 +68,21 @@ Affine mesh_to_world(const CertifyArguments& arguments, const Volume& volume) {
   }
   for (std::size_t axis = 0; axis < 2; ++axis) map.columns[axis][axis] = -arguments.scale;
   return map;
+}
+
+// Returns the box of --box, in coordinates that `mesh_to_world` maps.
+std::optional<PlacedBox> box_of(const CertifyArguments& arguments, const Affine& mesh_to_world) {
+  if (arguments.box.empty()) return std::nullopt;
+  PlacedBox placed{.box = {}, .world_to_box = inverse(mesh_to_world)};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    placed.box.low[axis] = arguments.box[axis];
+    placed.box.high[axis] = arguments.box[axis + 3];
+    if (placed.box.low[axis] < placed.box.high[axis]) continue;
+    throw std::invalid_argument(
+        std::string("--box: its low corner must be below its high corner along ") + "xyz"[axis] +
+        ".");
+  }
+  return placed;
 }
 
 bool is_dataset(const std::string& place) { return place.ends_with(".mtd"); }
@@ -110,6 +127,7 @@ int run_certify(const CertifyArguments& arguments) {
   progress.begin("volume");
   const Volume volume = volume_of(arguments, options, progress);
   const Affine map = mesh_to_world(arguments, volume);
+  options.within = box_of(arguments, map);
   for (Vec3& vertex : mesh.vertices) vertex = map(vertex);
   if (arguments.error) {
     const double voxel = *std::min_element(volume.spacing.begin(), volume.spacing.end());
@@ -178,6 +196,14 @@ void add_certify_command(Command& program, Run& run) {
   command->add_flag("--json", a->json, "Print a JSON report");
   command->add_flag("--quiet", a->quiet, "Print errors and notices about the data only");
   command->begin_group("Coordinates");
+  command
+      ->add_option(
+          "--box", a->box,
+          "Compare only distances inside this box, not the topology: of a mesh that was cut "
+          "at it, or has a smaller error there; low corner first, in the mesh's coordinates")
+      ->delimiter(',')
+      ->expected(6)
+      ->type_name("X0,Y0,Z0,X1,Y1,Z1");
   command
       ->add_option("--outside", a->outside,
                    "Value beyond the data, as in `prepare`, or void; default: void")

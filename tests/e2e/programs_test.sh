@@ -72,6 +72,9 @@ ends 3 "NOT KEPT" certify sphere.ply --error 1
 certify sphere.ply --any-topology >/dev/null || fail "another topology is refused though it is allowed"
 ends 1 "mesh.xyz" certify mesh.xyz
 ends 1 "nowhere.nrrd" "$server" certify smooth.ply --volume nowhere.nrrd --isovalue 1
+certify smooth.ply --error 0.5 --box 0,0,0,8,8,8 --json >boxed.json || fail "smooth.ply is not certified inside a box"
+ends 2 "--box" certify smooth.ply --box 0,0,0,8,8,0
+ends 2 "neither surface has a part inside" certify smooth.ply --box -90,-90,-90,-80,-80,-80
 ends 3 "NOT KEPT" certify smooth.ply --space ras --error 0.5
 ends 2 "--space" certify smooth.ply --coordinates index --space ras
 ends 2 "--isovalue" "$server" certify smooth.ply --volume smooth.nrrd

@@ -163,6 +163,67 @@ TEST_F(CertificateErrors, SuggestsTheDatasetWhenVerticesLieBeyondTheSamples) {
   EXPECT_EQ(report(same).find("DATASET.mtd"), std::string::npos) << report(same);
 }
 
+// ---- inside a box
+
+// A mesh that is precise in a corner only, as with a region of a smaller error.
+TEST_F(CertificateErrors, ComparesInsideABoxOnly) {
+  const BoxShape corner{.low = {4, 4, 4}, .high = {11, 12, 13}};
+  IsosurfaceRequest request{.isovalue = 0.1, .error = 4};
+  request.thresholds.coordinates = CoordinateSystem::kIndex;
+  request.thresholds.regions = {{.shape = corner, .threshold = 0.25}};
+  const TriangleMesh mesh = extracted(dataset_, request);
+  CertifyOptions options{.error = 0.25, .lattice = 5};
+  EXPECT_EQ(certified(mesh, options).error, ErrorVerdict::kExceeded);
+  options.within = PlacedBox{.box = corner};
+  EXPECT_EQ(certified(mesh, options).error, ErrorVerdict::kProven);
+  EXPECT_TRUE(certified(mesh, options).passes());
+  options.within->box.high = {20, 20, 20};
+  EXPECT_EQ(certified(mesh, options).error, ErrorVerdict::kExceeded);
+}
+
+TEST_F(CertificateErrors, CutsTheFullSurfaceAtTheBoxOfACutMesh) {
+  const PlacedBox box{.box = {.low = {4.3, 4, 4}, .high = {14, 15.2, 13}}};
+  const TriangleMesh mesh = clipped(surface(0), box);
+  CertifyOptions options{.error = 0.1, .lattice = 5};
+  EXPECT_EQ(certified(mesh, options).error, ErrorVerdict::kExceeded);
+  options.within = box;
+  const Certificate certificate = certified(mesh, options);
+  EXPECT_TRUE(certificate.passes());
+  EXPECT_LT(certificate.maximum_at_most(), 0.2);
+  const auto json = json_of(certificate, {}, options);
+  EXPECT_EQ(json["box"], nlohmann::ordered_json({{4.3, 4.0, 4.0}, {14.0, 15.2, 13.0}}));
+  // A hole inside the box is found.
+  TriangleMesh torn = mesh;
+  torn.triangles.resize(torn.triangles.size() / 2);
+  EXPECT_EQ(certified(torn, options).error, ErrorVerdict::kExceeded);
+}
+
+TEST_F(CertificateErrors, RefusesABoxWithoutASurface) {
+  CertifyOptions options = half_;
+  options.within = PlacedBox{.box = {.low = {100, 100, 100}, .high = {200, 200, 200}}};
+  EXPECT_THROW((void)certified(surface(0.5), options), std::invalid_argument);
+}
+
+TEST(ClippedMesh, HasTheAreaInsideTheBox) {
+  // A square of side 10, whose middle is in a turned and scaled box.
+  const TriangleMesh square{.vertices = {{0, 0, 5}, {10, 0, 5}, {10, 10, 5}, {0, 10, 5}},
+                            .triangles = {{0, 1, 2}, {0, 2, 3}}};
+  const Affine turned{.columns = {Vec3{0, 2, 0}, {2, 0, 0}, {0, 0, 2}}, .translation = {0, 0, 0}};
+  const TriangleMesh part =
+      clipped(square, {.box = {.low = {4, 6, 0}, .high = {16, 12, 20}}, .world_to_box = turned});
+  double area = 0;
+  for (const SurfaceTriangle& t : triangles_of(part)) {
+    area += length(cross(difference(t[1], t[0]), difference(t[2], t[0]))) / 2;
+  }
+  EXPECT_NEAR(area, 3 * 6, 1e-9);
+  for (const Vec3& vertex : part.vertices) {
+    EXPECT_GE(vertex[0], 3 - 1e-9);
+    EXPECT_LE(vertex[0], 6 + 1e-9);
+  }
+  EXPECT_EQ(clipped(square, {.box = {.low = {-1, -1, -1}, .high = {11, 11, 11}}}).triangles,
+            square.triangles);
+}
+
 // ---- measurements
 
 Volume two_balls() {
