@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Rows and slices are shifted: no two axes are at right angles.
-constexpr std::array<std::int32_t, 3> kDims = {40, 36, 20};
+constexpr std::array<std::int32_t, 3> kShearedDims = {40, 36, 20};
 const Affine kSheared = {.columns = {Vec3{1, 0, 0}, Vec3{0.2, 1.1, 0}, Vec3{-0.15, 0.6, 2}},
                          .translation = {5, -7, 11}};
 const Vec3 kMiddle = kSheared({19.5, 17.5, 9.5});
@@ -43,9 +43,9 @@ class ResampledVolumes : public ::testing::Test {
                         "\ndimension: 3\nsizes: 40 36 20\nspace: LPS\nendian: little\n"
                         "encoding: raw\nspace directions: (1,0,0) (0.2,1.1,0) (-0.15,0.6,2)\n"
                         "space origin: (5,-7,11)\n\n";
-    for (double z = 0; z < kDims[2]; ++z) {
-      for (double y = 0; y < kDims[1]; ++y) {
-        for (double x = 0; x < kDims[0]; ++x) {
+    for (double z = 0; z < kShearedDims[2]; ++z) {
+      for (double y = 0; y < kShearedDims[1]; ++y) {
+        for (double x = 0; x < kShearedDims[0]; ++x) {
           const auto value = static_cast<T>(value_at(kSheared({x, y, z})));
           bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
         }
