@@ -338,7 +338,7 @@ void LoadSession::note_tile(const Tile& tile) {
 
 void LoadSession::take_progress(const StreamProgress& progress) {
   RunningStream& stream = *stream_;
-  if (const auto* step = std::get_if<StepIsWhole>(&progress)) {
+  if (const auto* step = std::get_if<WholeStep>(&progress)) {
     ++statistics_.steps;
     if (!stream.has_step) statistics_.first_step.add(seconds_since(stream.requested));
     stream.has_step = true;

@@ -23,7 +23,7 @@ Result<StreamProgress> StreamChecks::receive(StreamValidator& validator,
   if (!accepted) return tl::unexpected(accepted.error());
   if (!*accepted) return StreamProgress{};
   if (const auto* end = std::get_if<StepEnd>(&message)) {
-    return StepIsWhole{validator.step(), end->digest};
+    return WholeStep{validator.step(), end->digest};
   }
   if (const auto* end = std::get_if<StreamEnd>(&message)) return *end;
   if (const auto* reply = std::get_if<ErrorReply>(&message)) return Refusal{reply->error};
@@ -45,7 +45,7 @@ Result<StreamProgress> StreamChecks::receive(Assembler& assembler, const ServerM
   tiles_decoded_ += assembler.held().size() - before;
   if (!progress) return tl::unexpected(progress.error());
   if (const auto* step = std::get_if<CommittedStepPtr>(&*progress)) {
-    return StepIsWhole{(*step)->begin, (*step)->end.digest};
+    return WholeStep{(*step)->begin, (*step)->end.digest};
   }
   if (const auto* end = std::get_if<StreamEnd>(&*progress)) return *end;
   if (const auto* refusal = std::get_if<Refusal>(&*progress)) return *refusal;

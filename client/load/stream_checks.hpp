@@ -14,11 +14,11 @@
 namespace multitetra {
 
 // A step is complete.
-struct StepIsWhole {
+struct WholeStep {
   StepBegin begin;
   ContentDigest digest;
 };
-using StreamProgress = std::variant<std::monostate, StepIsWhole, StreamEnd, Refusal>;
+using StreamProgress = std::variant<std::monostate, WholeStep, StreamEnd, Refusal>;
 
 class StreamChecks {
  public:

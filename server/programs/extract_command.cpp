@@ -110,8 +110,8 @@ WrittenModel write_model(const ExtractArguments& arguments, const ReferenceModel
 }
 
 // Makes the final step that a server would send for a request with a budget.
-StepResult affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
-                      const IsosurfaceRequest& requested) {
+MadeStep affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
+                    const IsosurfaceRequest& requested) {
   auto made = make_next_step(ExtractedSurfaces(extractor),
                              {.request = requested, .steps = StepPolicy::kFinalOnly}, {},
                              {.as_meshes = true});
@@ -120,8 +120,8 @@ StepResult affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
 }
 
 // Returns the tiles of a step, decoding them if necessary.
-TiledSurface surface_of(const StepResult& made) {
-  const TiledStep& step = made.encoded;
+TiledSurface surface_of(const MadeStep& made) {
+  const StepTiles& step = made.encoded;
   TiledSurface surface{
       .tetrahedra = step.tetrahedra, .active_tetrahedra = step.active_tetrahedra, .tiles = {}};
   for (std::size_t i = 0; i < step.tiles.size(); ++i) {
@@ -201,7 +201,7 @@ Extraction extracted(const ExtractArguments& arguments, const std::string& file,
   }
   notices.add(request_notices(requested, info));
   progress.begin("surface");
-  std::optional<StepResult> within_budget;
+  std::optional<MadeStep> within_budget;
   if (has_budget(requested)) within_budget = affordable(extractor, requested);
   IsosurfaceRequest request = within_budget ? within_budget->step.request : requested;
   notices.add(request_notices(request, info));

@@ -56,7 +56,7 @@ std::vector<EncodedTile> encode(const TiledSurface& surface, const Shading& shad
 }
 
 // Adds the tiles as meshes, without payloads, on all threads.
-void add_meshes(TiledStep& step, TiledSurface surface, const Shading& shading,
+void add_meshes(StepTiles& step, TiledSurface surface, const Shading& shading,
                 const std::stop_token& stop) {
   step.tiles.resize(surface.tiles.size());
   step.meshes.resize(surface.tiles.size());
@@ -85,14 +85,14 @@ ExtractedSurfaces::ExtractedSurfaces(std::shared_ptr<const SurfaceExtractor> ext
 
 const DatasetInfo& ExtractedSurfaces::info() const { return extractor_->dataset().info; }
 
-TiledStep ExtractedSurfaces::make(const StepRequest& step, std::stop_token stop) const {
+StepTiles ExtractedSurfaces::make(const StepRequest& step, std::stop_token stop) const {
   const std::string key = key_of(step, info());
   if (!step.shell) {
     return cache_->get(key, stop, [&](const std::stop_token& all_stop) {
       return extract(step, TileForm::kEncoded, all_stop);
     });
   }
-  TiledStep made = cache_->get(key, stop, [&](const std::stop_token& all_stop) {
+  StepTiles made = cache_->get(key, stop, [&](const std::stop_token& all_stop) {
     return extract_in_shells(step, all_stop);
   });
   // The cached step is in another order, as importance depends on the request.
@@ -100,10 +100,10 @@ TiledStep ExtractedSurfaces::make(const StepRequest& step, std::stop_token stop)
   return made;
 }
 
-TiledStep ExtractedSurfaces::extract_in_shells(const StepRequest& step,
+StepTiles ExtractedSurfaces::extract_in_shells(const StepRequest& step,
                                                const std::stop_token& stop) const {
   const Clock::time_point start = Clock::now();
-  TiledStep made{.tiles = extract_shells(extractor_->dataset(), level_of(step), stop),
+  StepTiles made{.tiles = extract_shells(extractor_->dataset(), level_of(step), stop),
                  .appearance = kShellAppearance,
                  .dataset = info().name,
                  .is_in_shells = true};
@@ -111,7 +111,7 @@ TiledStep ExtractedSurfaces::extract_in_shells(const StepRequest& step,
   return made;
 }
 
-TiledStep ExtractedSurfaces::make_meshes(const StepRequest& step, std::stop_token stop) const {
+StepTiles ExtractedSurfaces::make_meshes(const StepRequest& step, std::stop_token stop) const {
   if (is_cached(step)) return make(step, std::move(stop));
   return meshes_.get(key_of(step, info()), stop, [&](const std::stop_token& all_stop) {
     return extract(step, TileForm::kMesh, all_stop);
@@ -122,12 +122,12 @@ bool ExtractedSurfaces::is_cached(const StepRequest& step) const {
   return cache_->is_cached(key_of(step, info()));
 }
 
-TiledStep ExtractedSurfaces::extract(const StepRequest& step, TileForm form,
+StepTiles ExtractedSurfaces::extract(const StepRequest& step, TileForm form,
                                      const std::stop_token& stop) const {
   const Clock::time_point start = Clock::now();
   const ResolvedStep spec = resolved_step(step, info(), stop);
   const Shading shading(extractor_->dataset(), step);
-  TiledStep made{.tiles = {}, .appearance = shading.appearance(), .dataset = info().name};
+  StepTiles made{.tiles = {}, .appearance = shading.appearance(), .dataset = info().name};
   const auto encoded = [&](const TiledSurface& surface) {
     return encode(surface, shading, info().name, cache_->tiles(), stop);
   };
@@ -160,7 +160,7 @@ TiledStep ExtractedSurfaces::extract(const StepRequest& step, TileForm form,
   return made;
 }
 
-void ExtractedSurfaces::record_costs(const StepRequest& step, const TiledStep& made,
+void ExtractedSurfaces::record_costs(const StepRequest& step, const StepTiles& made,
                                      Clock::time_point start) const {
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   const std::lock_guard lock(costs_mutex_);

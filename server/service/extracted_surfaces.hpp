@@ -22,10 +22,10 @@ class ExtractedSurfaces : public SurfaceProvider {
                              std::shared_ptr<SurfaceCache> cache = nullptr);
 
   [[nodiscard]] const DatasetInfo& info() const override;
-  [[nodiscard]] TiledStep make(const StepRequest& step, std::stop_token stop) const override;
+  [[nodiscard]] StepTiles make(const StepRequest& step, std::stop_token stop) const override;
   // Does not cache the meshes; returns encoded tiles if the cache has them. Concurrent equal
   // requests share one extraction.
-  [[nodiscard]] TiledStep make_meshes(const StepRequest& step, std::stop_token stop) const override;
+  [[nodiscard]] StepTiles make_meshes(const StepRequest& step, std::stop_token stop) const override;
   [[nodiscard]] bool is_cached(const StepRequest& step) const override;
   [[nodiscard]] SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
   [[nodiscard]] CostEstimates costs() const override;
@@ -33,16 +33,16 @@ class ExtractedSurfaces : public SurfaceProvider {
 
  private:
   enum class TileForm { kEncoded, kMesh };
-  [[nodiscard]] TiledStep extract(const StepRequest& step, TileForm form,
+  [[nodiscard]] StepTiles extract(const StepRequest& step, TileForm form,
                                   const std::stop_token& stop) const;
-  [[nodiscard]] TiledStep extract_in_shells(const StepRequest& step,
+  [[nodiscard]] StepTiles extract_in_shells(const StepRequest& step,
                                             const std::stop_token& stop) const;
   using Clock = std::chrono::steady_clock;
-  void record_costs(const StepRequest& step, const TiledStep& made, Clock::time_point start) const;
+  void record_costs(const StepRequest& step, const StepTiles& made, Clock::time_point start) const;
 
   std::shared_ptr<const SurfaceExtractor> extractor_;
   std::shared_ptr<SurfaceCache> cache_;
-  mutable SingleFlight<std::string, TiledStep> meshes_;
+  mutable SingleFlight<std::string, StepTiles> meshes_;
   mutable std::mutex costs_mutex_;
   mutable MeasuredCosts costs_;  // Guarded by costs_mutex_.
 };

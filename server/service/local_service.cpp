@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/in_parallel.hpp"
 #include "common/net/coroutines.hpp"
 #include "server/operations/deadline.hpp"
 #include "server/service/detail/worker_jobs.hpp"
@@ -63,7 +62,7 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
   [[nodiscard]] StepLimits step_limits() const;
   // Starts the time limit of a step when a worker begins it.
   void step_begins(const StreamPtr& stream);
-  void steps_made(const StreamPtr& stream, Result<std::vector<StepResult>> steps, double seconds);
+  void steps_made(const StreamPtr& stream, Result<std::vector<MadeStep>> steps, double seconds);
 
   LocalService& service_;
   std::uint64_t queue_number_;
@@ -108,7 +107,7 @@ class LocalCaller::Stream : public ProgressiveStream {
   }
   // Fails before the client has received anything of the stream.
   void refuse(Error error) { messages.fail(std::move(error)); }
-  void supply(std::vector<StepResult> steps, double seconds) {
+  void supply(std::vector<MadeStep> steps, double seconds) {
     if (action.further.empty()) {
       messages.supply(std::move(steps.front()), seconds);
     } else {
@@ -200,7 +199,7 @@ void LocalCaller::make_next_step() {
     multitetra::post(
         executor,
         [self = std::move(self), stream = std::move(stream),
-         made = std::make_shared<Result<std::vector<StepResult>>>(std::move(made)),
+         made = std::make_shared<Result<std::vector<MadeStep>>>(std::move(made)),
          seconds = seconds_since(start)] { self->steps_made(stream, std::move(*made), seconds); });
   };
   const StartStream& action = stream_->action;
@@ -218,7 +217,7 @@ void LocalCaller::step_begins(const StreamPtr& stream) {
   stream->worker.set(std::chrono::duration_cast<Clock::duration>(left));
 }
 
-void LocalCaller::steps_made(const StreamPtr& stream, Result<std::vector<StepResult>> steps,
+void LocalCaller::steps_made(const StreamPtr& stream, Result<std::vector<MadeStep>> steps,
                              double seconds) {
   is_making_ = false;
   stream->worker.clear();
@@ -233,7 +232,7 @@ void LocalCaller::steps_made(const StreamPtr& stream, Result<std::vector<StepRes
     return;
   }
   std::size_t bytes = 0;
-  for (const StepResult& step : *steps) {
+  for (const MadeStep& step : *steps) {
     bytes += static_cast<std::size_t>(size_of(step.encoded).bytes) + bytes_of(step.scalars);
   }
   auto reservation = client()->reserve(bytes);

@@ -4,10 +4,10 @@
 
 namespace multitetra {
 
-TiledStep SurfaceCache::get(const std::string& key, const std::stop_token& stop, const Make& make) {
+StepTiles SurfaceCache::get(const std::string& key, const std::stop_token& stop, const Make& make) {
   if (auto step = find_cached(key)) return *std::move(step);
   return flights_.get(key, stop, [&](const std::stop_token& all_stop) {
-    TiledStep step = make(all_stop);
+    StepTiles step = make(all_stop);
     add(key, step);
     return step;
   });
@@ -19,7 +19,7 @@ bool SurfaceCache::is_cached(const std::string& key) {
   return found != nullptr && tiles_.has_all(found->tiles);
 }
 
-std::optional<TiledStep> SurfaceCache::find_cached(const std::string& key) {
+std::optional<StepTiles> SurfaceCache::find_cached(const std::string& key) {
   Outline outline;
   {
     const std::lock_guard lock(mutex_);
@@ -27,7 +27,7 @@ std::optional<TiledStep> SurfaceCache::find_cached(const std::string& key) {
     if (found == nullptr) return std::nullopt;
     outline = *found;
   }
-  TiledStep step = std::move(outline.step);
+  StepTiles step = std::move(outline.step);
   step.tiles.reserve(outline.tiles.size());
   for (const TileKey& tile : outline.tiles) {
     auto found = tiles_.find(tile);
@@ -37,7 +37,7 @@ std::optional<TiledStep> SurfaceCache::find_cached(const std::string& key) {
   return step;
 }
 
-void SurfaceCache::add(const std::string& key, const TiledStep& step) {
+void SurfaceCache::add(const std::string& key, const StepTiles& step) {
   Outline outline{.step = step, .tiles = {}};
   outline.step.tiles = {};
   outline.step.meshes = {};

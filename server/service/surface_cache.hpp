@@ -26,11 +26,11 @@ class SurfaceCache {
   explicit SurfaceCache(std::size_t capacity)
       : tiles_(capacity - capacity / 16), outlines_(capacity / 16) {}
 
-  using Make = std::function<TiledStep(std::stop_token)>;
+  using Make = std::function<StepTiles(std::stop_token)>;
   // Returns the step of that key, calling `make` unless it is cached or being made. A key must
   // always identify the same step. Throws what `make` throws, and Cancelled soon after `stop` is
   // triggered.
-  [[nodiscard]] TiledStep get(const std::string& key, const std::stop_token& stop,
+  [[nodiscard]] StepTiles get(const std::string& key, const std::stop_token& stop,
                               const Make& make);
 
   // Returns whether get() would find the step in the cache.
@@ -40,14 +40,14 @@ class SurfaceCache {
 
  private:
   struct Outline {
-    TiledStep step;  // Its tiles and meshes are empty.
+    StepTiles step;  // Its tiles and meshes are empty.
     std::vector<TileKey> tiles;
   };
-  [[nodiscard]] std::optional<TiledStep> find_cached(const std::string& key);
-  void add(const std::string& key, const TiledStep& step);
+  [[nodiscard]] std::optional<StepTiles> find_cached(const std::string& key);
+  void add(const std::string& key, const StepTiles& step);
 
   TileCache tiles_;
-  SingleFlight<std::string, TiledStep> flights_;
+  SingleFlight<std::string, StepTiles> flights_;
   std::mutex mutex_;  // Guards outlines_.
   LruMap<std::string, Outline> outlines_;
 };

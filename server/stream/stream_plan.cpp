@@ -55,9 +55,9 @@ std::string budget_of(const IsosurfaceRequest& request) {
 }
 
 // A final step, and its request with the thresholds that the budget required.
-struct FinalStep {
+struct FinalSurface {
   IsosurfaceRequest request;
-  TiledStep tiled;
+  StepTiles tiled;
 };
 
 // Returns the estimate scaled by its error for a surface that was built.
@@ -134,7 +134,7 @@ Result<void> check_coarsest(const IsosurfaceRequest& request, const SurfaceProvi
 }
 
 // Builds a step. Budgets of bytes require encoded tiles.
-TiledStep made(const SurfaceProvider& source, const StepRequest& step, bool as_meshes,
+StepTiles made(const SurfaceProvider& source, const StepRequest& step, bool as_meshes,
                const std::stop_token& stop) {
   const bool has_meshes = as_meshes && step.request.max_bytes == 0;
   return has_meshes ? source.make_meshes(step, stop) : source.make(step, stop);
@@ -143,22 +143,23 @@ TiledStep made(const SurfaceProvider& source, const StepRequest& step, bool as_m
 // Searches the schedule from `level` on for a surface within the budget that uses most of it,
 // unless the request's own surface uses less. Estimates only guide the search: the result is always
 // built and measured. Fails with kLimitExceeded if not even the coarsest surface fits.
-Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorSchedule& schedule,
-                                     int level, bool as_meshes, const std::stop_token& stop) {
+Result<FinalSurface> make_within_budget(const SurfaceProvider& source,
+                                        const ErrorSchedule& schedule, int level, bool as_meshes,
+                                        const std::stop_token& stop) {
   constexpr double kGoodPart = 0.7;
   constexpr double kAcceptablePart = 0.5;
   constexpr double kTargetPart = 0.9;
   constexpr int kFewSurfaces = 4;
   constexpr int kMaxSurfaces = 7;  // The maximum if little of the budget is used.
   std::optional<TriedLevel> too_large, fitting;
-  std::optional<FinalStep> best;
+  std::optional<FinalSurface> best;
   for (int surfaces = 1;; ++surfaces) {
     const IsosurfaceRequest request = schedule.at(level);
-    TiledStep tiled = made(source, {.request = request}, as_meshes, stop);
+    StepTiles tiled = made(source, {.request = request}, as_meshes, stop);
     const SurfaceSize size = size_of(tiled);
     const double part = part_of_budget(size, request);
     if (part <= 1) {
-      best = FinalStep{.request = request, .tiled = std::move(tiled)};
+      best = FinalSurface{.request = request, .tiled = std::move(tiled)};
       fitting = {level, part};
     } else {
       too_large = {level, part};
@@ -182,9 +183,11 @@ Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorS
 
 // Builds a simplified step, for which the source enforces the budget. Fails with kLimitExceeded if
 // not even the coarsest surface fits.
-Result<FinalStep> make_simplified(const SurfaceProvider& source, const IsosurfaceRequest& request,
-                                  bool as_meshes, const std::stop_token& stop) {
-  FinalStep last{.request = request, .tiled = made(source, {.request = request}, as_meshes, stop)};
+Result<FinalSurface> make_simplified(const SurfaceProvider& source,
+                                     const IsosurfaceRequest& request, bool as_meshes,
+                                     const std::stop_token& stop) {
+  FinalSurface last{.request = request,
+                    .tiled = made(source, {.request = request}, as_meshes, stop)};
   double& at_least = last.request.thresholds.at_least;
   at_least = std::max(at_least, last.tiled.at_least);
   if (const SurfaceSize size = size_of(last.tiled); !fits(size, request)) {
@@ -211,7 +214,7 @@ class TriangleLimit {
     return fail(ErrorCode::kLimitExceeded, limit_error_text("about ", triangles, request, 1));
   }
   [[nodiscard]] Result<void> check_made(const IsosurfaceRequest& request,
-                                        const TiledStep& step) const {
+                                        const StepTiles& step) const {
     const double triangles = size_of(step).triangles;
     if (most_ == 0 || triangles <= most()) return {};
     if (request.cell) {
@@ -273,10 +276,9 @@ PlanLimits plan_limits(const StreamState& state, const StepLimits& limits) {
 }
 
 // Builds a cell as requested: it is too small for previews, and has no budget.
-Result<StepResult> make_cell(const SurfaceProvider& source, const StreamState& state,
-                             const std::stop_token& stop, const StepLimits& limits) {
-  StepResult cell{
-      .step = final_step(state.request), .is_final = true, .encoded = {}, .after = state};
+Result<MadeStep> make_cell(const SurfaceProvider& source, const StreamState& state,
+                           const std::stop_token& stop, const StepLimits& limits) {
+  MadeStep cell{.step = final_step(state.request), .is_final = true, .encoded = {}, .after = state};
   cell.encoded = made(source, cell.step, limits.as_meshes, stop);
   const auto allowed =
       TriangleLimit(source, limits.max_triangles, stop).check_made(cell.step.request, cell.encoded);
@@ -285,10 +287,10 @@ Result<StepResult> make_cell(const SurfaceProvider& source, const StreamState& s
 }
 
 // Plans the next step of a whole surface, and builds it.
-class NextStep {
+class NextStepMaker {
  public:
-  NextStep(const SurfaceProvider& source, const StreamState& state, const std::stop_token& stop,
-           const StepLimits& limits)
+  NextStepMaker(const SurfaceProvider& source, const StreamState& state,
+                const std::stop_token& stop, const StepLimits& limits)
       : source_(source),
         state_(state),
         stop_(stop),
@@ -298,7 +300,7 @@ class NextStep {
         schedule_(state.request, source.info()),
         made_{.after = state} {}
 
-  Result<StepResult> make() {
+  Result<MadeStep> make() {
     if (const auto allowed = check_request(); !allowed) return tl::unexpected(allowed.error());
     const IsosurfaceRequest request = request_to_plan();
     plan(request);
@@ -377,7 +379,7 @@ class NextStep {
     const IsosurfaceRequest& request = state_.request;
     const auto allowed = check_coarsest(request, source_, stop_);
     if (!allowed) return allowed;
-    Result<FinalStep> last =
+    Result<FinalSurface> last =
         request.simplify
             ? make_simplified(source_, request, limits_.as_meshes, stop_)
             : make_within_budget(source_, schedule_, affordable_level(), limits_.as_meshes, stop_);
@@ -394,15 +396,15 @@ class NextStep {
   SizeEstimates sizes_;
   TriangleLimit triangle_limit_;
   ErrorSchedule schedule_;
-  StepResult made_;
+  MadeStep made_;
 };
 
 }  // namespace
 
-Result<StepResult> make_next_step(const SurfaceProvider& source, const StreamState& state,
-                                  std::stop_token stop, const StepLimits& limits) {
+Result<MadeStep> make_next_step(const SurfaceProvider& source, const StreamState& state,
+                                std::stop_token stop, const StepLimits& limits) {
   if (state.request.cell) return make_cell(source, state, stop, limits);
-  return NextStep(source, state, stop, limits).make();
+  return NextStepMaker(source, state, stop, limits).make();
 }
 
 Result<EstimatedAnswer> estimate(const SurfaceProvider& source, const IsosurfaceRequest& request,

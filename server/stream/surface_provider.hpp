@@ -18,7 +18,7 @@
 namespace multitetra {
 
 // A complete conforming model in tiles: encoded for sending, or as meshes for use in this process.
-struct TiledStep {
+struct StepTiles {
   // Tetrahedra of the model.
   std::uint64_t tetrahedra = 0;
   // Tetrahedra that the surface crosses.
@@ -36,7 +36,7 @@ struct TiledStep {
 };
 
 // Returns the total size of all tiles; meshes have no bytes.
-[[nodiscard]] SurfaceSize size_of(const TiledStep& step);
+[[nodiscard]] SurfaceSize size_of(const StepTiles& step);
 
 // Logically immutable and thread-safe; shared by all clients. Long operations throw Cancelled
 // (in_parallel.hpp) soon after `stop` is triggered.
@@ -48,9 +48,9 @@ class SurfaceProvider {
 
   // Builds a step. Requires a validated request. The same step gives the same tiles, on any thread.
   // A simplified final step is within its request's budget, or is the coarsest possible one.
-  [[nodiscard]] virtual TiledStep make(const StepRequest& step, std::stop_token stop) const = 0;
+  [[nodiscard]] virtual StepTiles make(const StepRequest& step, std::stop_token stop) const = 0;
   // Builds the same step, with meshes where these are cheaper than encoded tiles.
-  [[nodiscard]] virtual TiledStep make_meshes(const StepRequest& step, std::stop_token stop) const {
+  [[nodiscard]] virtual StepTiles make_meshes(const StepRequest& step, std::stop_token stop) const {
     return make(step, std::move(stop));
   }
   // Returns whether make() is known to have this step in a cache.

@@ -173,7 +173,7 @@ class ReadModel final : public Model {
     errors_.resize(count * count * count);
     field.visit([&](const auto& sampled) {
       for (std::int32_t spacing = 1; spacing < side; spacing *= 2) {
-        const StepLengths lengths(field.spacing());
+        const GridStepLengths lengths(field.spacing());
         for (const PointKind kind : {PointKind::kEdge, PointKind::kFace, PointKind::kCube}) {
           for_points(spacing, kind, [&](const DividingPoint& p) {
             const auto [a, b] = p.split_edge();

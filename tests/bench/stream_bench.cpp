@@ -24,7 +24,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 struct Row {
-  std::vector<StepResult> steps;
+  std::vector<MadeStep> steps;
   std::vector<double> seconds;  // From the request to each step, in the server.
   // The final step, requested alone.
   double alone_seconds = 0;
@@ -55,7 +55,7 @@ Row measure(const ExtractedSurfaces& source, const IsosurfaceRequest& request) {
   start = Clock::now();
   StreamState state{.request = request, .delivered = {}};
   while (row.steps.empty() || !row.steps.back().is_final) {
-    StepResult made = make_next_step(source, state, {}).value();
+    MadeStep made = make_next_step(source, state, {}).value();
     row.seconds.push_back(seconds_since(start));
     state = made.after;
     state.delivered.push_back({.step = made.step, .size = size_of(made.encoded)});

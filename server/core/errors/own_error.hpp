@@ -19,7 +19,7 @@
 #include "server/core/framework/diamond_values.hpp"
 #include "server/core/framework/dividing_point.hpp"
 #include "server/core/framework/field.hpp"
-#include "server/core/framework/step_lengths.hpp"
+#include "server/core/framework/grid_step_lengths.hpp"
 
 namespace multitetra {
 
@@ -124,7 +124,8 @@ struct Crossings {
 // Returns the own error of a point of a field.
 template <typename Sample>
 [[nodiscard]] OwnError own_error(const SampledField<Sample>& field, const Grid& grid,
-                                 const StepLengths& lengths, const DividingPoint& point, double c) {
+                                 const GridStepLengths& lengths, const DividingPoint& point,
+                                 double c) {
   Lanes<double> length{};
   DiamondValues<double> d;
   d.center = static_cast<double>(field.at(point.at()));

@@ -23,7 +23,7 @@ template <typename Sample>
 class SaturatedErrors::Pass {
  public:
   Pass(std::vector<Level>& levels, const Grid& grid, const SampledField<Sample>& field,
-       const StepLengths& lengths, double isovalue, ErrorMeasure measure, TopologyRule rule)
+       const GridStepLengths& lengths, double isovalue, ErrorMeasure measure, TopologyRule rule)
       : level_(levels.back()),
         finer_(levels.size() > 1 ? &levels[levels.size() - 2] : nullptr),
         exponent_(static_cast<int>(levels.size()) - 1),
@@ -82,7 +82,7 @@ class SaturatedErrors::Pass {
   int exponent_;
   const Grid& grid_;
   const SampledField<Sample>& field_;
-  const StepLengths& lengths_;
+  const GridStepLengths& lengths_;
   double isovalue_;
   ErrorMeasure measure_;
   TopologyRule rule_;
@@ -91,7 +91,7 @@ class SaturatedErrors::Pass {
 SaturatedErrors::SaturatedErrors(const Field& field, double isovalue, ErrorMeasure measure,
                                  TopologyRule rule, const ForEach& for_each,
                                  std::int32_t finest_spacing) {
-  const StepLengths lengths(field.spacing());
+  const GridStepLengths lengths(field.spacing());
   field.visit([&]<typename Sample>(const SampledField<Sample>& sampled) {
     for (int exponent = 0; exponent < field.grid().exponent(); ++exponent) {
       levels_.push_back(level_for(field, exponent));

@@ -63,7 +63,7 @@ FineErrors::FineErrors(const PreparedVolume& volume, const FineErrorsOptions& op
       threshold_below_(rounded_down(options.largest_threshold)),
       cells_(volume, options.isovalue),
       arrays_(arrays) {
-  const StepLengths lengths(volume.info.spacing);
+  const GridStepLengths lengths(volume.info.spacing);
   for (int exponent = 0; exponent < kSpectrumExponent; ++exponent) {
     lengths_[static_cast<std::size_t>(exponent)] = diamond_lengths<double>(lengths, exponent);
   }

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "server/core/framework/diamond.hpp"
-#include "server/core/framework/step_lengths.hpp"
+#include "server/core/framework/grid_step_lengths.hpp"
 
 namespace multitetra {
 
@@ -109,7 +109,7 @@ template <typename Real>
 using DiamondLengths = std::array<Lanes<Real>, 64>;
 
 template <typename Real>
-[[nodiscard]] DiamondLengths<Real> diamond_lengths(const StepLengths& lengths, int exponent) {
+[[nodiscard]] DiamondLengths<Real> diamond_lengths(const GridStepLengths& lengths, int exponent) {
   DiamondLengths<Real> result{};
   for (std::size_t shape = 0; shape < kDiamonds.size(); ++shape) {
     for (std::size_t i = 0; i < kDiamonds[shape].corners; ++i) {

@@ -31,7 +31,7 @@ class UpstreamDataset : public SurfaceProvider {
 
   [[nodiscard]] const DatasetInfo& info() const override { return info_; }
   [[nodiscard]] bool sends_shells() const override { return shells; }
-  [[nodiscard]] TiledStep make(const StepRequest& step, std::stop_token stop) const override;
+  [[nodiscard]] StepTiles make(const StepRequest& step, std::stop_token stop) const override;
   [[nodiscard]] SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
 
   // Upstreams with exactly this dataset, the preferred one first.

@@ -15,10 +15,10 @@ namespace multitetra {
 namespace {
 
 // Adds the scalars to a finished step.
-Result<StepResult> with_scalars(StepResult made, const DatasetInfo& surface,
-                                const SurfaceProvider& field, const ScalarRange& range,
-                                const std::stop_token& stop) {
-  return guarded("step", field.info().name, stop, [&]() -> Result<StepResult> {
+Result<MadeStep> with_scalars(MadeStep made, const DatasetInfo& surface,
+                              const SurfaceProvider& field, const ScalarRange& range,
+                              const std::stop_token& stop) {
+  return guarded("step", field.info().name, stop, [&]() -> Result<MadeStep> {
     const PreparedVolume* volume = field.volume();
     if (volume == nullptr) {
       return fail(ErrorCode::kInternal,
@@ -37,7 +37,7 @@ bool has_large_map(const IsosurfaceRequest* request) {
   return request && (request->thresholds.regions.size() > kMany || request->thresholds.grid);
 }
 
-SurfaceTiles tiles_of(StepResult step, const DatasetInfo& info, std::optional<ScalarRange> range) {
+SurfaceTiles tiles_of(MadeStep step, const DatasetInfo& info, std::optional<ScalarRange> range) {
   SurfaceTiles tiles{.begin = {.request = step.step.request,
                                .error_bound_world = largest_threshold(step.step.request, info),
                                .finest_spacing = step.step.finest_spacing,
@@ -54,8 +54,8 @@ SurfaceTiles tiles_of(StepResult step, const DatasetInfo& info, std::optional<Sc
   return tiles;
 }
 
-Result<StepResult> make_step(const StartStream& action, const StreamState& state,
-                             const StepLimits& limits, const std::stop_token& stop) {
+Result<MadeStep> make_step(const StartStream& action, const StreamState& state,
+                           const StepLimits& limits, const std::stop_token& stop) {
   const SurfaceProvider& source = *action.source;
   auto made = guarded("step", source.info().name, stop,
                       [&] { return make_next_step(source, state, stop, limits); });
@@ -64,21 +64,21 @@ Result<StepResult> make_step(const StartStream& action, const StreamState& state
 }
 
 // Makes one preview each of `count` datasets, beginning with number `first`.
-Result<std::vector<StepResult>> make_previews(const StartStream& action, std::size_t first,
-                                              std::size_t count, const StepLimits& limits,
-                                              const std::stop_token& stop) {
+Result<std::vector<MadeStep>> make_previews(const StartStream& action, std::size_t first,
+                                            std::size_t count, const StepLimits& limits,
+                                            const std::stop_token& stop) {
   const StreamState state{.request = action.open.request,
                           .steps = StepPolicy::kPreviewsOnly,
                           .resumed_previews = action.open.resumed_previews,
                           .shells = action.shells};
-  std::vector<std::optional<Result<StepResult>>> made(count);
+  std::vector<std::optional<Result<MadeStep>>> made(count);
   in_parallel(count, [&](std::size_t i) {
     const std::size_t at = first + i;
     const SurfaceProvider& source = at == 0 ? *action.source : *action.further[at - 1];
     made[i] = guarded("preview", source.info().name, stop,
                       [&] { return make_next_step(source, state, stop, limits); });
   });
-  std::vector<StepResult> previews;
+  std::vector<MadeStep> previews;
   previews.reserve(count);
   for (auto& one : made) {
     if (!*one) return tl::unexpected((*one).error());
@@ -154,9 +154,9 @@ std::optional<ScalarRange> range_of(const StartStream& action) {
   return range_for(*action.open.scalars, action.scalars->info());
 }
 
-Result<std::vector<StepResult>> make_steps(const StartStream& action, const StreamState& state,
-                                           std::size_t dataset, const StepLimits& limits,
-                                           const std::stop_token& stop) {
+Result<std::vector<MadeStep>> make_steps(const StartStream& action, const StreamState& state,
+                                         std::size_t dataset, const StepLimits& limits,
+                                         const std::stop_token& stop) {
   constexpr std::size_t kPreviewsAJob = 16;
   if (!action.further.empty()) {
     const std::size_t left = 1 + action.further.size() - dataset;
@@ -164,7 +164,7 @@ Result<std::vector<StepResult>> make_steps(const StartStream& action, const Stre
   }
   auto made = make_step(action, state, limits, stop);
   if (!made) return tl::unexpected(made.error());
-  std::vector<StepResult> steps;
+  std::vector<MadeStep> steps;
   steps.push_back(*std::move(made));
   return steps;
 }

@@ -36,11 +36,11 @@ struct WorkKind {
 
 // Makes the next step of a stream, with its scalars; of a stream for several datasets a group of
 // previews, beginning with that of number `dataset`, on all threads.
-[[nodiscard]] Result<std::vector<StepResult>> make_steps(const StartStream& action,
-                                                         const StreamState& state,
-                                                         std::size_t dataset,
-                                                         const StepLimits& limits,
-                                                         const std::stop_token& stop);
+[[nodiscard]] Result<std::vector<MadeStep>> make_steps(const StartStream& action,
+                                                       const StreamState& state,
+                                                       std::size_t dataset,
+                                                       const StepLimits& limits,
+                                                       const std::stop_token& stop);
 // Makes the final surface of a request. Fails with kLimitExceeded above `max_triangles`.
 [[nodiscard]] Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles,
                                         StepLimits limits, const std::stop_token& stop);

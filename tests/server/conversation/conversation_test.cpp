@@ -151,7 +151,7 @@ TEST(ConversationLog, NamesHiddenAndDamagedDatasets) {
   const auto catalogue = std::make_shared<DatasetCatalogue>();
   catalogue->add(std::make_shared<FakeSteps>("fake"));
   catalogue->add(std::make_shared<FakeSteps>(
-      "public-damaged", [](const StepRequest&, const std::stop_token&) -> TiledStep {
+      "public-damaged", [](const StepRequest&, const std::stop_token&) -> StepTiles {
         throw DatasetFileError("Brick 7 is damaged.");
       }));
   LocalService service{io.get_executor(), catalogue, {.workers = 1}};

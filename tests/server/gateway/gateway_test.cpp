@@ -212,8 +212,8 @@ TEST(GatewayTest, AnswersHttpLikeAServer) {
 }
 
 // A step whose first tile does not match its digest.
-TiledStep damaged_step(const StepRequest& step) {
-  TiledStep made = testing::octahedron_step(step);
+StepTiles damaged_step(const StepRequest& step) {
+  StepTiles made = testing::octahedron_step(step);
   std::string payload = *made.tiles.front().payload;
   payload[payload.size() / 2] = static_cast<char>(payload[payload.size() / 2] ^ 0x55);
   made.tiles.front().payload = std::make_shared<const std::string>(std::move(payload));
@@ -258,7 +258,7 @@ TEST(GatewayTest, DropsDamagedTilesAndQuarantinesTheirServer) {
 TEST(GatewayTest, QuarantinesAServerThatSendsDamagedShells) {
   Upstream damaged(
       std::make_shared<FakeSteps>("octahedron", [](const StepRequest& step, std::stop_token) {
-        TiledStep made = ball_step(step);
+        StepTiles made = ball_step(step);
         std::string payload = *made.tiles.front().payload;
         payload.back() = static_cast<char>(payload.back() ^ 0x55);
         made.tiles.front().payload = std::make_shared<const std::string>(std::move(payload));

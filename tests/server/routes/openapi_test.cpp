@@ -105,7 +105,7 @@ class SampledSteps : public FakeSteps {
 };
 
 // The step with normals, if the request has them.
-TiledStep shaded(TiledStep step, const IsosurfaceRequest& request) {
+StepTiles shaded(StepTiles step, const IsosurfaceRequest& request) {
   if (request.normal_bits == 0) return step;
   for (EncodedTile& tile : step.tiles) {
     const auto mesh = decode_tile(*tile.payload, tile.summary, request.lattice_resolution);
@@ -119,7 +119,7 @@ TiledStep shaded(TiledStep step, const IsosurfaceRequest& request) {
 class OpenApiTest : public ::testing::Test {
  protected:
   OpenApiTest() {
-    const auto make = [](const StepRequest& step, const std::stop_token&) -> TiledStep {
+    const auto make = [](const StepRequest& step, const std::stop_token&) -> StepTiles {
       if (step.request.isovalue == 13) throw std::runtime_error("failure");
       if (step.request.isovalue == 12) return {};
       return shaded(testing::octahedron_step(step), step.request);

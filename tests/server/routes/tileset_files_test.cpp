@@ -206,7 +206,7 @@ TEST_F(NeuroglancerFiles, ContainTheSamplesAsAnImage) {
 class CountedCells : public SurfaceProvider {
  public:
   [[nodiscard]] const DatasetInfo& info() const override { return steps_.info(); }
-  [[nodiscard]] TiledStep make(const StepRequest& step, std::stop_token stop) const override {
+  [[nodiscard]] StepTiles make(const StepRequest& step, std::stop_token stop) const override {
     ++made;
     return steps_.make(step, std::move(stop));
   }

@@ -69,7 +69,7 @@ struct Running {
   CallerPtr caller;
 };
 
-TiledStep octahedra(const StepRequest& step, const std::stop_token&) {
+StepTiles octahedra(const StepRequest& step, const std::stop_token&) {
   return testing::octahedron_step(step);
 }
 

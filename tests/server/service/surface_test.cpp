@@ -18,7 +18,7 @@ namespace {
 
 class SurfaceTest : public ::testing::Test {
  protected:
-  [[nodiscard]] static SurfaceTiles tiles_of(const TiledStep& step,
+  [[nodiscard]] static SurfaceTiles tiles_of(const StepTiles& step,
                                              const IsosurfaceRequest& request) {
     SurfaceTiles tiles{.begin = {.request = request, .tiles = {}}, .meshes = step.meshes};
     for (const EncodedTile& tile : step.tiles) {
@@ -28,10 +28,10 @@ class SurfaceTest : public ::testing::Test {
     }
     return tiles;
   }
-  [[nodiscard]] TiledStep encoded(const IsosurfaceRequest& request) const {
+  [[nodiscard]] StepTiles encoded(const IsosurfaceRequest& request) const {
     return surfaces_.make(final_step(request), {});
   }
-  [[nodiscard]] TiledStep meshes(const IsosurfaceRequest& request) const {
+  [[nodiscard]] StepTiles meshes(const IsosurfaceRequest& request) const {
     const ExtractedSurfaces fresh(extractor_);
     return fresh.make_meshes(final_step(request), {});
   }
@@ -53,7 +53,7 @@ class SurfaceTest : public ::testing::Test {
 TEST_F(SurfaceTest, IsTheSameWithAndWithoutEncoding) {
   for (const bool is_simplified : {false, true}) {
     const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25, .simplify = is_simplified};
-    const TiledStep made = meshes(request);
+    const StepTiles made = meshes(request);
     ASSERT_EQ(made.meshes.size(), made.tiles.size());
     EXPECT_EQ(made.tiles.front().payload, nullptr);
     expect_equal(assembled(tiles_of(made, request), {}),
@@ -71,7 +71,7 @@ TEST_F(SurfaceTest, HasTheNormalsThatAClientDecodes) {
 
 TEST_F(SurfaceTest, IsIndependentOfTileOrder) {
   const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25};
-  TiledStep step = encoded(request);
+  StepTiles step = encoded(request);
   const auto surface = assembled(tiles_of(step, request), {});
   std::shuffle(step.tiles.begin(), step.tiles.end(), std::mt19937(1));  // NOLINT: the same always.
   expect_equal(surface, assembled(tiles_of(step, request), {}));
@@ -82,8 +82,8 @@ TEST_F(SurfaceTest, IsIndependentOfTileOrder) {
 TEST_F(SurfaceTest, UsesCachedTiles) {
   const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25};
   EXPECT_FALSE(surfaces_.make_meshes(final_step(request), {}).meshes.empty());
-  const TiledStep kept = encoded(request);
-  const TiledStep again = surfaces_.make_meshes(final_step(request), {});
+  const StepTiles kept = encoded(request);
+  const StepTiles again = surfaces_.make_meshes(final_step(request), {});
   EXPECT_TRUE(again.meshes.empty());
   EXPECT_EQ(again.tiles.front().payload, kept.tiles.front().payload);
 }

@@ -26,7 +26,7 @@ class Misjudged : public FakeSteps {
             "misjudged",
             [whole, &made](const StepRequest& step, const std::stop_token&) {
               ++made;
-              TiledStep encoded;
+              StepTiles encoded;
               encoded.tiles.push_back({.summary = {.triangles = triangles_at(step.request, whole)},
                                        .payload = nullptr});
               return encoded;
@@ -71,7 +71,7 @@ TEST(StreamPlan, MeetsABudgetWithTheSecondSurface) {
     const Misjudged source(1e6, part, made);
     const StreamState state = {.request = {.error = 0.25, .max_triangles = 100'000},
                                .steps = StepPolicy::kFinalOnly};
-    const StepResult step = make_next_step(source, state, {}).value();
+    const MadeStep step = make_next_step(source, state, {}).value();
     EXPECT_TRUE(step.is_final);
     EXPECT_LE(made, 2);
     EXPECT_EQ(made == 1, part >= 0.9) << "estimates are trusted to a tenth";
@@ -85,11 +85,11 @@ TEST(StreamPlan, RebuildsFinerAfterATooLargeEstimate) {
   for (const double part : {1.5, 2.0, 5.0, 100.0}) {
     int made = 0;
     const Misjudged source(1e6, part, made);
-    const StepResult step = make_next_step(source,
-                                           {.request = {.error = 0.25, .max_triangles = 100'000},
-                                            .steps = StepPolicy::kFinalOnly},
-                                           {})
-                                .value();
+    const MadeStep step = make_next_step(source,
+                                         {.request = {.error = 0.25, .max_triangles = 100'000},
+                                          .steps = StepPolicy::kFinalOnly},
+                                         {})
+                              .value();
     EXPECT_EQ(made, 2) << part;
     EXPECT_LE(size_of(step.encoded).triangles, 100'000);
     EXPECT_GE(size_of(step.encoded).triangles, 70'000) << part;
@@ -167,7 +167,7 @@ TEST(StreamPlan, SendsACellInOneStepAtItsSpacing) {
   const Misjudged source(1e6, 1, made);
   StreamState state = {.request = {.error = 1}, .steps = StepPolicy::kProgressive};
   state.request.cell = SurfaceCell{.cube = {5, 0, 0, 0}, .finest_spacing = 8};
-  const StepResult step = make_next_step(source, state, {}).value();
+  const MadeStep step = make_next_step(source, state, {}).value();
   EXPECT_TRUE(step.is_final);
   EXPECT_EQ(step.step.request, state.request);
   EXPECT_EQ(step.step.finest_spacing, 8);
@@ -184,14 +184,14 @@ TEST(StreamPlan, BuildsASimplifiedSurfaceOnceAndReportsItsThreshold) {
   const FakeSteps source("simplified", [&made](const StepRequest& step, const std::stop_token&) {
     ++made;
     EXPECT_EQ(step.request.thresholds.at_least, 0);
-    TiledStep tiled;
+    StepTiles tiled;
     tiled.tiles.push_back({.summary = {.triangles = 95}, .payload = nullptr});
     tiled.at_least = 2.5;
     return tiled;
   });
   StreamState state = {.request = {.error = 0.25, .max_triangles = 100, .simplify = true},
                        .steps = StepPolicy::kFinalOnly};
-  const StepResult step = make_next_step(source, state, {}).value();
+  const MadeStep step = make_next_step(source, state, {}).value();
   EXPECT_TRUE(step.is_final);
   EXPECT_EQ(made, 1);
   EXPECT_EQ(step.step.request.thresholds.at_least, 2.5);
@@ -242,13 +242,13 @@ TEST(StreamPlan, StartsWithTheResumedPreviews) {
     state.resumed_previews = {{.finest_spacing = 16},
                               {.finest_spacing = 4, .is_unsimplified = true}};
     for (const Preview& preview : state.resumed_previews) {
-      const StepResult made = make_next_step(source, state, {}).value();
+      const MadeStep made = make_next_step(source, state, {}).value();
       EXPECT_FALSE(made.is_final);
       EXPECT_EQ(made.step, preview_step(state.request, preview, source.info()));
       state = made.after;
       state.delivered.push_back({.step = made.step, .size = size_of(made.encoded)});
     }
-    const StepResult next = make_next_step(source, state, {}).value();
+    const MadeStep next = make_next_step(source, state, {}).value();
     EXPECT_LT(next.step.finest_spacing, 4);
     if (!previews) {
       EXPECT_TRUE(next.is_final) << "the final step had begun";
@@ -287,7 +287,7 @@ TEST(StreamPlan, SendsTheCertifiedPreviewOnlyWithoutWaitingWork) {
   const auto has_own_model = [&](StepPolicy steps, const StepLimits& limits) {
     StreamState state = {.request = {.error = 0.5, .simplify = true}, .steps = steps};
     for (;;) {
-      const StepResult made = make_next_step(source, state, {}, limits).value();
+      const MadeStep made = make_next_step(source, state, {}, limits).value();
       if (made.is_final || made.is_over) return false;
       if (made.step.finest_spacing == 1) return true;
       state = made.after;

@@ -318,7 +318,7 @@ TEST(ServedSurfaces, SendTilesOfTheFinestRegionFirst) {
   request.thresholds.coordinates = CoordinateSystem::kIndex;
   request.thresholds.regions = {
       {.shape = BallShape{.center = {50, 50, 50}, .radius = 12}, .threshold = 0}};
-  const TiledStep step = source.make({.request = request}, {});
+  const StepTiles step = source.make({.request = request}, {});
   ASSERT_GE(step.tiles.size(), 3U);
   const ThresholdMap thresholds(request, source.info());
   double before = 0;

@@ -34,7 +34,7 @@ LevelWavefront<Real>::LevelWavefront(const Grid& grid, const Vec3& spacing,
     : grid_(grid),
       bins_(bins),
       window_(window),
-      lengths_(diamond_lengths<Real>(StepLengths(spacing), window.exponent)),
+      lengths_(diamond_lengths<Real>(GridStepLengths(spacing), window.exponent)),
       next_(window.first_step()) {
   assert(window.low.z % 2 == 0);
   const std::int32_t last = grid.side() >> window.exponent;

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "server/core/framework/grid.hpp"
-#include "server/core/framework/step_lengths.hpp"
+#include "server/core/framework/grid_step_lengths.hpp"
 #include "server/core/spectrum/detail/error_curve.hpp"
 #include "server/core/spectrum/detail/own_error_curve.hpp"
 #include "server/core/spectrum/detail/own_error_rows.hpp"

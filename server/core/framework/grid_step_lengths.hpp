@@ -12,9 +12,9 @@
 namespace multitetra {
 
 // The world lengths of the 26 steps from a grid point to its neighbours.
-class StepLengths {
+class GridStepLengths {
  public:
-  explicit StepLengths(const Vec3& spacing) {
+  explicit GridStepLengths(const Vec3& spacing) {
     for (int code = 0; code < 27; ++code) {
       const std::array<int, 3> step = {code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1};
       double square = 0;
