@@ -107,7 +107,7 @@ export class SampleViews {
     const { sampled } = this;
     const range = this.rangeOf(sampled);
     const isOneOfTimes = sampled !== null && timesOf(this.world().list, sampled).length > 1;
-    return sampled && range && (isOneOfTimes && !isCt(sampled) ? range : { ...range, usual: defaultWindow(sampled) });
+    return sampled && range && (isOneOfTimes && !isCt(sampled) && !sampled.displayWindow ? range : { ...range, usual: defaultWindow(sampled) });
   }
 
   private showLegends(now: Settings): void {

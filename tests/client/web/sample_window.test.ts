@@ -28,6 +28,13 @@ describe("DefaultWindow", () => {
     expect(sampleWindows(ct).map(({ name }) => name)).toEqual(["Soft tissue", "Bone", "Lung", "Brain", "All values"]);
   });
 
+  test("IsThatOfTheSource", () => {
+    const displayWindow = { low: 100, high: 700 } as WindowedDataset["displayWindow"];
+    expect(defaultWindow({ ...scan, displayWindow })).toEqual({ level: 400, width: 600 });
+    expect(sampleWindows({ ...scan, displayWindow }).map(({ name }) => name)).toEqual(["From the file", "Most values", "All values"]);
+    expect(defaultWindow({ ...ct, displayWindow })).toEqual({ level: 400, width: 600 });
+  });
+
   test("IsAllValuesWithoutAHistogram", () => {
     expect(defaultWindow({ min: -1, max: 3, valueUnit: "", histogram: undefined })).toEqual({ level: 1, width: 4 });
     expect(defaultWindow(dataset([], { min: 5, max: 5 }))).toEqual({ level: 5, width: 0 });

@@ -1,7 +1,7 @@
 // The default range of a dataset's sample colors, and which samples are air.
 //
-// For computed tomography these are known: in Hounsfield units air is -1000 and water 0. For other data the histogram
-// decides: a peak at the low end that holds a large share of all samples is background, and the colors span most of the
+// For computed tomography these are known: in Hounsfield units air is -1000 and water 0. For other data the source's own
+// display window or else the histogram decides: a peak at the low end that holds a large share of all samples is background, and the colors span most of the
 // other samples.
 import type { DatasetInfo } from "../protocol/messages";
 
@@ -11,7 +11,7 @@ export interface SampleWindow {
   width: number; // The length of the range.
 }
 
-export type WindowedDataset = Pick<DatasetInfo, "min" | "max" | "valueUnit" | "histogram">;
+export type WindowedDataset = Pick<DatasetInfo, "min" | "max" | "valueUnit" | "histogram"> & Partial<Pick<DatasetInfo, "displayWindow">>;
 
 // The usual windows of radiology, in Hounsfield units.
 const ctWindows: readonly SampleWindow[] = [
@@ -38,7 +38,9 @@ export function isCt({ min, max, valueUnit }: WindowedDataset): boolean {
 
 export function sampleWindows(info: WindowedDataset): readonly SampleWindow[] {
   const all = { name: "All values", level: (info.min + info.max) / 2, width: info.max - info.min };
-  return isCt(info) ? [...ctWindows, all] : [{ name: "Most values", ...defaultWindow(info) }, all];
+  const own = sourceWindow(info);
+  const usual = isCt(info) ? ctWindows : [{ name: "Most values", ...windowOfMost(info) }];
+  return [...(own ? [{ name: "From the file", ...own }] : []), ...usual, all];
 }
 
 // Returns the tissue at whose boundary such an isovalue lies; empty: unknown.
@@ -47,8 +49,17 @@ export function tissueAtValue(isovalue: number, info: WindowedDataset): string {
 }
 
 // Returns the default window.
-export function defaultWindow(info: WindowedDataset): { level: number; width: number } {
-  if (isCt(info)) return ctWindows[0];
+export function defaultWindow(info: WindowedDataset): Range {
+  return sourceWindow(info) ?? (isCt(info) ? ctWindows[0] : windowOfMost(info));
+}
+
+type Range = Pick<SampleWindow, "level" | "width">;
+
+function sourceWindow({ displayWindow }: WindowedDataset): Range | null {
+  return displayWindow ? { level: (displayWindow.low + displayWindow.high) / 2, width: displayWindow.high - displayWindow.low } : null;
+}
+
+function windowOfMost(info: WindowedDataset): Range {
   const [low, high] = [percentile(info, spread.low), percentile(info, spread.high)];
   if (!(high > low)) return { level: (info.min + info.max) / 2, width: info.max - info.min };
   return { level: Number(((low + high) / 2).toPrecision(6)), width: Number((high - low).toPrecision(6)) };
