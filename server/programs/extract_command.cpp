@@ -179,8 +179,9 @@ void require_outputs_of(const ExtractArguments& arguments, std::vector<std::stri
   for (const std::string& file : files) outputs.push_back({"--output", file});
   outputs.push_back({"--report", arguments.report});
   outputs.push_back({"--model", arguments.model_file});
-  require_outputs(
-      outputs, {{"file", arguments.file}, {"--threshold-grid", arguments.surface.threshold_grid}});
+  require_outputs(outputs, {{"file", arguments.file},
+                            {"--threshold-grid", arguments.surface.threshold_grid},
+                            {"--color-by", arguments.surface.query.color_by}});
 }
 
 void require_one_isovalue(const ExtractArguments& arguments) {

@@ -198,7 +198,8 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
   for (const std::string& file : std::set(files.begin(), files.end())) {
     outputs.push_back({"--output", file});
   }
-  require_outputs(outputs, {{"--threshold-grid", surface.threshold_grid}});
+  require_outputs(outputs, {{"--threshold-grid", surface.threshold_grid},
+                            {"--color-by", surface.query.color_by}});
   Notices notices(arguments.quiet);
   notices.add(request_notices(*request, first));
 

@@ -368,6 +368,7 @@ assert (names, fetched) == vertices("extracted.ply"), (names, vertices("extracte
 report = json.load(open("extracted.json"))
 assert (report["color_by"], report["color_range"]) == ("run.hot_cold.t0001", [-30, 10]), report
 EOPY
+ends 2 "--color-by" "$server" extract run/run.pressure.t0001.mtd --color-by run/run.hot_cold.t0001.mtd -o x.ply --report run/run.hot_cold.t0001.mtd
 ends 2 "need color_by" "$server" extract run/run.pressure.t0001.mtd --color-range 1,2 -o x.ply
 "$server" extract organs --color-by whole.mtd -o colored.glb --quiet
 grep -aq COLOR_0 colored.glb || fail "the surfaces of a folder are not colored"

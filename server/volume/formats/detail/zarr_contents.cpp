@@ -24,6 +24,11 @@ std::optional<std::uint32_t> omero_color(std::string text) {
   return color_from(text);
 }
 
+// Returns a number as text.
+std::string number_text(const Json& value) {
+  return value.is_number() ? value.dump() : std::string("no number");
+}
+
 // Returns an element of an object; null if it is not there.
 Json element(const Json& object, const char* key) {
   return object.is_object() ? object.value(key, Json()) : Json();
@@ -70,7 +75,7 @@ std::optional<DisplayWindow> zarr_window(const nlohmann::json& attributes, std::
     if (is_valid(found)) return found;
   }
   notices.push_back("'" + place.string() + "': the window of channel " + std::to_string(channel) +
-                    " from " + start.dump() + " to " + end.dump() +
+                    " from " + number_text(start) + " to " + number_text(end) +
                     " is ignored; it must be two numbers, the smaller first.");
   return std::nullopt;
 }
