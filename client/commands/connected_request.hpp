@@ -33,7 +33,8 @@ struct SurfaceOrder {
   std::string dataset = {};
   SurfaceArguments surface = {
       .threshold_files = {.formats = "An NRRD file", .read = read_nrrd_thresholds}};
-  bool quiet = false;  // Prints no notices.
+  // Prints no notices.
+  bool quiet = false;
 };
 
 // Adds all options of an order with the request fields of these groups.

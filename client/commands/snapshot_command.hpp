@@ -20,7 +20,8 @@ struct SnapshotArguments {
   std::string background = "dark";
   std::string shading = "field";
   bool wireframe = false;
-  bool is_bare = false;  // Omits scale bar and legend.
+  // Omits scale bar and legend.
+  bool is_bare = false;
   // Opacities in the order of the isovalues.
   std::vector<double> opacities = {};
   std::vector<std::string> surface_colors = {};  // "#rrggbb", in the same order.

@@ -49,7 +49,8 @@ struct ClientOptions {
   // Must include Draco.
   std::vector<PayloadCodec> codecs = {PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell};
   AssemblerLimits limits = {};
-  Interrupt interrupt = {};  // Ends a wait with kCancelled and closes the connection.
+  // Ends a wait with kCancelled and closes the connection.
+  Interrupt interrupt = {};
 };
 
 // A step and its timing. Times count from sending the request and include lost connections.

@@ -18,7 +18,8 @@ struct FetchReport {
   std::vector<std::string> notices = {};  // Warnings about the request, one sentence each.
   std::string coordinates;                // "world" or "index"
   std::string mesh_file;                  // Empty when none was written.
-  std::vector<FetchedStep> steps;         // All but the last may lack their meshes.
+  // All but the last may lack their meshes.
+  std::vector<FetchedStep> steps;
   // The counts in the mesh file; absent if none was written.
   std::optional<std::uint64_t> components_written = {};
   std::optional<std::uint64_t> triangles_written = {};

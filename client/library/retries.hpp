@@ -34,7 +34,8 @@ struct RetryOptions {
   // No retry is made whose wait would end later.
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
   std::function<void(const Retry&)> on_retry = {};  // Called before each wait.
-  Interrupt interrupt = {};                         // Ends a wait; then no retry is made.
+  // Ends a wait; then no retry is made.
+  Interrupt interrupt = {};
 };
 
 class Retries {

@@ -10,14 +10,17 @@
 namespace multitetra {
 
 struct LoadOptions {
-  UserOptions session;  // start, stop and give_up are set by run_load().
+  // start, stop and give_up are set by run_load().
+  UserOptions session;
   std::uint64_t seed = 1;
   std::size_t clients = 10;
   std::size_t idle = 0;  // Additional clients that only stay connected.
   int threads = 1;
-  SourceAddresses from = {};  // Clients use these addresses in turn.
+  // Clients use these addresses in turn.
+  SourceAddresses from = {};
   std::chrono::milliseconds duration{10'000};
-  std::chrono::milliseconds ramp{1'000};  // Clients connect evenly spread over this time.
+  // Clients connect evenly spread over this time.
+  std::chrono::milliseconds ramp{1'000};
   // Extra time for streams that run when the duration ends.
   std::chrono::milliseconds grace{30'000};
 };

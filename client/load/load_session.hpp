@@ -35,7 +35,8 @@ struct UserOptions {
   LoadClock::time_point start = {};           // No session connects before this time.
   // No session makes requests after this time.
   LoadClock::time_point stop = {};
-  LoadClock::time_point give_up = {};  // No session waits for replies after this time.
+  // No session waits for replies after this time.
+  LoadClock::time_point give_up = {};
 };
 
 class LoadSession {

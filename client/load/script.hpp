@@ -32,7 +32,7 @@ struct ScriptOptions {
   // server, many never. At least 1.
   int isovalues = 32;
   std::vector<double> errors = {0.5, 1, 2, 4};  // Voxels; one is chosen at random per surface.
-  bool simplify = false;                        // Whether meshes are simplified.
+  bool simplify = false;
   std::chrono::milliseconds mean_pause{2'000};  // While a user looks at a surface.
   std::chrono::milliseconds drag_interval{50};  // Between two positions of the slider.
   int drag_length = 20;                         // Slider positions from one end to the other.

@@ -102,7 +102,8 @@ class LruMap {
 
   std::size_t capacity_;
   std::size_t weight_ = 0;
-  std::list<Entry> by_use_;  // The most recently used is first.
+  // The most recently used is first.
+  std::list<Entry> by_use_;
   std::map<Key, Place> entries_;
 };
 

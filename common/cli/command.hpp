@@ -45,7 +45,8 @@ class Option {
   // Accepts only numbers of this range: int, double or std::size_t, which the help shows.
   template <typename Number>
   Option* within(Number least, Number most);
-  Option* as_bytes();  // Accepts 500KiB, 2MiB.
+  // Accepts 500KiB, 2MiB.
+  Option* as_bytes();
   Option* required();
   Option* expected(int count);
   Option* delimiter(char between);
@@ -84,7 +85,8 @@ class Command {
   using Parse = std::function<std::optional<std::string>(const std::string& text)>;
   Option* add_parsed(const std::string& names, Parse parse, const std::string& help);
   Option* add_switch(const std::string& names, Parse parse, const std::string& help);
-  [[nodiscard]] Option option(const std::string& name);  // Requires that the option exists.
+  // Requires that the option exists.
+  [[nodiscard]] Option option(const std::string& name);
   Command* add_subcommand(const std::string& name, const std::string& description);
   void require_subcommand();
   // Sets the group of the options added from now on; the default is that of everyday options.

@@ -56,10 +56,11 @@ struct ShellHeader {
   int levels_per_octave = 0;  // Quantized: 1, 2, 4 or 8. Lattice-exact: 8. Exact: 0.
   bool has_void = false;
   int lattice_resolution = 0;  // r: there are 2^r lattice steps per grid step.
-  int spacing_exponent = 0;    // The samples are 2^spacing_exponent grid steps apart.
-  uint32_t layers = 0;         // Bit 2 axis + (0 low, 1 high): layers beyond the data.
-  int32_t origin[3] = {};      // The lowest corner, in spacings.
-  int samples[3] = {};         // Along the axes, 2 .. kMaxShellSamples, layers included.
+  // The samples are 2^spacing_exponent grid steps apart.
+  int spacing_exponent = 0;
+  uint32_t layers = 0;     // Bit 2 axis + (0 low, 1 high): layers beyond the data.
+  int32_t origin[3] = {};  // The lowest corner, in spacings.
+  int samples[3] = {};     // Along the axes, 2 .. kMaxShellSamples, layers included.
   uint32_t vertices = 0;
   uint32_t triangles = 0;
 

@@ -76,7 +76,8 @@ struct DatasetInfo {
   std::uint64_t void_samples = 0;  // The number of NaN samples, where there is no field.
   std::optional<double> outside;   // The value beyond the data; absent means void.
   std::int32_t margin = 0;         // Grid steps from the grid's origin to the first sample.
-  std::int32_t grid_exponent = 1;  // The grid has 2^grid_exponent steps per side.
+  // The grid has 2^grid_exponent steps per side.
+  std::int32_t grid_exponent = 1;
   Histogram histogram;
   std::vector<double> suggested_isovalues;  // Best first.
   // Equal if and only if samples and error bins are equal, and so replies; 0: unknown.

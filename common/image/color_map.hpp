@@ -27,7 +27,8 @@ enum class ColorMap {
 // Maps a range of values to colors.
 struct ColorScale {
   ColorMap map = ColorMap::kGray;
-  double low = 0;  // Gets the map's first color.
+  // Gets the map's first color.
+  double low = 0;
   // Gets the map's last color, as do all values above `low` if high <= low.
   double high = 1;
   // Requires 0 < low < high; values <= 0 get the first color.

@@ -15,8 +15,10 @@ struct NrrdHeader {
   std::map<std::string, std::string, std::less<>> fields;  // "name: value"; names in lower case.
   std::map<std::string, std::string, std::less<>> keys;    // "name:=value"
   std::vector<std::string> listed_files;                   // The lines after "data file: LIST".
-  std::size_t bytes = 0;  // Includes the empty line: the offset of attached samples.
-  bool has_end = false;   // Whether there is an empty line; only detached headers may lack it.
+  // Includes the empty line: the offset of attached samples.
+  std::size_t bytes = 0;
+  // Whether there is an empty line; only detached headers may lack it.
+  bool has_end = false;
 
   // Returns the field's value; empty if it is absent.
   [[nodiscard]] std::string field(std::string_view name) const;

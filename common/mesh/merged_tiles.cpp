@@ -17,7 +17,8 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 // The vertices and edges a tile may share with others, and the counts of the rest.
 struct TileSeam {
-  std::vector<std::uint32_t> vertices;              // Lie on the cube's faces.
+  // Lie on the cube's faces.
+  std::vector<std::uint32_t> vertices;
   std::vector<std::array<std::uint32_t, 2>> edges;  // Directed, between `vertices`.
   // The component of each of `vertices`.
   std::vector<std::uint32_t> component_of;

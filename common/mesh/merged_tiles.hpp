@@ -24,7 +24,8 @@ struct MarchedBox {
 
 struct TileInCube {
   const LatticeMesh* mesh = nullptr;
-  OctreeCube cube = {};  // Contains all vertices of the mesh, faces included.
+  // Contains all vertices of the mesh, faces included.
+  OctreeCube cube = {};
   // Set only if this process made the mesh by marching the tetrahedra of all cells of the box, with
   // any signs and values at their corners. Such a mesh is manifold:
   //  * A crossed edge has one vertex, strictly inside it, so different edges have different

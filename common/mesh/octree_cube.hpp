@@ -11,8 +11,9 @@
 namespace multitetra {
 
 struct OctreeCube {
-  std::int32_t exponent = 0;  // The side is 2^exponent grid steps; 0 to kMaxLatticeBits.
-  std::int32_t x = 0;         // The position in units of the side.
+  // The side is 2^exponent grid steps; 0 to kMaxLatticeBits.
+  std::int32_t exponent = 0;
+  std::int32_t x = 0;  // The position in units of the side.
   std::int32_t y = 0;
   std::int32_t z = 0;
 

@@ -72,7 +72,8 @@ class TriangleTree {
 
  private:
   static constexpr std::uint32_t kWidth = 8;
-  static constexpr std::size_t kLevels = 11;  // 8^11 exceeds the range of 32-bit indices.
+  // 8^11 exceeds the range of 32-bit indices.
+  static constexpr std::size_t kLevels = 11;
   static constexpr std::int32_t kHighest = std::numeric_limits<std::int32_t>::max();
   static constexpr std::int32_t kLowest = std::numeric_limits<std::int32_t>::min();
 

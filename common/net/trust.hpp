@@ -11,7 +11,8 @@ namespace multitetra {
 
 struct Trust {
   std::string ca_file = {};  // PEM file of authorities; empty: those of the machine.
-  bool insecure = false;     // Disables certificate checks. For tests only.
+  // Disables certificate checks. For tests only.
+  bool insecure = false;
 };
 
 // Returns the context for a client's connections; TLS 1.2 or later. Fails with kInvalidArgument if

@@ -42,8 +42,9 @@ enum class Combination { kInOrder, kMinimum };
 
 // Regions include their borders.
 struct BoxShape {
-  Vec3 low = {};   // At most `high` on every axis.
-  Vec3 high = {};  // A box may be flat: a place, a line or a rectangle.
+  Vec3 low = {};  // At most `high` on every axis.
+  // A box may be flat: a place, a line or a rectangle.
+  Vec3 high = {};
 
   friend bool operator==(const BoxShape&, const BoxShape&) = default;
 };

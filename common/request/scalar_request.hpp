@@ -37,7 +37,8 @@ struct ScalarRequest {
     friend bool operator==(const Limits&, const Limits&) = default;
   };
   std::optional<Limits> limits = {};  // Absent: the range of the dataset's samples.
-  bool in_any_world = false;          // Allows a dataset in another world than the surface's.
+  // Allows a dataset in another world than the surface's.
+  bool in_any_world = false;
 
   friend bool operator==(const ScalarRequest&, const ScalarRequest&) = default;
 };

@@ -35,7 +35,8 @@ enum class SliceDetail {
 struct SliceRequest {
   // The coordinates of the three vectors.
   CoordinateSystem coordinates = CoordinateSystem::kWorld;
-  Vec3 origin = {0, 0, 0};  // All coordinates are from -kMaxCoordinate to kMaxCoordinate.
+  // All coordinates are from -kMaxCoordinate to kMaxCoordinate.
+  Vec3 origin = {0, 0, 0};
   Vec3 right = {1, 0, 0};
   Vec3 down = {0, 1, 0};
   // In pixels, at least 1; width * height is at most kMaxSlicePixels.

@@ -31,7 +31,8 @@ struct SurfaceQuery {
   // The dataset whose values color the surfaces; empty: none.
   std::string color_by = {};
   std::optional<ScalarRequest::Limits> color_range = {};
-  bool color_anyway = false;  // Allows a dataset in another world.
+  // Allows a dataset in another world.
+  bool color_anyway = false;
 
   // The parameters of the output file.
   CoordinateSystem coordinates = CoordinateSystem::kWorld;

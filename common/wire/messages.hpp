@@ -205,7 +205,8 @@ struct TileScalars {
 struct StepEnd {
   std::uint64_t request_id = 0;
   std::uint32_t step = 0;
-  std::uint32_t tiles_sent = 0;  // Excludes tiles the client has.
+  // Excludes tiles the client has.
+  std::uint32_t tiles_sent = 0;
   // The total size of the tiles sent.
   std::uint64_t payload_bytes = 0;
   // The sum of the digests of all tiles.

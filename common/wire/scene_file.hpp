@@ -22,7 +22,8 @@ struct ScenePart {
   // The name of its node, mesh and material; the node's extras have the label's number ("label").
   // If it has no color, the part_color() of its index among the parts is used.
   SurfaceName name = {};
-  const PositionedMesh* mesh = nullptr;  // Not null. A mesh without triangles gets no node.
+  // Not null. A mesh without triangles gets no node.
+  const PositionedMesh* mesh = nullptr;
 };
 
 // Returns the bytes of the file. Each node has a matrix that converts z-up to glTF's y-up and

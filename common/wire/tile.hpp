@@ -25,7 +25,8 @@ namespace multitetra {
 
 // The manifest's entry for a tile.
 struct TileSummary {
-  OctreeCube cube = {};  // Contains all vertices, faces included.
+  // Contains all vertices, faces included.
+  OctreeCube cube = {};
   // The digest of the tile's triangles.
   ContentDigest digest = {};
   std::uint32_t triangles = 0;

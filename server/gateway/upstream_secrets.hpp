@@ -10,8 +10,9 @@ namespace multitetra {
 
 // Paths as given in options; empty: none.
 struct UpstreamFiles {
-  std::string ca = {};     // PEM: trusted authorities, instead of the system's.
-  std::string token = {};  // The first line is the gateway's own token.
+  std::string ca = {};  // PEM: trusted authorities, instead of the system's.
+  // The first line is the gateway's own token.
+  std::string token = {};
   bool needs_tls = false;  // Whether any server uses TLS.
 };
 

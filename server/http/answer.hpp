@@ -28,7 +28,8 @@ struct Body {
   std::variant<std::string, SharedBytes, SharedFile> whole = {};
   std::uint64_t first = 0;
   std::uint64_t length = 0;
-  bool is_resident = false;  // The bytes stay in memory for the lifetime of the program.
+  // The bytes stay in memory for the lifetime of the program.
+  bool is_resident = false;
 };
 [[nodiscard]] Body body_of(std::string text);
 [[nodiscard]] Body body_of(SharedBytes bytes);

@@ -53,8 +53,9 @@ class AccessRights {
 
  private:
   std::string name_;
-  std::vector<std::string> datasets_ = {"*"};  // At least one pattern must match.
-  std::optional<Time> expires_;                // None: never.
+  // At least one pattern must match.
+  std::vector<std::string> datasets_ = {"*"};
+  std::optional<Time> expires_;  // None: never.
   bool surfaces_only_ = false;
 };
 

@@ -166,7 +166,8 @@ class AdmissionControl {
   AccessListPtr access_;
   ConnectionLimiter connections_;
   ConnectionLimiter refused_;
-  std::set<ConnectionContext*> clients_;  // Excludes refused connections.
+  // Excludes refused connections.
+  std::set<ConnectionContext*> clients_;
   RatePerName rates_;
   ByteReservations queue_;
   std::uint64_t last_connection_ = 0;

@@ -43,7 +43,8 @@ std::string key_of(const DatasetInfo& info, const SliceRequest& slice, const Sli
 // The colors of values and of void samples.
 struct PictureColors {
   ColorScale scale;
-  bool has_no_value = false;  // The scale has a color for void; otherwise it is transparent.
+  // The scale has a color for void; otherwise it is transparent.
+  bool has_no_value = false;
 };
 
 std::string picture_of(const SliceReply& slice, const PictureColors& colors) {

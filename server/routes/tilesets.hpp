@@ -34,7 +34,8 @@ class TilesetRoute {
     OctreeCube cell;
     bool is_surface = false;  // Otherwise the cell's tileset.
     bool is_first = false;    // tileset.json, of the current dataset.
-    bool is_known = false;    // The dataset has a content digest.
+    // The dataset has a content digest.
+    bool is_known = false;
     std::string key;
     // Quoted; empty if the dataset has no content digest.
     std::string tag;

@@ -45,8 +45,9 @@ class FairQueue {
   struct Job {
     std::function<void()> run;
     bool is_long = false;
-    bool is_background = false;  // Runs only when no other job can.
-    std::string kind = {};       // For duration statistics.
+    // Runs only when no other job can.
+    bool is_background = false;
+    std::string kind = {};  // For duration statistics.
     double expected_seconds = 0;
     double following_seconds = 0;  // Expected time of the job that this one will add.
   };
@@ -155,7 +156,8 @@ class FairQueue {
   };
   // The shares within one network.
   struct Network {
-    int shares = 1;  // The weight of all of them is at most this.
+    // The weight of all of them is at most this.
+    int shares = 1;
     std::size_t share_count = 0;
     std::size_t busy_count = 0;
   };

@@ -69,7 +69,8 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
   double bytes_per_second_ = kDefaultBytesPerSecond;
   StreamPtr stream_;  // Null if none runs.
   std::set<JobPtr> jobs_;
-  bool is_making_ = false;  // A worker has a step of stream_ or of a stopped stream.
+  // A worker has a step of stream_ or of a stopped stream.
+  bool is_making_ = false;
 };
 
 // Shared with workers, which use only `action` and `stop`.

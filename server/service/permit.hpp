@@ -26,7 +26,8 @@ struct StartStream {
   SurfaceProviderPtr source;
   // The provider of open.scalars; null without scalars.
   SurfaceProviderPtr scalars = nullptr;
-  bool shells = false;  // Steps may be sent as sample shells.
+  // Steps may be sent as sample shells.
+  bool shells = false;
   // The providers of open.further_datasets.
   std::vector<SurfaceProviderPtr> further = {};
 };
@@ -39,12 +40,14 @@ struct RunQuery {
 // Request limits that are stricter than those of the protocol.
 struct RequestLimits {
   std::size_t max_regions = kMaxThresholdRegions;
-  bool surfaces_only = false;  // Rejects requests whose replies hold samples.
+  // Rejects requests whose replies hold samples.
+  bool surfaces_only = false;
 };
 
 class Permit {
  public:
-  Permit() = default;  // Allows nothing; all datasets are hidden.
+  // Allows nothing; all datasets are hidden.
+  Permit() = default;
 
   // Returns kUnauthenticated if the list does not contain the token. Without a list, all datasets
   // are visible.

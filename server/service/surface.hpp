@@ -34,7 +34,8 @@ struct SurfaceTiles {
 [[nodiscard]] std::uint64_t triangles_of(const StepBegin& step);
 
 struct Surface {
-  IsosurfaceRequest request = {};  // Its error is the one that the budget allows.
+  // Its error is the one that the budget allows.
+  IsosurfaceRequest request = {};
   double error_bound_world = 0;
   std::int32_t finest_spacing = 1;
   std::uint32_t crossed_octants = 0;  // See StepBegin.

@@ -40,7 +40,8 @@ class SurfaceCache {
 
  private:
   struct Outline {
-    StepTiles step;  // Its tiles and meshes are empty.
+    // Its tiles and meshes are empty.
+    StepTiles step;
     std::vector<TileKey> tiles;
   };
   [[nodiscard]] std::optional<StepTiles> find_cached(const std::string& key);

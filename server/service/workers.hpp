@@ -25,8 +25,9 @@ struct Work {
   // Jobs of one kind, that is a dataset and an operation, are expected to take similar times.
   // Empty: unknown.
   std::string kind = {};
-  bool is_long = false;        // Jobs whose kind proved long count as long too.
-  bool is_background = false;  // Runs only when no other job can.
+  bool is_long = false;  // Jobs whose kind proved long count as long too.
+  // Runs only when no other job can.
+  bool is_background = false;
   // If set, runs first, in a job of its own. Its result, if known, overrides `is_long`.
   Forecast forecast = {};
 };

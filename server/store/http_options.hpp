@@ -16,7 +16,8 @@ struct HttpStoreOptions {
   // The longest pause between attempts, also if Retry-After is longer.
   std::chrono::milliseconds longest_pause{5000};
   std::chrono::seconds connect_timeout{20};
-  std::chrono::seconds stall_timeout{30};  // Aborts attempts below 256 bytes/s for this long.
+  // Aborts attempts below 256 bytes/s for this long.
+  std::chrono::seconds stall_timeout{30};
   // Time limit of a request, including all attempts.
   std::chrono::milliseconds deadline{600000};
   // The time for which requests to a host fail at once after a request to it has finally failed.

@@ -62,7 +62,8 @@ class HttpStore : public ObjectStore {
                      "Check the address, the network and the credentials");
   }
 
-  std::string base_;  // Ends with '/'.
+  // Ends with '/'.
+  std::string base_;
   bool allow_other_hosts_;
   StoreClient client_;
 };

@@ -25,7 +25,8 @@ struct StreamState {
   double triangles_per_second = 0;
   // The level of the budget's error schedule, once known.
   std::optional<int> level = {};
-  bool shells = false;  // The client decodes shells and may receive them.
+  // The client decodes shells and may receive them.
+  bool shells = false;
   MeshUse use = MeshUse::kKeep;
 };
 
@@ -35,7 +36,8 @@ struct MadeStep {
   // Nothing was built: there are no more previews, and only previews were requested.
   bool is_over = false;
   StepTiles encoded = {};
-  StreamState after = {};  // This step is not yet in `delivered`.
+  // This step is not yet in `delivered`.
+  StreamState after = {};
   // The scalars of each tile, if the stream has scalars.
   std::vector<ScalarsOfTile> scalars = {};
 };
@@ -45,7 +47,8 @@ struct StepLimits {
   std::uint64_t max_triangles = 0;
   // The bandwidth to the client.
   double bytes_per_second = kDefaultBytesPerSecond;
-  bool is_contended = false;  // Other work waits for threads: skips the certified preview.
+  // Other work waits for threads: skips the certified preview.
+  bool is_contended = false;
   // Builds final steps as meshes (see SurfaceProvider::make_meshes).
   bool as_meshes = false;
 };

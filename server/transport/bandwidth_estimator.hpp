@@ -75,10 +75,12 @@ class BandwidthEstimator {
   }
 
   double bytes_per_second_ = kDefaultBytesPerSecond;
-  bool is_measured_ = false;  // A rate was measured while bytes were queued.
+  // A rate was measured while bytes were queued.
+  bool is_measured_ = false;
   std::uint64_t written_ = 0;
 
-  bool has_waiting_ = false;  // Bytes are being written or queued.
+  // Bytes are being written or queued.
+  bool has_waiting_ = false;
   Clock::time_point since_ = {};
   // Bytes sent up to `since_`.
   std::uint64_t sent_ = 0;

@@ -38,7 +38,8 @@ struct ServerContext {
   AdmissionControl& admission;
   SurfaceService& service;
   std::function<ConversationPtr(ConnectionContextPtr client)> new_conversation;
-  std::function<std::string()> metrics = {};  // Returns Prometheus text; empty: no metrics.
+  // Returns Prometheus text; empty: no metrics.
+  std::function<std::string()> metrics = {};
 };
 
 using MakeListener = std::function<std::unique_ptr<Listener>(const ServerContext&)>;

@@ -45,7 +45,8 @@ struct ServerOptions {
   std::function<void()> when_reloaded = {};
   // Exposed at /metrics by every listener. Null: no metrics.
   std::shared_ptr<PrometheusMetrics> metrics = {};
-  bool returns_memory = false;  // Periodically returns free memory to the system.
+  // Periodically returns free memory to the system.
+  bool returns_memory = false;
 };
 
 class Server {

@@ -28,9 +28,12 @@
 namespace multitetra {
 
 struct VolumeFileOptions {
-  std::optional<RawLayout> raw = std::nullopt;  // If present, the file is read as raw bytes.
-  VolumeChoice choice = {};                     // Selects one of several volumes or components.
-  Placement placement = {};                     // Overrides the placement in the file.
+  // If present, the file is read as raw bytes.
+  std::optional<RawLayout> raw = std::nullopt;
+  // Selects one of several volumes or components.
+  VolumeChoice choice = {};
+  // Overrides the placement in the file.
+  Placement placement = {};
   // Called with a sentence for each conversion; for open_volume(), while the source is read.
   std::function<void(const std::string&)> notice = nullptr;
 };

@@ -15,7 +15,8 @@ namespace multitetra {
 // A directed edge of a triangle, stored at its lower vertex.
 struct EdgeUse {
   std::uint32_t upper;
-  bool upwards;  // The edge runs from the lower index to the upper one.
+  // The edge runs from the lower index to the upper one.
+  bool upwards;
 
   friend auto operator<=>(const EdgeUse&, const EdgeUse&) = default;
 };

@@ -21,7 +21,8 @@ namespace multitetra {
 struct PositionSteps {
   std::array<double, 3> low = {};
   double step = 0;
-  std::vector<std::array<std::uint16_t, 4>> steps;  // The fourth is 0.
+  // The fourth is 0.
+  std::vector<std::array<std::uint16_t, 4>> steps;
 };
 
 // Rounds positions to 1 / 65535 of the longest side of their box, by at most

@@ -44,8 +44,9 @@ class Model {
 
 struct ModelOptions {
   ThresholdMap thresholds = ThresholdMap::everywhere(0);
-  double topology_tolerance = 0;    // In grid steps: flips of at most this spacing may be fused.
-  std::int32_t finest_spacing = 1;  // Points of a smaller spacing are fused.
+  double topology_tolerance = 0;  // In grid steps: flips of at most this spacing may be fused.
+  // Points of a smaller spacing are fused.
+  std::int32_t finest_spacing = 1;
   // Points of at least this spacing are kept, so every tetrahedron lies in an octree cube of at
   // most twice that side. A point's spacing is at most its parents', so the model conforms.
   std::int32_t refined_to = std::numeric_limits<std::int32_t>::max();

@@ -58,7 +58,8 @@ class SaturatedErrors {
   template <typename Sample>
   class Pass;
 
-  std::vector<Level> levels_;  // Level e holds the points with spacing 2^e.
+  // Level e holds the points with spacing 2^e.
+  std::vector<Level> levels_;
 };
 
 }  // namespace multitetra

@@ -40,10 +40,10 @@ struct FineArrays {
   std::vector<float> values;
   // Errors of points that do not exceed the threshold.
   std::vector<float> errors;
-  BitGrid above;   // The value is greater than the isovalue.
-  BitGrid below;   // The value is neither above nor void.
-  BitGrid mixed;   // The diamond has values on both sides.
-  BitGrid active;  // The error is not 0.
+  BitGrid above;   // Value greater than the isovalue.
+  BitGrid below;   // Value neither above nor void.
+  BitGrid mixed;   // Diamond with values on both sides.
+  BitGrid active;  // Error other than 0.
   // The error is greater than the largest threshold.
   BitGrid exceeding;
 };
@@ -112,7 +112,8 @@ class FineErrors {
 
   const PreparedVolume& volume_;
   const FineErrorsOptions options_;
-  const float isovalue_below_;   // A float exceeds the isovalue exactly if it exceeds this.
+  // A float exceeds the isovalue exactly if it exceeds this.
+  const float isovalue_below_;
   const float threshold_below_;  // The same for the largest threshold.
   FineCells cells_;
   GridPoint origin_;  // Grid coordinates of the arrays' first point: one cell below the cube.

@@ -21,7 +21,8 @@ using Samples =
 struct Volume {
   std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each at least 1.
   Vec3 spacing = {1, 1, 1};            // World units between samples, > 0.
-  Affine index_to_world;  // Maps sample indices to world coordinates, spacing included.
+  // Maps sample indices to world coordinates, spacing included.
+  Affine index_to_world;
   PhysicalMeaning meaning = {};
   Samples samples;  // dims[0] * dims[1] * dims[2] samples; NaN is void.
 

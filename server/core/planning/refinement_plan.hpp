@@ -46,7 +46,8 @@ namespace multitetra {
 // One step of a stream: a request, and the finest spacing of its hierarchy.
 struct StepRequest {
   IsosurfaceRequest request;
-  std::int32_t finest_spacing = 1;  // Grid steps, a power of two. No finer point is kept.
+  // Grid steps, a power of two. No finer point is kept.
+  std::int32_t finest_spacing = 1;
   // If set, the surface of the uniform level of this spacing, in sample shells; otherwise meshes.
   std::optional<ShellStep> shell = {};
 
@@ -107,8 +108,10 @@ struct PlanLimits {
   bool previews = true;
   // Maximum triangles of the certified preview; 0 disables it.
   double certified_triangles = kMaxCertifiedTriangles;
-  bool shells = false;      // The client decodes shells.
-  bool is_display = false;  // The client keeps no mesh.
+  // The client decodes shells.
+  bool shells = false;
+  // The client keeps no mesh.
+  bool is_display = false;
   // Maximum triangles of a final step of shells.
   double shell_triangles = kMaxShellTriangles;
 };

@@ -97,8 +97,10 @@ class SimplifiedPiece::Run {
   struct State {
     float least_cost = 0;
     std::uint32_t best = kNone;  // The cheapest vertex to collapse onto.
-    bool is_stale = true;        // The above are outdated.
-    bool is_closed = false;      // Rejected, and its surroundings have not changed since.
+    // The above are outdated.
+    bool is_stale = true;
+    // Rejected, and its surroundings have not changed since.
+    bool is_closed = false;
     std::uint8_t refusals = 0;
   };
 

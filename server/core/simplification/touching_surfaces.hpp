@@ -29,7 +29,8 @@ namespace multitetra {
 struct SurfacePatch {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  std::uint32_t first = 0;       // The number of its surface. Triangles face as they do there.
+  // The number of its surface. Triangles face as they do there.
+  std::uint32_t first = 0;
   std::uint32_t second = kNone;  // The surface on the other side, greater than `first`, or kNone.
   LatticeMesh mesh = {};
   // The bound in Simplified.

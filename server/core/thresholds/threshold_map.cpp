@@ -59,7 +59,8 @@ struct MapParts {
   RegionSet regions;
   std::optional<ThresholdPyramid> grid;
   std::optional<ViewThreshold> view;
-  bool has_finite_squares;  // If not set, the map is `at_least` everywhere.
+  // If not set, the map is `at_least` everywhere.
+  bool has_finite_squares;
 };
 
 MapParts::MapParts(const IsosurfaceRequest& request, const DatasetInfo& info)
@@ -152,7 +153,8 @@ struct ThresholdMap::IndexedParts {
     return has_gap ? std::min(least, pieces.everywhere) : least;
   }
 
-  MapParts pieces;  // Its regions have been moved into the octree.
+  // Its regions have been moved into the octree.
+  MapParts pieces;
   RegionOctree regions;
 };
 

@@ -23,8 +23,10 @@ class RemoteStream : public ProgressiveStream {
   using Clock = std::chrono::steady_clock;
   // Called synchronously from within the causing call.
   struct Events {
-    std::function<void()> changed;  // The client may have another message to take.
-    std::function<void()> taken;    // The queue has space.
+    // The client may have another message to take.
+    std::function<void()> changed;
+    // The queue has space.
+    std::function<void()> taken;
     std::function<void(RemoteStream&)> stopped;
   };
 
@@ -95,7 +97,8 @@ class RemoteStream : public ProgressiveStream {
 
   static constexpr std::size_t kMaxWaiting = 4;  // Reading from the server pauses beyond that.
 
-  bool is_finished_ = false;  // The final message was set here.
+  // The final message was set here.
+  bool is_finished_ = false;
   std::deque<ServerMessage> waiting_;
   std::uint32_t steps_sent_ = 0;
   Events events_;

@@ -61,7 +61,8 @@ class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
   std::chrono::milliseconds connect_timeout_;
   MessageChannel channel_;
   asio::steady_timer connect_timer_;
-  asio::steady_timer silence_timer_;  // Runs while receiving.
+  // Runs while receiving.
+  asio::steady_timer silence_timer_;
   bool is_ping_pending_ = false;
   bool is_silent_ = false;  // Closed because of a silence timeout.
   std::deque<std::string> to_send_;

@@ -48,7 +48,8 @@ struct UpstreamClient {
   std::string token = {};
   std::string share = {};    // ConnectionContext::share(); empty for the gateway itself.
   std::string address = {};  // Address for the servers' logs.
-  bool shells = false;       // Decodes sample shells and may receive them.
+  // Decodes sample shells and may receive them.
+  bool shells = false;
 };
 
 class UpstreamPool {
@@ -130,7 +131,8 @@ class UpstreamPool {
   // The datasets that one server offers for a token.
   struct Listing {
     std::vector<DatasetInfo> datasets;
-    bool shells = false;  // The server sends sample shells.
+    // The server sends sample shells.
+    bool shells = false;
   };
   [[nodiscard]] asio::awaitable<Result<Listing>> list_of(std::size_t upstream, std::string token);
   [[nodiscard]] std::vector<std::size_t> by_preference(std::vector<std::size_t> replicas) const;

@@ -27,7 +27,8 @@ struct SizeCurves {
 struct SizeCurvesOptions {
   // Sampled cubes per isovalue and error.
   std::size_t cubes = 256;
-  bool simplify = false;  // Count triangles after simplification, estimated from blocks.
+  // Count triangles after simplification, estimated from blocks.
+  bool simplify = false;
   // Receives numbers of isovalues; calls are serialized.
   std::function<void(std::size_t done, std::size_t all)> progress = {};
 };

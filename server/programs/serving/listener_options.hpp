@@ -45,7 +45,8 @@ struct ListenerOptions {
   double handshake_seconds = 10;
   double write_seconds = 60;
   double idle_seconds = 600;
-  RouteOptions routes = {};  // Viewer files are read at the start.
+  // Viewer files are read at the start.
+  RouteOptions routes = {};
   std::size_t min_mesh_bytes_per_second = HttpOptions{}.min_file_bytes_per_second;
 
   double drain_seconds = 30;

@@ -250,7 +250,8 @@ class ViewedVolumes {
   DatasetFolders folders_;
   std::vector<std::string> datasets_;
   bool has_datasets_ = false;
-  std::deque<PrepareArguments> waiting_;  // The first one is in progress.
+  // The first one is in progress.
+  std::deque<PrepareArguments> waiting_;
   std::unique_ptr<Work> work_;
 };
 

@@ -33,7 +33,8 @@ struct DescribedRaw {
   // The origin of the layout, for a notice.
   std::string source;
   std::uint64_t offset = 0;
-  bool begins_packed = false;  // A gzip stream of samples begins at `offset`.
+  // A gzip stream of samples begins at `offset`.
+  bool begins_packed = false;
   Endian endian = Endian::kLittle;
   ImageHeader header = {};
 };

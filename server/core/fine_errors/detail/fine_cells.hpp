@@ -61,7 +61,8 @@ class FineCells {
   const PreparedVolume& volume_;
   const LevelExtent in_data_;
   const float outside_;
-  const float isovalue_below_;         // A float exceeds the isovalue exactly if it exceeds this.
+  // A float exceeds the isovalue exactly if it exceeds this.
+  const float isovalue_below_;
   GridPoint first_;                    // The cell below the cube.
   std::int32_t cells_ = 0;             // Cells along an axis: the cube's and one on either side.
   std::span<const std::byte> ranges_;  // Ranges of the volume's cells.

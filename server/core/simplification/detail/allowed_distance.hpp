@@ -38,7 +38,8 @@ struct PieceFrame {
   double unit = 1;  // Length of that step.
   // Lengths of a lattice step along each axis, in units.
   Vec3 proportions = {1, 1, 1};
-  LatticePoint origin = {};       // Keeps coordinates small and so precise.
+  // Keeps coordinates small and so precise.
+  LatticePoint origin = {};
   double lattice_per_voxel = 32;  // Lattice steps per grid step.
 
   [[nodiscard]] Vec3 position(const LatticePoint& p) const {

@@ -67,7 +67,8 @@ class Embedding {
   std::uint32_t collapse_number_ = 0;
   std::vector<RingVertex> ring_vertices_;  // By vertex.
   std::vector<std::uint32_t> removed_in_;  // By triangle: the collapse that removed or moved it.
-  std::vector<FanTriangle> fan_;           // Element k - 1 is the triangle of w_k and w_(k+1).
+  // Element k - 1 is the triangle of w_k and w_(k+1).
+  std::vector<FanTriangle> fan_;
   // By position in the ring: mask of the fan's triangles in its star, or 0 if they may overlap.
   std::vector<std::uint64_t> disjoint_stars_;
   std::vector<std::uint32_t> corners_;

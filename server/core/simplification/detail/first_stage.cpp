@@ -113,7 +113,8 @@ class Sweeps {
  private:
   struct State {
     std::uint8_t pass_as_goal = 0;  // The last pass in which another vertex was collapsed onto it.
-    bool is_closed = false;         // Rejected, and its surroundings have not changed since.
+    // Rejected, and its surroundings have not changed since.
+    bool is_closed = false;
   };
 
   [[nodiscard]] double own_limit(double limit) const {

@@ -15,7 +15,8 @@
 namespace multitetra {
 
 struct FirstStage {
-  LatticeMesh mesh;  // Its vertices are a subset of those before, in the order of first use.
+  // Its vertices are a subset of those before, in the order of first use.
+  LatticeMesh mesh;
   // By vertex, in units: see vertex_errors.hpp.
   std::vector<float> errors;
 };

@@ -117,7 +117,8 @@ class SuccessiveMapping {
  private:
   static constexpr std::uint32_t kNone = CollapsingMesh::kNone;
   static constexpr std::uint32_t kFanEdge = kNone;
-  static constexpr double kLargestLimit = 1e150;  // Its square is finite.
+  // Its square is finite.
+  static constexpr double kLargestLimit = 1e150;
   // Added to `last_collapse` for vertices of the ring, which stay. No surface has this many
   // attempts.
   static constexpr std::uint32_t kRingOffset = std::uint32_t{1} << 31;

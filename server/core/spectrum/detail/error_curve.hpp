@@ -30,8 +30,9 @@ class CurveLayer {
  public:
   struct Curve {
     std::uint32_t offset = 0;  // Index of the first block.
-    std::uint16_t first = 0;   // The first bin is 4 * first.
-    std::uint16_t count = 0;   // Number of blocks; 0 without errors.
+    // The first bin is 4 * first.
+    std::uint16_t first = 0;
+    std::uint16_t count = 0;  // Number of blocks; 0 without errors.
   };
 
   // Removes all curves. `low` and `extent` are in the level's units; z is ignored.
@@ -74,7 +75,8 @@ class CurveLayer {
 
   GridPoint low_;
   GridPoint extent_;
-  std::vector<Curve> curves_;  // Includes an empty border of one place.
+  // Includes an empty border of one place.
+  std::vector<Curve> curves_;
   std::vector<CurveBlock> pool_;
   std::size_t used_ = 0;
 };

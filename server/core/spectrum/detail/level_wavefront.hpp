@@ -140,7 +140,8 @@ class LevelWavefront {
   std::array<std::array<std::ptrdiff_t, 12>, 64> offsets_{};
   std::vector<FourOwnErrors> errors_;  // The errors of the current row.
   std::array<CurveLayer, 2> even_;
-  std::size_t lower_ = 1;  // even_[lower_] is layer 2k, the other 2k + 2.
+  // even_[lower_] is layer 2k, the other 2k + 2.
+  std::size_t lower_ = 1;
   std::int32_t next_ = 0;
   CurveLayer odd_;
 };

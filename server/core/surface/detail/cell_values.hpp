@@ -121,7 +121,8 @@ class BrickValues {
   DataSurroundings surroundings_;
   GridCounts first_brick_{};
   GridCounts bricks_{};
-  std::vector<Brick> read_;  // `samples` is null until the brick is read.
+  // `samples` is null until the brick is read.
+  std::vector<Brick> read_;
 };
 
 // Values at multiples of kSpectrumSpacing, which is the unit.

@@ -78,7 +78,8 @@ class OctreeCubeSurface {
 
  private:
   double isovalue_;
-  float isovalue_below_;  // A float exceeds the isovalue exactly if it exceeds this.
+  // A float exceeds the isovalue exactly if it exceeds this.
+  float isovalue_below_;
   int resolution_;
 };
 

@@ -40,7 +40,8 @@ class RegionSet {
   // contains the box and so hides all earlier regions.
   struct List {
     std::vector<Index> regions;
-    bool is_closed = false;  // The last entry contains the box.
+    // The last entry contains the box.
+    bool is_closed = false;
   };
   [[nodiscard]] List all() const;
   // Returns the part of a box's list that applies to a box inside it.

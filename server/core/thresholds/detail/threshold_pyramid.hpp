@@ -54,7 +54,8 @@ class ThresholdPyramid {
 
   Affine to_samples_;
   double unit_;
-  std::vector<float> thresholds_;  // NaN means no threshold.
+  // NaN means no threshold.
+  std::vector<float> thresholds_;
   std::vector<Level> levels_;
 };
 

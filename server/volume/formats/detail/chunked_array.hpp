@@ -45,7 +45,8 @@ struct ArrayLayout {
   std::optional<ShardLayout> shards;
   std::string key_prefix;  // Prefix of chunk keys: "c/" or empty.
   char key_separator = '.';
-  bool key_is_reversed = false;  // The fastest dimension comes first (N5).
+  // The fastest dimension comes first (N5).
+  bool key_is_reversed = false;
   // Each chunk contains its own shape (N5).
   bool has_block_headers = false;
   std::vector<std::string> dimension_names;  // Empty, or one per dimension.

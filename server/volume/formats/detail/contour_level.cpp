@@ -27,7 +27,7 @@ constexpr std::uint64_t kMaxContourBytes = std::uint64_t{16} << 20;
 struct ContourHandler {
   // The open contour is the primary one.
   bool is_primary = false;
-  bool is_open = false;  // A level is open.
+  bool is_open = false;
   std::string text;
   std::optional<double> level;  // The first one, unless a primary one follows.
   bool has_primary = false;

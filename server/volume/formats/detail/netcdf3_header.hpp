@@ -28,7 +28,8 @@ struct NetcdfVariable {
   std::vector<NetcdfAttribute> attributes = {};
   int type = 0;
   std::uint64_t begin = 0;
-  bool has_records = false;  // The first dimension is unlimited: entries are one record apart.
+  // The first dimension is unlimited: entries are one record apart.
+  bool has_records = false;
 
   [[nodiscard]] const NetcdfAttribute* attribute(std::string_view wanted) const {
     const auto found = std::find_if(attributes.begin(), attributes.end(),

@@ -16,7 +16,8 @@ struct NumberedFiles {
   std::string before;  // The text before the number.
   std::string after;
   std::size_t width = 0;  // Minimum width of a number, 0 to 10.
-  bool zeros = false;     // Pad with zeros instead of spaces.
+  // Pad with zeros instead of spaces.
+  bool zeros = false;
   std::int64_t first = 0;
   std::int64_t step = 1;   // Never 0.
   std::int64_t count = 1;  // 1 to 65536.

@@ -14,7 +14,8 @@ namespace multitetra {
 struct NumbersInText {
   std::filesystem::path file;
   std::uint64_t begin = 0;
-  std::uint64_t end = 0;  // 0 means the end of the file.
+  // 0 means the end of the file.
+  std::uint64_t end = 0;
   std::uint64_t skipped = 0;
   // kGzip or kBzip2 if the whole file is compressed; offsets then count unpacked bytes.
   Packing packing = Packing::kNone;

@@ -28,7 +28,8 @@ struct TiffDescription {
   SourceTimes times = {};
   std::array<std::optional<double>, 3> spacing = {};  // Along x, y, z, if given.
   std::string length_unit = {};
-  bool resolution_is_spacing = false;                // The resolution counts pixels per unit.
+  // The resolution counts pixels per unit.
+  bool resolution_is_spacing = false;
   std::vector<TiffChannel> described_channels = {};  // Empty, or one per channel.
   // Slice z, channel c and time t are page pages[(t * channels + c) * slices + z].
   std::vector<std::size_t> pages = {};

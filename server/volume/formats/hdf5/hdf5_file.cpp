@@ -132,7 +132,8 @@ std::string chosen_dataset(const fs::path& path, hid_t file, const VolumeChoice&
 struct ReadScale {
   fs::path file;
   AxisCoordinates coordinates = {};
-  std::exception_ptr failure = {};  // Exceptions may not pass libhdf5.
+  // Exceptions may not pass libhdf5.
+  std::exception_ptr failure = {};
 };
 
 herr_t read_scale(hid_t, unsigned, hid_t scale, void* into) {

@@ -28,7 +28,8 @@ Result<std::vector<PvdEntry>> parse_pvd(std::string_view text) {
   struct Found {
     std::vector<PvdEntry> entries;
     bool is_collection = false;
-    bool is_valid = true;  // Every file has a time.
+    // Every file has a time.
+    bool is_valid = true;
   } found;
   const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(
       XML_ParserCreate(nullptr), &XML_ParserFree);
