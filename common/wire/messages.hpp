@@ -230,6 +230,7 @@ struct ErrorReply {
 struct Pong {
   std::uint64_t value = 0;
   bool requires_token = false;  // Before Welcome: a Hello without a token is refused.
+  bool has_new_list = false;    // The datasets have changed since the connection's last list.
 };
 
 struct EstimateReply {

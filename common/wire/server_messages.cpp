@@ -238,8 +238,10 @@ ErrorReply read(const v1::ErrorReply& wire) {
 }
 
 void write(const Pong& pong, v1::ServerMessage& message) {
-  message.mutable_pong()->set_value(pong.value);
-  message.mutable_pong()->set_requires_token(pong.requires_token);
+  v1::Pong& wire = *message.mutable_pong();
+  wire.set_value(pong.value);
+  wire.set_requires_token(pong.requires_token);
+  wire.set_has_new_list(pong.has_new_list);
 }
 
 void write(const EstimateReply& reply, v1::ServerMessage& message) {
@@ -327,7 +329,9 @@ tl::expected<ServerMessage, ParseError> parse_server_message(std::string_view by
     case v1::ServerMessage::kError:
       return read(wire.error());
     case v1::ServerMessage::kPong:
-      return Pong{.value = wire.pong().value(), .requires_token = wire.pong().requires_token()};
+      return Pong{.value = wire.pong().value(),
+                  .requires_token = wire.pong().requires_token(),
+                  .has_new_list = wire.pong().has_new_list()};
     case v1::ServerMessage::kEstimateReply:
       return checked(read(wire.estimate_reply(), checks), wire.estimate_reply().request_id());
     case v1::ServerMessage::kSliceReply:

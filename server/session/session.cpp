@@ -105,7 +105,7 @@ Actions Session::answer(const Hello& hello) {
 }
 
 Actions Session::answer(const ListDatasets& list) {
-  if (latest_) permit_.offer(latest_());
+  if (latest_) permit_.offer(listed_ = latest_());
   return {Send{DatasetList{.request_id = list.request_id, .datasets = permit_.describe()}}};
 }
 
@@ -133,7 +133,9 @@ Actions Session::answer(const Cancel& cancel) {
 
 Actions Session::answer(const Ping& ping) {
   const bool requires_token = !is_welcomed_ && access_ && !access_->rights_of("");
-  return {Send{Pong{.value = ping.value, .requires_token = requires_token}}};
+  const bool has_new_list = listed_ && latest_() != listed_;
+  return {Send{
+      Pong{.value = ping.value, .requires_token = requires_token, .has_new_list = has_new_list}}};
 }
 
 Actions Session::answer(const Estimate& estimate) { return accept_query(estimate); }

@@ -96,6 +96,7 @@ class Session {
 
   CataloguePtr catalogue_;
   LatestCatalogue latest_;  // May be empty.
+  CataloguePtr listed_;  // The catalogue of the last list; null: none, or there are no later ones.
   SessionOptions options_;
   RequestLimits limits_;
   AccessListPtr access_;

@@ -251,6 +251,17 @@ lists "tilted_ct tilted_organs.label1 tilted_organs.label2"
 grids=$(curl -s "$url/v1/datasets" | python3 -c 'import json, sys; print(len({json.dumps([d["dims"], d["index_to_world"]]) for d in json.load(sys.stdin)["datasets"]}))')
 [ "$grids" = 1 ] || fail "tilted labels have another grid than their volume: $(curl -s "$url/v1/datasets")"
 ends_by_interrupt
+printf '1 0 255 0 1 1 1 "left half"\n2 255 0 0 1 1 1 "right half"\n' >halves.txt
+starts named --no-browser scan/ct.nrrd --labels scan/ct_seg.nrrd --label-names halves.txt
+[ "$shown" = "ct&labels=ct_seg:&opacity=0.35" ] || fail "named labels are not shown: $shown"
+lists "ct ct_seg.label1 ct_seg.label2"
+curl -s "$url/v1/datasets" | python3 -c 'import json, sys; print(*[d["member"]["label"]["name"] for d in json.load(sys.stdin)["datasets"] if d["member"]], sep=";")' >names.txt
+[ "$(cat names.txt)" = "left half;right half" ] || fail "the labels are named $(cat names.txt)"
+ends_by_interrupt
+"$server" prepare scan/ct_seg.nrrd --label all -o prepared_labels --quiet
+starts prepared_labels --no-browser scan/ct.nrrd --labels prepared_labels
+lists "ct ct_seg.label1 ct_seg.label2"
+ends_by_interrupt
 starts unlabelled --no-browser --no-labels scan/ct.nrrd
 lists "ct"
 ends_by_interrupt

@@ -370,7 +370,9 @@ inline ServerMessage server_message(std::size_t kind, Random& random) {
                                   .text = text(80, random),
                                   .retry_after = std::abs(number(random))}};
     case 7:
-      return Pong{.value = random(), .requires_token = random() % 2 == 0};
+      return Pong{.value = random(),
+                  .requires_token = random() % 2 == 0,
+                  .has_new_list = random() % 2 == 0};
     case 9: {
       const auto width = static_cast<std::uint32_t>(1 + up_to(9, random));
       const auto height = static_cast<std::uint32_t>(1 + up_to(9, random));
@@ -459,7 +461,8 @@ inline bool same(const ErrorReply& a, const ErrorReply& b) {
   return std::tie(a.request_id, a.error) == std::tie(b.request_id, b.error);
 }
 inline bool same(const Pong& a, const Pong& b) {
-  return a.value == b.value && a.requires_token == b.requires_token;
+  return a.value == b.value && a.requires_token == b.requires_token &&
+         a.has_new_list == b.has_new_list;
 }
 inline bool same(const Estimate& a, const Estimate& b) {
   return std::tie(a.request_id, a.dataset, a.request, a.priority) ==

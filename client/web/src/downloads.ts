@@ -153,7 +153,7 @@ export class Downloads {
         centroid: label.centroid.length === 3 ? applied(info.indexToWorld, label.centroid) : null,
       };
     });
-    this.save(new Blob([labelTable(rows, shown[0].lengthUnit)], { type: "text/csv" }), "csv");
+    this.save(new Blob([labelTable(rows, shown[0].lengthUnit)], { type: "text/csv" }), "csv", fileName(tiles.map(named)));
     const waiting = tiles.length - complete.length;
     if (waiting > 0) viewer.notices.announce(`The table has no volumes of ${waiting} labels, which are still being refined.`, true);
   }

@@ -15,9 +15,19 @@ const safeTriangles = 2_000_000;
 // coarser surfaces far fewer.
 const trianglesOfBall = 30;
 
+// Returns the share of a view's triangles that a label needs, by its number of samples; 1 for other surfaces.
+export function shareOfLabel(info: DatasetInfo): number {
+  return Math.min(1, (trianglesOfLabel(info) ?? Infinity) / maxUnconfirmed);
+}
+
+function trianglesOfLabel({ member }: DatasetInfo): number | null {
+  const samples = Number(member?.label?.samples ?? 0);
+  return samples > 0 ? trianglesOfBall * samples ** (2 / 3) : null;
+}
+
 export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
   private last: { info: DatasetInfo; request: StreamRequest["request"] } | null = null; // The last request.
-  surfaceCount = 1; // The number of surfaces in the view, which share its limits.
+  surfaceCount = 1; // The number of surfaces in the view, which share its limits; small labels count by shareOfLabel().
   private confirmed = 0; // Triangles that the user confirmed.
 
   constructor() {
@@ -36,9 +46,8 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
 
   // Returns whether the label is small enough, by its number of samples, to need no confirmation. Estimates of small
   // labels take the server as long as their surfaces.
-  isSmall({ member }: DatasetInfo): boolean {
-    const samples = Number(member?.label?.samples ?? 0);
-    return samples > 0 && trianglesOfBall * samples ** (2 / 3) <= maxUnconfirmed * this.share;
+  isSmall(info: DatasetInfo): boolean {
+    return (trianglesOfLabel(info) ?? Infinity) <= maxUnconfirmed * this.share;
   }
 
   // Call when the connection is lost, and with it pending requests.

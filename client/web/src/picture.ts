@@ -1,15 +1,17 @@
 // Draws the scene, and the slices beside it, as a picture, opaque or transparent, with scale bar, axes, legends and
 // measurements.
-import { annotate, type Annotations } from "./scene/annotations";
+import { annotate, type Annotations, type SurfaceKey } from "./scene/annotations";
 import { h } from "./shared/elements";
 import type { SliceViews } from "./slice_views";
 import type { Stage } from "./scene/stage";
 import type { DatasetInfo } from "./protocol/messages";
-import { findByName, timeOf, timeText } from "./state/series";
+import { findByName, nameOfLabel, timeOf, timeText } from "./state/series";
 import type { Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
 import { suggestedIsovalue } from "./stream/request";
 import type { PictureOptions } from "./viewer_options";
+
+const maxKeys = 12;
 
 // "jet, temperature, isovalue 300.5 K, 0.25 s": the content of a picture in one line. Surfaces of other datasets are
 // named with their isovalues, labels as a whole: "cells, DAPI, isovalue 1245, cells.actin 900.5, labels of nuclei".
@@ -27,6 +29,20 @@ export function captionOf(settings: Settings, info: DatasetInfo, list: readonly 
     values && !member?.label ? `isovalue ${values}${info.valueUnit ? ` ${info.valueUnit}` : ""}` : "", ...new Set(others),
     time === null || !member ? "" : timeText(time, member.timeUnit),
   ].filter((word) => word !== "").join(", ");
+}
+
+// Returns colors and names of the visible surfaces, if there are several; at most 12.
+export function surfaceKeys(settings: Settings, info: DatasetInfo | null, list: readonly DatasetInfo[]): SurfaceKey[] {
+  const visible = surfacesOf(settings).filter((surface) => surface.visible);
+  if (!info || !settings.axes || settings.colorBy || visible.length < 2) return [];
+  const keys = visible.slice(0, maxKeys).map(({ color, dataset, isovalue }) => {
+    const of = dataset ? findByName(list, dataset) ?? info : info;
+    const label = of.member?.label;
+    const value = `${isovalue ?? suggestedIsovalue(of)}${of.valueUnit ? ` ${of.valueUnit}` : ""}`;
+    return { color, text: label ? nameOfLabel(label, settings) : dataset ? `${dataset} ${value}` : value };
+  });
+  const others = visible.length - keys.length;
+  return others > 0 ? [...keys, { color: "", text: `and ${others} more` }] : keys;
 }
 
 // Returns the first text of a picture: its content, if enabled; frames of a video always have their time.

@@ -27,6 +27,7 @@ import { SurfaceConnection } from "./surface_connection";
 import { type OrderAtMoment, SurfaceSteps, type SurfaceStepsEvents, type SurfaceStepsParts } from "./surface_steps";
 import type { DrawnTiles } from "./workers/worker_messages";
 
+const listInterval = 3000; // Milliseconds between checks for a changed list of datasets.
 const maxDragWait = 400; // Milliseconds that a drag waits for a preview.
 
 export interface SurfaceClientParts extends SurfaceStepsParts {
@@ -61,6 +62,7 @@ export class SurfaceClient implements PreviewClient {
   private isDragging = false;
   private dragTimer = 0;
   private isFirst = false; // Always connected; requests the list of datasets.
+  private listTimer = 0; // Checks for a changed list.
   private isActive = false; // Streaming, or preparing to.
   private isFinishing = false; // Receiving the rest of a stream after its previews.
   private hasFinal = false; // The final step of the stream has begun.
@@ -98,12 +100,14 @@ export class SurfaceClient implements PreviewClient {
 
   // Makes it the first of the view.
   makeFirst(): void {
+    if (!this.isFirst) this.listTimer = window.setInterval(() => document.hidden || this.perform(this.conversation.checkList()), listInterval);
     this.isFirst = true;
     this.connection.makeOwn();
   }
 
   // Ends permanently.
   close(): void {
+    clearInterval(this.listTimer);
     clearTimeout(this.postponed);
     clearTimeout(this.dragTimer);
     this.steps.cancel();

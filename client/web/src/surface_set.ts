@@ -3,6 +3,7 @@
 // have arrived; a dragged one does not wait, and many surfaces request one coarse preview each.
 import * as THREE from "three";
 
+import { shareOfLabel } from "./expected_sizes";
 import { Prefetcher } from "./prefetcher";
 import { SwapGroup, type Moment } from "./swap_group";
 import { StepCache } from "./step_cache";
@@ -16,7 +17,7 @@ import { ShownReports } from "./shown_reports";
 import type { ShownSurface, ShownTiles } from "./shown_surface";
 import { hiddenPartsOf } from "./state/hidden_parts";
 import { noDatasets, noProgress, type Progress, type ServedDatasets, type SurfacesStatus, type SurfaceSize } from "./state/progress";
-import { isSameData } from "./state/series";
+import { isSameData, nameOfLabel } from "./state/series";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { settingsOf, surfacesOf } from "./state/surfaces";
@@ -100,7 +101,7 @@ export class SurfaceSet {
     this.look = { settings, clip: this.look?.clip ?? [] };
     const list = surfacesOf(settings);
     const wanted = this.members.flatMap((member, at) => (infos[at] && (at === 0 || list[at]?.visible) ? [{ member, at }] : []));
-    this.shareBudget(wanted.length);
+    this.shareBudget(wanted.reduce((sum, { at }) => sum + shareOfLabel(infos[at]!), 0));
     const steps = stepsToRequest(wanted.length, isDragging);
     for (const { member, at } of wanted) {
       member.client.request(infos[at]!, settingsOf(settings, at)!, view, { moment, scalars, isDragging, steps });
@@ -110,7 +111,7 @@ export class SurfaceSet {
   }
 
   confirmSize(): void {
-    this.members[0].client.confirmSize();
+    for (const { client } of this.members) client.confirmSize();
   }
 
   // Prefetches several times of a series, the first ones as far as memory allows. Empty: none.
@@ -163,7 +164,8 @@ export class SurfaceSet {
     const drawn = visibleMembers.flatMap((member) => {
       const { shown, components } = member.client.progress.get();
       const isDrawn = shown && member.client.shown && this.swapGroup.isDrawable(member);
-      return isDrawn ? [{ number: numbers.get(member)!, shown, components }] : [];
+      const label = isDrawn && member.client.shown!.info.member?.label;
+      return isDrawn ? [{ number: numbers.get(member)!, shown, components, label: label ? nameOfLabel(label, this.look!.settings) : undefined }] : [];
     });
     return {
       progress: { ...first.client.progress.get(), phase, retryAt },

@@ -6,7 +6,7 @@ import "./style/picture.css";
 import * as THREE from "three";
 
 import { ViewDependentDetail } from "./view_dependent_detail";
-import { pictureHeading, drawPicture } from "./picture";
+import { drawPicture, pictureHeading, surfaceKeys } from "./picture";
 import { SampleViews } from "./sample_views";
 import { serverAddress } from "./server_address";
 import { emptySurfaceText } from "./panel/empty_surface";
@@ -234,8 +234,9 @@ export class Viewer {
     const { decorations: { scale, visibleNumbers: numbers }, orientation: { arms: axes }, samples: { legendWords: legends } } = this;
     const { points, words } = this.measuring.measurement;
     const head = pictureHeading(this.get(), this.info, this.list, options.isVideoFrame === true);
+    const surfaces = surfaceKeys(this.get(), this.info, this.list);
     const slices = options.isVideoFrame ? null : this.samples.drawn;
-    return drawPicture(this.stage, slices, this.element, { scale, numbers, axes, legends, points, words: [...head, ...words] }, options);
+    return drawPicture(this.stage, slices, this.element, { scale, numbers, axes, legends, points, words: [...head, ...words], surfaces }, options);
   }
 
   // Ends all work; empties the element.

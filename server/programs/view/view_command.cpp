@@ -43,6 +43,7 @@ struct ViewArguments {
   std::string outside;        // Empty: void.
   std::optional<int> margin;  // None: 0.
   std::string labels;
+  std::string label_names;
   bool no_labels = false;
   std::string up = "z";
   std::string http = "http://127.0.0.1:0";
@@ -118,14 +119,15 @@ class ViewedVolumes {
       if (!is_address(arguments.labels) && !fs::exists(arguments.labels)) {
         throw ExitError(kUsage, "--labels: '" + arguments.labels + "' does not exist.");
       }
-      label_maps = {arguments.labels};
+      (is_prepared(arguments.labels) ? datasets_ : label_maps).push_back(arguments.labels);
     } else if (!arguments.no_labels && volumes.size() == 1 && !is_address(volumes.front())) {
       label_maps = label_maps_of(volumes.front());
     }
     for (const std::string& map : label_maps) {
-      print_line("The labels of '" + map + "' appear in the list when they are ready.");
+      print_line("The labels of '" + map + "' appear when they are ready.");
       PrepareArguments labels = preparation_of_labels(map);
       labels.volume.resample = arguments.volume.resample;
+      labels.series.label_names = arguments.label_names;
       add(std::move(labels));
     }
   }
@@ -199,6 +201,7 @@ class ViewedVolumes {
                "(--no-labels ignores them).");
     PrepareArguments arguments = preparation_of_labels(input);
     arguments.volume = waiting_.front().volume;
+    arguments.series.label_names = arguments_.label_names;
     const fs::path folder = fs::path(waiting_.front().output) / "labels";
     fs::create_directories(folder);
     arguments.output = folder.string();
@@ -303,6 +306,9 @@ int view(const ViewArguments& arguments) {
   return serve_until_stopped(options, [&](const OpenServer& server) {
     std::string shown = first ? "#dataset=" + percent_encoded(*first) : "";
     if (arguments.inputs.empty()) shown += kDemoLook;
+    if (!arguments.labels.empty() && first && !is_prepared(arguments.labels)) {
+      shown += "&labels=" + percent_encoded(default_dataset_name(arguments.labels)) + ":&opacity=0.35";
+    }
     if (arguments.up != "z") shown += (shown.empty() ? "#up=" : "&up=") + arguments.up;
     show(local(server.urls.front()) + "/" + shown, arguments);
     const auto rest = [&volumes, read_again = server.read_again](const std::stop_token& stop) {
@@ -328,9 +334,13 @@ void add_view_command(Command& program, Run& run) {
       ->type_name("SOURCE");
   command
       ->add_option("--labels", a->labels,
-                   "Label map shown with the volume; default: those of an "
-                   "OME-Zarr, or one named like the volume, such as ct_seg.nii.gz")
+                   "Label map, or labels prepared from one, shown with the volume; offered by "
+                   "default: those of an OME-Zarr, or one named like the volume: ct_seg.nii.gz")
       ->type_name("FILE|FOLDER");
+  command
+      ->add_option("--label-names", a->label_names,
+                   "Names and colors of the labels; a file from ITK-SNAP or 3D Slicer")
+      ->type_name("FILE");
   command->add_flag("--no-labels", a->no_labels, "Do not show label maps as labels");
   add_border_options(*command, a->outside, a->margin);
   command->add_option("--up", a->up, "World axis that points up initially, such as -y")

@@ -228,6 +228,7 @@ std::string cache_key(const PrepareArguments& arguments) {
                      series.time_series + '\0' + arguments.name + '\0';
   text += std::string(series.all_times ? "times " : "") + (series.fields.empty() ? "" : "fields ") +
           (series.labels.empty() ? "" : "labels ");
+  if (!series.label_names.empty()) text += provenance(series.label_names).digest + '\0';
   for (const std::string& input : arguments.inputs) {
     const Provenance note = provenance(input);
     std::error_code no_file;

@@ -1,6 +1,6 @@
 import { readFileSync } from "node:fs";
 
-import { ExpectedSizes } from "../../../client/web/src/expected_sizes";
+import { ExpectedSizes, shareOfLabel } from "../../../client/web/src/expected_sizes";
 import { expectedText } from "../../../client/web/src/panel/expected_text";
 import type { StepFacts } from "../../../client/web/src/state/progress";
 import { inTriangleRange, minEstimateFactor, maxEstimateFactor } from "../../../client/web/src/shared/quantities";
@@ -55,6 +55,12 @@ describe("ExpectedSizes", () => {
     expect(sizes.isSmall(label(36_000n))).toBe(true);
     expect(sizes.isSmall(label(0n)), "not counted").toBe(false);
     expect(sizes.isSmall(info), "no label").toBe(false);
+  });
+
+  test("CountLabelsByTheirSamples", () => {
+    const label = (samples: bigint) => ({ ...info, member: { label: { samples } } }) as unknown as typeof info;
+    expect(200 * shareOfLabel(label(1000n))).toBeLessThan(0.2);
+    expect([shareOfLabel(info), shareOfLabel(label(0n)), shareOfLabel(label(1_000_000_000n))]).toEqual([1, 1, 1]);
   });
 
   test("DivideTheLimitOfAView", () => {

@@ -1,4 +1,4 @@
-import { captionOf } from "../../../client/web/src/picture";
+import { captionOf, surfaceKeys } from "../../../client/web/src/picture";
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { defaults } from "../../../client/web/src/state/settings";
 import { savedFileText } from "../../../client/web/src/panel/downloads_section";
@@ -77,11 +77,18 @@ describe("ExportedPictures", () => {
     expect(captionOf({ ...defaults, isovalue: 300.5 }, info, [])).toBe("jet, temperature, isovalue 300.5 K, 0.25 s");
     const surfaces = [{ dataset: "jet.q", isovalue: 2, error: null, color: "#ffffff", opacity: 1, visible: true }];
     expect(captionOf({ ...defaults, isovalue: 300.5, surfaces }, info, [])).toBe("jet, temperature, isovalue 300.5 K, jet.q 2, 0.25 s");
+    const list = [{ name: "organs.label3", member: { series: "organs", label: { value: 3, name: "liver" } } }] as unknown as DatasetInfo[];
+    const labels = [3, 3].map(() => ({ ...surfaces[0], dataset: "organs.label3", color: "#00ff00" }));
+    expect(captionOf({ ...defaults, isovalue: 300.5, surfaces: labels }, info, list)).toBe("jet, temperature, isovalue 300.5 K, labels of organs, 0.25 s");
+    expect(surfaceKeys({ ...defaults, surfaces: [surfaces[0], labels[0]] }, info, list)).toEqual([
+      { color: defaults.color, text: "4 K" }, { color: "#ffffff", text: "jet.q 2 K" }, { color: "#00ff00", text: "liver" }]);
+    expect(surfaceKeys({ ...defaults, surfaces: Array(20).fill(labels[0]) }, info, list).at(-1)).toEqual({ color: "", text: "and 9 more" });
+    expect(surfaceKeys(defaults, info, list)).toEqual([]);
     expect(captionOf({ ...defaults, visible: false }, info, [])).toBe("jet, temperature, 0.25 s");
     expect(captionOf({ ...defaults, isovalue: 7 }, { ...info, name: "head", valueUnit: "", member: undefined }, [])).toBe("head, isovalue 7");
   });
 
-  const nothing: Annotations = { scale: null, numbers: [], axes: [], legends: [], points: [], words: [] };
+  const nothing: Annotations = { scale: null, numbers: [], axes: [], legends: [], points: [], words: [], surfaces: [] };
   const legend = { map: "gray" as const, name: "samples of head", low: "-160", high: "240 HU" };
 
   // Returns the texts with their positions, and the path's corners.

@@ -35,7 +35,7 @@ describe("LabelRanges", () => {
     }
     expect(labelsOfRanges("-17", [16, 17, 18])).toEqual(new Set([16, 18]));
     expect(labelsOfRanges("5-2,99,none", [2, 3, 5])).toEqual(new Set());
-    for (const malformed of ["1-3,x", "", "1-", "--1", "1,,2", ":1-3", "organs:"]) expect(parseLabels(malformed)).toBeNull();
+    for (const malformed of ["1-3,x", "", "1-", "--1", "1,,2", ":1-3", ":"]) expect(parseLabels(malformed)).toBeNull();
     expect(parseLabels("a:b:1-3,-2")).toEqual({ series: "a:b", ranges: "1-3,-2" });
   });
 });
@@ -150,7 +150,9 @@ describe("LabelsBesideAnImage", () => {
       expect(address.length).toBeLessThan(160);
       expect(openedBeside(address)).toEqual(settings);
     }
-    expect(openedBeside("dataset=fuel&labels=organs:1-3")).toEqual({ ...defaults, dataset: "fuel" });
+    expect(openedBeside("dataset=fuel&isovalue=7&opacity=0.35&labels=cells:")).toEqual(initial);
+    // Labels that are not served yet are shown when they are.
+    expect(openedBeside("dataset=fuel&labels=organs:1-3")).toEqual({ ...defaults, dataset: "fuel", labels: "organs:1-3" });
     const some = { ...initial, surfaces: initial.surfaces.slice(0, 5) };
     expect(withShortLabels(served, some)).toBe(some);
   });

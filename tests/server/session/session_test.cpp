@@ -469,14 +469,22 @@ TEST(Session, UsesTheDatasetsOfTheLastList) {
     const auto* start = std::get_if<StartStream>(&actions.back());
     return start != nullptr ? start->source : nullptr;
   };
+  const auto has_new_list = [&session] {
+    const Actions actions = session.receive(Ping{});
+    return std::get<Pong>(std::get<Send>(actions.at(0)).message).has_new_list;
+  };
+  EXPECT_FALSE(has_new_list()) << "without a list";
   EXPECT_EQ(names(), "head ");
+  EXPECT_FALSE(has_new_list());
   const auto before = source(2, "head");
   auto next = testing::catalogue_of(std::make_shared<FakeSteps>("head"));
   next->add(std::make_shared<FakeSteps>("tooth"));
   now = next;
+  EXPECT_TRUE(has_new_list());
   EXPECT_EQ(source(3, "head"), before) << "the announced tiles are unchanged";
   EXPECT_EQ(source(4, "tooth"), nullptr);
   EXPECT_EQ(names(), "head tooth ");
+  EXPECT_FALSE(has_new_list());
   EXPECT_NE(source(5, "head"), before);
   EXPECT_NE(source(6, "tooth"), nullptr);
 }

@@ -9,6 +9,12 @@ export interface Annotations {
   legends: LegendText[];
   points: { x: number; y: number; note: string }[]; // In CSS pixels from the upper left corner.
   words: string[]; // The description of the surfaces and the measurements.
+  surfaces: SurfaceKey[]; // Below the description.
+}
+
+export interface SurfaceKey {
+  color: string; // Empty: only a text.
+  text: string;
 }
 
 // Positioned by its center, in CSS pixels from the upper left corner.
@@ -36,7 +42,7 @@ const axisColors = ["#d9534f", "#5cb85c", "#4f8fd9"];
 const measured = "#ffd24a";
 
 // `ratio`: canvas pixels per CSS pixel; `ink` and `paper`: colors of text and its outline.
-export function annotate(context: CanvasRenderingContext2D, { scale, numbers, axes, legends, points, words }: Annotations, ratio: number, ink: string, paper: string): void {
+export function annotate(context: CanvasRenderingContext2D, { scale, numbers, axes, legends, points, words, surfaces }: Annotations, ratio: number, ink: string, paper: string): void {
   context.save();
   context.scale(ratio, ratio);
   const [width, height] = [context.canvas.width / ratio, context.canvas.height / ratio];
@@ -70,6 +76,12 @@ export function annotate(context: CanvasRenderingContext2D, { scale, numbers, ax
   drawPoints(context, points);
   for (const { x, y, note } of points) if (note) write(note, x + 13, y + 4.5, "left");
   words.forEach((text, i) => write(text, margin, margin + 12 + 18 * i, "left"));
+  surfaces.forEach(({ color, text }, i) => {
+    const bottom = margin + 16 + 18 * (words.length + i);
+    context.fillStyle = color;
+    if (color) context.fillRect(margin, bottom - 10, 11, 11);
+    write(text, margin + 18, bottom, "left");
+  });
   context.restore();
 }
 

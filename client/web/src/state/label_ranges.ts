@@ -3,17 +3,17 @@
 const item = /^(-?)(\d+)(?:-(\d+))?$/;
 const none = "none";
 
-// The labels of the shown segmentation, or "organs:1-3": those of a named one.
+// The labels of the shown segmentation, or "organs:1-3": those of a named one; "organs:": its first ones.
 export interface NamedLabels {
   series: string; // Empty: not named.
-  ranges: string;
+  ranges: string; // Empty: the labels that are shown by default.
 }
 
 // Returns null if the text is malformed.
 export function parseLabels(text: string): NamedLabels | null {
   const at = text.lastIndexOf(":");
   const ranges = text.slice(at + 1);
-  const isValid = ranges === none || ranges.split(",").every((one) => item.test(one));
+  const isValid = ranges === none || (ranges === "" && at > 0) || ranges.split(",").every((one) => item.test(one));
   return isValid && at !== 0 ? { series: text.slice(0, Math.max(0, at)), ranges } : null;
 }
 

@@ -96,7 +96,7 @@ function changesOfImage(list: readonly DatasetInfo[], found: DatasetInfo, { colo
   const own = color === defaults.color ? channelColor(found) : {};
   if (!labels) return own;
   const beside = segmentationsBeside(list, found).find(({ name }) => name === parseLabels(labels)?.series);
-  if (!beside) return { ...own, labels: "" };
+  if (!beside) return parseLabels(labels)?.series ? own : { ...own, labels: "" }; // They may be prepared later.
   const names = new Set(beside.labels.map(({ name }) => name));
   const others = surfaces.filter(({ dataset }) => !names.has(dataset ?? ""));
   return { ...own, labels: "", surfaces: [...others, ...restored(beside.labels, labels, surfaces)] };
@@ -152,9 +152,10 @@ function shortened(labels: readonly DatasetInfo[], surfaces: readonly Additional
 
 // Returns the surfaces that shortened() shortened.
 function restored(labels: readonly DatasetInfo[], text: string, changed: readonly AdditionalSurface[]): AdditionalSurface[] {
-  const shown = labelsOfRanges(parseLabels(text)?.ranges ?? "", labels.map(valueOf));
+  const ranges = parseLabels(text)?.ranges ?? "";
+  const shown = labelsOfRanges(ranges, labels.map(valueOf));
   const others = new Map(changed.map((one) => [one.dataset, one]));
-  return labels.map((one) => others.get(one.name) ?? surfaceOfLabel(one, shown.has(valueOf(one))));
+  return labels.map((one, at) => others.get(one.name) ?? surfaceOfLabel(one, ranges ? shown.has(valueOf(one)) : at < maxInitialLabels));
 }
 
 function initialSurfaces(labels: readonly DatasetInfo[], named: string | null = null): AdditionalSurface[] {

@@ -78,6 +78,7 @@ export interface Progress {
 
 export interface DrawnSurface {
   number: number; // Counted from 1, as in the list of surfaces.
+  label?: string; // Its name, if it is the surface of a label.
   shown: StepFacts;
   components: ShownComponents | null;
 }

@@ -13,6 +13,7 @@ import {
   EstimateSchema,
   type EstimateReply,
   ListDatasetsSchema,
+  PingSchema,
   MeshUse,
   OpenStreamSchema,
   type Preview,
@@ -141,6 +142,12 @@ export class Conversation {
     return [{ kind: "send", message: { case: "estimate", value } }];
   }
 
+  // Asks whether the list of datasets has changed; a changed one is requested. Does nothing without a connection.
+  checkList(): Effect[] {
+    const isListed = this.phase === "ready" && this.datasets.length > 0;
+    return isListed ? [{ kind: "send", message: { case: "ping", value: create(PingSchema) } }] : [];
+  }
+
   // Call when the user requests a connection; resets earlier refusals.
   connecting(): Effect[] {
     this.hasGivenUp = false;
@@ -214,6 +221,8 @@ export class Conversation {
         return this.receiveWelcome();
       case "datasetList":
         return this.receiveDatasets(message.value.datasets);
+      case "pong":
+        return message.value.hasNewList ? [this.listRequest()] : [];
       case "estimateReply":
         return this.receiveEstimate(message.value);
       case "error":
@@ -245,8 +254,11 @@ export class Conversation {
     const ready = this.setPhase("ready");
     const isListing = this.options.isListing?.() ?? true;
     if (!isListing) return this.requested && !this.assembler ? [...ready, ...this.openStream()] : ready;
-    const value = create(ListDatasetsSchema, { requestId: 1n });
-    return [...ready, { kind: "send", message: { case: "listDatasets", value } }];
+    return [...ready, this.listRequest()];
+  }
+
+  private listRequest(): Effect {
+    return { kind: "send", message: { case: "listDatasets", value: create(ListDatasetsSchema, { requestId: 1n }) } };
   }
 
   private receiveEstimate({ requestId, triangles, bytes, errorBoundWorld }: EstimateReply): Effect[] {
