@@ -2,13 +2,15 @@
 import { h } from "./shared/elements";
 import { type Animation, recordVideo, recordPictures, turntable } from "./scene/animation";
 import { savedFileText } from "./panel/downloads_section";
+import { plyTriangles } from "./mesh/ply_mesh";
 import { labelTable, type MeasuredLabel } from "./panel/label_table";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Settings } from "./state/settings";
 import { fileName, type NamedSurface, seriesName } from "./state/file_names";
 import { nameOfLabel, renamedLabel, timeOf, timeText, withLabelsBeside } from "./state/series";
+import { surfacesOf } from "./state/surfaces";
 import { toAddress } from "./state/url_state";
-import { applied, latticeToWorld, type Vec3, voxelVolume } from "./stream/dataset";
+import { applied, latticeToWorld, type Vec3, voxelLength, voxelVolume } from "./stream/dataset";
 import type { Viewer } from "./viewer";
 import type { PictureOptions } from "./viewer_options";
 import { boundOf, type ShownTiles } from "./shown_surface";
@@ -103,7 +105,8 @@ export class Downloads {
     this.recording = null;
   }
 
-  // GLB has all visible surfaces, other formats the first one.
+  // GLB has all visible surfaces, other formats the first one. Those whose full resolution is shown are simplified, if
+  // enabled and unless parts of them are hidden.
   async download(format: MeshFormat): Promise<void> {
     const { surfaces } = this.viewer;
     const visible = surfaces.shownTiles(this.viewer.get());
@@ -113,11 +116,12 @@ export class Downloads {
       return;
     }
     try {
-      const bytes = await this.viewer.pool.file(saved.map((one) => this.savedSurface(one)), format);
+      const parts = await Promise.all(saved.map((one) => this.savedSurface(one)));
+      const bytes = await this.viewer.pool.file(parts, format);
       this.save(new Blob([bytes as Uint8Array<ArrayBuffer>]), format, fileName(saved.map(named)));
       this.viewer.notices.announce(savedFileText({
-        triangles: saved.reduce((sum, { at, shown }) => sum + (surfaces.progressOf(at).components?.triangles ?? shown.facts.triangles), 0),
-        isOfSamples: saved.some(({ shown }) => shown.facts.shell !== null),
+        triangles: parts.reduce((sum, { simplified }, i) => sum + (simplified ? plyTriangles(simplified.ply) : this.shownTriangles(saved[i])), 0),
+        isOfSamples: saved.some(({ shown }, i) => shown.facts.shell !== null && !parts[i].simplified),
         isOneOfSeveral: visible.length > saved.length,
         expected: saved.length === 1 && saved[0].at === 0 ? surfaces.sizes.get().expected : null,
       }), true);
@@ -126,10 +130,21 @@ export class Downloads {
     }
   }
 
-  private savedSurface({ shown: { info, resolution, facts }, drawn, color, opacity }: ShownTiles): SavedSurface {
+  private shownTriangles({ at, shown }: ShownTiles): number {
+    return this.viewer.surfaces.progressOf(at).components?.triangles ?? shown.facts.triangles;
+  }
+
+  private async savedSurface(surface: ShownTiles): Promise<SavedSurface> {
+    const { at, shown: { info, resolution, facts }, drawn, color, opacity } = surface;
+    const settings = this.viewer.get();
     const label = info.member?.label;
     const name = label ? nameOfLabel(label, this.viewer.get()) : `${info.name}, isovalue ${facts.isovalue}`;
-    return { drawn, toWorld: [...latticeToWorld(info, resolution)], look: { name, color, opacity } };
+    const part = { drawn, toWorld: [...latticeToWorld(info, resolution)], look: { name, color, opacity } };
+    const { hiddenParts = [] } = surfacesOf(settings)[at] ?? {};
+    if (facts.shell === null || !settings.simplify || hiddenParts.length > 0) return part;
+    this.viewer.notices.announce("Waiting for the simplified surface.");
+    const ply = await this.viewer.surfaces.simplified(surface, settings).catch(() => null);
+    return ply ? { ...part, simplified: { ply, voxel: voxelLength(info) } } : part;
   }
 
   // Saves a table of all labels, with volumes and areas of visible ones; `only`: the indices of surfaces; null: all.

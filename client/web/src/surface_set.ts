@@ -24,6 +24,7 @@ import { settingsOf, surfacesOf } from "./state/surfaces";
 import type { View } from "./stream/request";
 import type { RequestedSteps } from "./stream/stream_request";
 import { ConnectionPool } from "./stream/connection_pool";
+import { simplifiedMesh } from "./stream/simplified_mesh";
 import { SharedPreviews } from "./stream/shared_previews";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
 import type { ViewerEvents } from "./viewer_events";
@@ -191,6 +192,11 @@ export class SurfaceSet {
   // Whether any visible surface is that of a label.
   get hasLabels(): boolean {
     return this.visibleMembers.some(({ client }) => client.shown?.info.member?.label !== undefined);
+  }
+
+  // Returns a shown surface as PLY, simplified as its settings require. Rejects with a reason.
+  simplified({ at, shown: { info, facts } }: ShownTiles, settings: Settings): Promise<ArrayBuffer> {
+    return simplifiedMesh(this.server, this.token(), info, facts.isovalue, settingsOf(settings, at)!);
   }
 
   // The box of the visible surfaces; of all if none is.

@@ -1,4 +1,8 @@
 import { type DataBorder, isSound, matchBoundaries } from "../../../client/web/src/mesh/boundary_matcher";
+import { plyMesh, plyTriangles } from "../../../client/web/src/mesh/ply_mesh";
+import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
+import { defaults } from "../../../client/web/src/state/settings";
+import { meshAddress } from "../../../client/web/src/stream/simplified_mesh";
 import { meshFile, type SavedPart, weldedInWorld } from "../../../client/web/src/mesh/mesh_files";
 import { nearestHit } from "../../../client/web/src/mesh/ray";
 import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
@@ -28,8 +32,8 @@ function tile(faces: number[][], shift = 0) {
   };
 }
 
-function part(tiles: SavedPart["tiles"], look = { name: "one", color: "#ffffff", opacity: 1 }, toWorld = identity): SavedPart {
-  return { tiles, toWorld, look };
+function part(tiles: Parameters<typeof weldedInWorld>[0], look = { name: "one", color: "#ffffff", opacity: 1 }, toWorld = identity): SavedPart {
+  return { mesh: weldedInWorld(tiles, toWorld), look };
 }
 
 function topology(...tiles: number[][][]) {
@@ -171,10 +175,40 @@ describe("Rays", () => {
   });
 });
 
+describe("PlyMesh", () => {
+  const file = (tiles: Parameters<typeof part>[0]) => meshFile([part(tiles)], "ply").buffer as ArrayBuffer;
+
+  test("RoundTripsMeshes", () => {
+    const read = plyMesh(file([tile(octahedron)]), 1);
+    const { positions, triangles, normals } = weldedInWorld([tile(octahedron)], identity);
+    expect([read.positions, read.triangles, plyTriangles(file([tile(octahedron)]))]).toEqual([positions, triangles, 8]);
+    normals.forEach((value, i) => expect(read.normals[i]).toBeCloseTo(value, 3));
+  });
+
+  test("RejectsOtherBytes", () => {
+    const whole = file([tile(octahedron)]);
+    expect(() => plyMesh(whole.slice(0, -1), 1)).toThrow("incomplete");
+    expect(() => plyMesh(new TextEncoder().encode('{"error":1}').buffer as ArrayBuffer, 1)).toThrow("did not send a mesh");
+    for (const [fromEnd, byte] of [[13, 4], [9, 255]]) {
+      const damaged = new Uint8Array(whole.slice(0));
+      damaged[damaged.length - fromEnd] = byte;
+      expect(() => plyMesh(damaged.buffer, 1)).toThrow("damaged");
+    }
+  });
+});
+
+describe("MeshAddress", () => {
+  test("NamesTheSettingsOfTheSurface", () => {
+    const own = { ...defaults, isovalue: 3, error: 0.5, region: null, minComponent: "largest" as const, color: "#ff0000" };
+    expect(meshAddress("wss://example.org/v1/stream", { name: "a b" } as DatasetInfo, 300.5, own))
+      .toBe("https://example.org/v1/datasets/a%20b/isosurface?isovalue=300.5&error=0.5&min_component=largest&format=ply");
+  });
+});
+
 describe("Normals", () => {
   test("PointOutwards", () => {
     const { positions, triangles } = mesh(octahedron);
-    const sums = normalSums({ positions, triangles, normals: null }, 16);
+    const sums = normalSums({ positions, triangles }, 16);
     for (let v = 0; v < 6; ++v) {
       const outwards = [0, 1, 2].map((axis) => (positions[3 * v + axis] - 5) * sums[3 * v + axis]);
       expect(outwards[0] + outwards[1] + outwards[2]).toBeGreaterThan(0);
@@ -190,9 +224,9 @@ describe("NormalSums", () => {
     const positions = Int32Array.from([on(0, 0), on(200, 0), on(0, 200), on(-40, 0), on(0, -40)].flat());
     const triangles = Uint32Array.from([0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1]);
     const tilt = (sums: Float32Array) => Math.atan2(Math.hypot(sums[0], sums[1]), sums[2]);
-    expect(tilt(normalSums({ positions, triangles, normals: null }, 16))).toBeLessThan(0.12);
+    expect(tilt(normalSums({ positions, triangles }, 16))).toBeLessThan(0.12);
     // Weights by area tilt it more.
-    expect(tilt(normalSums({ positions, triangles, normals: null }, 1000))).toBeGreaterThan(0.17);
+    expect(tilt(normalSums({ positions, triangles }, 1000))).toBeGreaterThan(0.17);
   });
 });
 
@@ -206,7 +240,7 @@ describe("SpreadNormals", () => {
   const cells = Array.from({ length: (side - 1) ** 2 }, (_, i) => (i % (side - 1)) + side * Math.floor(i / (side - 1)));
   const triangles = Uint32Array.from(cells.flatMap((v) => [v, v + 1, v + side, v + 1, v + side + 1, v + side]));
   const slope = (rounds: number) => {
-    const sums = smoothedSums(normalSums({ positions, triangles, normals: null }, 16), triangles, rounds);
+    const sums = smoothedSums(normalSums({ positions, triangles }, 16), triangles, rounds);
     let steepest = 0;
     for (let v = 0; v < sums.length; v += 3) {
       if (Math.min(positions[v], positions[v + 1]) < 128 || Math.max(positions[v], positions[v + 1]) > 256) continue;

@@ -1,5 +1,5 @@
 import { cutLine } from "../../../client/web/src/mesh/cut";
-import { meshFile } from "../../../client/web/src/mesh/mesh_files";
+import { meshFile, weldedInWorld } from "../../../client/web/src/mesh/mesh_files";
 import { matchBoundaries } from "../../../client/web/src/mesh/boundary_matcher";
 import { nearestTriangle } from "../../../client/web/src/mesh/nearest_component";
 import { drawnComponents, withDrawnComponents } from "../../../client/web/src/mesh/tile_components";
@@ -121,7 +121,7 @@ describe("TileComponents", () => {
     const across = { normal: [0, 0, 1], constant: -10 }; // Through the small components, below the large one.
     expect(cutLine(cutAt(100), across).length).toBeGreaterThan(0);
     expect(cutLine(tiles, across)).toHaveLength(0);
-    const ply = new TextDecoder("latin1").decode(meshFile([{ tiles, toWorld: [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0], look: { name: "", color: "#ffffff", opacity: 1 } }], "ply"));
+    const ply = new TextDecoder("latin1").decode(meshFile([{ mesh: weldedInWorld(tiles, [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]), look: { name: "", color: "#ffffff", opacity: 1 } }], "ply"));
     expect(ply).toContain("element vertex 6\n");
     expect(ply).toContain("element face 8\n");
   });

@@ -23,18 +23,17 @@ export interface SavedLook {
   opacity: number; // 0 to 1.
 }
 export interface SavedPart {
-  tiles: readonly Tile[];
-  toWorld: readonly number[]; // Lattice -> world, the columns of x, y, z and the translation, three numbers each.
+  mesh: WorldMesh;
   look: SavedLook;
 }
 
 // In GLB every part is a node with its own material; the other formats have the first part only.
 export function meshFile(parts: readonly SavedPart[], format: "glb" | "ply" | "stl"): Uint8Array {
-  const welded = ({ tiles, toWorld }: SavedPart) => weldedInWorld(tiles, toWorld);
-  if (format === "glb") return glb(parts.map((part) => ({ ...welded(part), look: part.look })));
-  return format === "ply" ? ply(welded(parts[0])) : stl(welded(parts[0]));
+  if (format === "glb") return glb(parts.map(({ mesh, look }) => ({ ...mesh, look })));
+  return format === "ply" ? ply(parts[0].mesh) : stl(parts[0].mesh);
 }
 
+// `toWorld`: lattice -> world, the columns of x, y, z and the translation, three numbers each.
 export function weldedInWorld(tiles: readonly Tile[], toWorld: readonly number[]): WorldMesh {
   const count = tiles.reduce((n, tile) => n + tile.triangles.length, 0);
   const numbers = new PointNumbers(count / 5);

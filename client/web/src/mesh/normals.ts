@@ -1,6 +1,5 @@
 // Normals for shading, in lattice coordinates: the GPU transforms them by the inverse transpose of the map for
 // vertices. Each has four signed 16-bit numbers, x, y, z and 0, which keeps vertices aligned.
-import type { LatticeMesh } from "./tile_mesh";
 
 // The matrix lattice -> world, by columns, without translation.
 export type Linear = readonly number[];
@@ -19,11 +18,16 @@ export function fieldNormals(world: Float32Array, linear: Linear): Int16Array {
   return packed;
 }
 
+interface Corners {
+  positions: Int32Array | Float32Array; // Three per vertex.
+  triangles: Uint32Array; // Three vertex numbers each.
+}
+
 // Returns sums of the normals of the triangles around each vertex, three numbers per vertex; those of tiles add up at
 // shared vertices. A triangle has the weight of the sine of its corner, so that large triangles of a simplified mesh do
-// not dominate. Edges shorter than `voxel`, in lattice units, count as that long: small triangles, whose normals are
+// not dominate. Edges shorter than `voxel`, in units of positions, count as that long: small triangles, whose normals are
 // those of rounded vertices, have less weight.
-export function normalSums({ positions: p, triangles }: LatticeMesh, voxel: number): Float32Array {
+export function normalSums({ positions: p, triangles }: Corners, voxel: number): Float32Array {
   const sums = new Float32Array(p.length);
   const add = (at: number, weight: number, nx: number, ny: number, nz: number) => {
     sums[at] += weight * nx;

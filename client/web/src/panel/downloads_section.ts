@@ -55,9 +55,9 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     button("Embed", "HTML that shows this view in another page; see the documentation of embedding for its messages.",
       events.copyEmbedding),
     button("Picture", "The current view as PNG, with scale bar, axes, legend and measurement.", () => events.screenshot(picture)),
-    button("GLB", "The displayed triangles of all visible surfaces, for Blender, web and office programs.", () => events.download("glb")),
-    button("PLY", "The displayed triangles of the first surface, for ParaView, MeshLab, CloudCompare.", () => events.download("ply")),
-    button("STL", "The displayed triangles of the first surface, for 3D printing.", () => events.download("stl")),
+    button("GLB", "All visible surfaces, simplified if enabled, for Blender, web and office programs.", () => events.download("glb")),
+    button("PLY", "The first surface, for ParaView, MeshLab, CloudCompare.", () => events.download("ply")),
+    button("STL", "The first surface, for 3D printing.", () => events.download("stl")),
     button("Turn: video", "One full turn of the surface as a video (MP4 or WebM).", () => events.turntable("video")),
     button("Turn: PNGs", "The same as 120 pictures in a ZIP file.", () => events.turntable("pictures")),
     ...ofTimes);

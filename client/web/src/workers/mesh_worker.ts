@@ -3,7 +3,8 @@
 // planes, measures parts, and writes files.
 import { cutLine } from "../mesh/cut";
 import { type MassProperties, massProperties } from "../mesh/mass_properties";
-import { meshFile } from "../mesh/mesh_files";
+import { meshFile, weldedInWorld } from "../mesh/mesh_files";
+import { plyMesh } from "../mesh/ply_mesh";
 import { pack } from "../mesh/normals";
 import { nearestTriangle } from "../mesh/nearest_component";
 import { nearestHit } from "../mesh/ray";
@@ -127,8 +128,8 @@ async function resultOf(request: MeshRequest): Promise<MeshReply["result"]> {
     case "cut":
       return cutLine(await drawnTiles(request.drawn), request.plane);
     case "file":
-      return meshFile(await Promise.all(request.surfaces.map(async ({ drawn, toWorld, look }) => ({
-        tiles: await drawnTiles(drawn), toWorld, look,
+      return meshFile(await Promise.all(request.surfaces.map(async ({ drawn, toWorld, look, simplified }) => ({
+        mesh: simplified ? plyMesh(simplified.ply, simplified.voxel) : weldedInWorld(await drawnTiles(drawn), toWorld), look,
       }))), request.format);
     default:
       return null;

@@ -68,6 +68,7 @@ export interface SavedSurface {
   drawn: DrawnTiles;
   toWorld: number[];
   look: SavedLook;
+  simplified?: { ply: ArrayBuffer; voxel: number }; // Replaces the tiles; see plyMesh().
 }
 
 // The tiles of a step, without the components that are not drawn.
