@@ -349,7 +349,7 @@ async function savesFiles(page) {
   const early = await downloaded(page, "Picture");
   const [red, green, blue] = await pixelOf(page, early, 0.5, 0.5);
   assert(red > 80 && red > blue + 15, `${red}, ${green}, ${blue} is the color of a surface`);
-  await open(page, "#dataset=gyroid&error=1&occlusion=false");
+  await open(page, "#dataset=gyroid&error=1&simplify=false&occlusion=false");
   const { triangles } = await complete(page);
   assert.equal((await downloaded(page, "STL")).readUInt32LE(80), triangles);
   await notice(page, /^Saved [\d\u202f]+ triangles/);

@@ -26,6 +26,7 @@ await test("RenamesLabelsAndKeepsNotes", renames);
 await test("SearchesSortsAndZoomsToLabels", findsLabels);
 await test("SelectsSeveralLabels", selectsSeveral);
 await test("SavesATableOfVisibleLabels", savesTable);
+await test("SavesSimplifiedLabelsWhereSamplesAreShown", savesSimplified);
 await test("ShowsHundredsOfLabelsWithFewRequests", showsHundreds);
 await test("SlicesShowTheImageOfLabels", showsImage);
 await test("ShowsLabelsBesideTheSurfaceOfAnImage", showsBeside);
@@ -37,6 +38,7 @@ await test("SavesAPictureOfEachTime", savesTimes);
 await test("SavesAVideoOfEvenTimes", savesVideo);
 await test("StopsRecordingAtAMissingTime", failsAFilm);
 await test("TimeControlsDoNotCoverTheSurfaceOnPhones", leavesRoom, { viewport: { width: 390, height: 800 }, hasTouch: true, isMobile: true });
+await test("NoticesDatasetsThatAreServedLater", noticesNewDatasets); // The last: it adds one.
 await finish();
 
 // ----
@@ -289,6 +291,39 @@ async function savesTable(page) {
   const [first, hidden, last] = await tableOf(page);
   for (const [i, one] of [first, hidden, last].entries()) assert.deepEqual(one.slice(0, 4), rows[i].slice(0, 4), "the samples");
   assert.deepEqual([first, hidden, last].map(([, , , , volume]) => volume !== ""), [true, false, true], "not of the hidden surface");
+}
+
+async function savesSimplified(page) {
+  await open(page, "#dataset=seg&axes=false&error=0.5", series);
+  await complete(page);
+  await settled(page);
+  await page.click('summary:has-text("Export")');
+  const trianglesOf = async () => {
+    const [download] = await Promise.all([page.waitForEvent("download", { timeout: patience }), page.click('button:text-is("GLB")')]);
+    const bytes = readFileSync(await download.path());
+    const { accessors, nodes } = JSON.parse(bytes.toString("utf8", 20, 20 + bytes.readUInt32LE(12)));
+    assert.deepEqual(nodes.map(({ name }) => name), ["label 2", "label 5", "label 9"]);
+    return accessors.filter(({ type }) => type === "SCALAR").reduce((sum, { count }) => sum + count / 3, 0);
+  };
+  const simplified = await trianglesOf();
+  await notice(page, /^Saved [\d\s]+ triangles\.$/);
+  await page.evaluate(() => (location.hash = `${location.hash}&simplify=false`));
+  await settled(page);
+  await page.waitForTimeout(500);
+  const shown = await trianglesOf();
+  assert(simplified < shown / 2, `${simplified} of ${shown} triangles`);
+}
+
+async function noticesNewDatasets(page) {
+  await open(page, "#dataset=stain&axes=false&labels=later:", series);
+  await settled(page);
+  assert.equal(await page.inputValue('[aria-label="Labels beside the surfaces"]'), "");
+  run("prepare", path.join(scratch, "seg.nrrd"), "--label", "all", "--name", "later", "-o", path.join(folder, "later"));
+  series.process.kill("SIGHUP");
+  await page.waitForFunction(() => document.querySelector('[aria-label="Labels beside the surfaces"]').value === "later", null, { timeout: patience });
+  await page.waitForFunction(() => document.querySelector(".labels-count").textContent === "3 of 3 shown");
+  await settled(page);
+  await page.waitForFunction(() => /[&#]labels=later:2-9(&|$)/.test(location.hash));
 }
 
 // Sets labels by messages; `shown` events have the visible ones, at their places.
