@@ -223,7 +223,7 @@ StepTiles damaged_step(const StepRequest& step) {
 TEST(GatewayTest, DropsDamagedTilesAndQuarantinesTheirServer) {
   // The log starts and ends while no thread writes to it.
   ::testing::internal::CaptureStderr();
-  start_log({.level = LogLevel::kWarning});
+  start_log({.level = LogLevel::kOff});
   std::string server;
   {
     Upstream damaged(std::make_shared<FakeSteps>(
@@ -232,6 +232,7 @@ TEST(GatewayTest, DropsDamagedTilesAndQuarantinesTheirServer) {
     options.upstream.failover_timeout = std::chrono::milliseconds(100);
     options.server.metrics = std::make_shared<PrometheusMetrics>();
     RunningGateway gateway(std::move(options));
+    set_log_level(LogLevel::kWarning);
     WebSocketClient client(gateway.http());
     greet(client);
     open(client, 1);
