@@ -3,8 +3,10 @@ import { massProperties } from "../../../client/web/src/mesh/mass_properties";
 import { axisNames } from "../../../client/web/src/scene/axis_names";
 import { volumeHint } from "../../../client/web/src/scene/measuring";
 import { angleAt, areaText, distanceOf, lengthWithBound, volumeText } from "../../../client/web/src/scene/measures";
-import { roundedWithin, withBound } from "../../../client/web/src/shared/quantities";
+import { inDigits, roundedWithin, withBound } from "../../../client/web/src/shared/quantities";
 import { ticks } from "../../../client/web/src/scene/ticks";
+import { roundedCoordinate } from "../../../client/web/src/stream/dataset";
+import { plain } from "./made_datasets";
 import { WorldSpace } from "../../../client/web/src/protocol/messages";
 
 const identity = [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
@@ -19,6 +21,13 @@ function box(low: number[], high: number[], name: string) {
     ({ id, positions, triangles: Uint16Array.from(triangles.slice(from, to).flat()) });
   return [tile(`${name}/left`, 0, 3), tile(`${name}/right`, 3, 6)];
 }
+
+describe("Coordinates", () => {
+  test("HaveNoRoundingErrors", () => {
+    const info = { ...plain("head"), spacing: [0.5, 0.5, 2], indexToWorld: [0.5, 0, 0, 0, 0.5, 0, 0, 0, 2, 0, 0, 0] };
+    expect([1.138e-14, -1e-15, 12.345678].map((value) => inDigits(roundedCoordinate(value, info), 6))).toEqual(["0", "0", "12.3455"]);
+  });
+});
 
 describe("MassProperties", () => {
   const tiles = [...box([0, 0, 0], [2, 3, 4], "a"), ...box([10, 10, 10], [11, 11, 11], "b")];

@@ -10,7 +10,7 @@ import type { MassProperties } from "../mesh/mass_properties";
 import type { DatasetInfo, Label, ProbedPlace } from "../protocol/messages";
 import { boundOf, type ShownTiles } from "../shown_surface";
 import { type MeasuredPlace, maxNoteLength, maxPlaces } from "../state/settings";
-import { applied, inverse, latticeToWorld, type Vec3, voxelLength, worldDifference, worldName } from "../stream/dataset";
+import { applied, inverse, latticeToWorld, roundedCoordinate, type Vec3, voxelLength, worldDifference, worldName } from "../stream/dataset";
 import type { TilePool } from "../workers/tile_pool";
 import type { MeasuredPart } from "../workers/worker_messages";
 import type { Picked } from "./picking";
@@ -155,7 +155,7 @@ export class Measuring {
     const label = last.surface?.tiles.shown.info.member?.label;
     this.element.replaceChildren(close, ...(label ? [h("p", { class: "picked-label" }, h("b", {}, this.nameOf(label)))] : []),
       ...places.map(({ world, index }, i) =>
-        h("p", {}, h("b", {}, names[i]), ` ${worldName(info)} ${world.map((v) => inDigits(v, 5)).join(", ")}`,
+        h("p", {}, h("b", {}, names[i]), ` ${worldName(info)} ${world.map((v) => inDigits(roundedCoordinate(v, info), 5)).join(", ")}`,
           h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`))),
       ...(label ? [] : [this.fieldAt(last.info, last.world)]), // A label's field adds nothing to its name.
       ...[...this.lengths(), ...this.angle()].map((text) => h("p", { class: "distance" }, text)));

@@ -99,6 +99,12 @@ export function worldBox({ indexToWorld, dims }: DatasetInfo): { low: Vec3; high
   return boxOfCorners(indexToWorld, [0, 0, 0], dims.map((n) => n - 1));
 }
 
+// Rounds a world coordinate to a thousandth of a voxel, below which it has only rounding errors.
+export function roundedCoordinate(value: number, info: DatasetInfo): number {
+  const step = 1e-3 * voxelLength(info);
+  return step > 0 ? Math.round(value / step) * step : value;
+}
+
 // Returns a box around the samples of a label; null: unknown.
 export function labelBox({ indexToWorld, member }: DatasetInfo): { low: Vec3; high: Vec3 } | null {
   const box = member?.label?.box ?? [];
