@@ -568,7 +568,7 @@ async function hidesSmallComponents(page) {
   };
   const [large, larger] = [written(6), written(12)];
   let sent = 0; // Counts frames of the surface's connection.
-  page.once("websocket", (socket) => socket.on("framesent", () => ++sent));
+  page.once("websocket", (socket) => socket.on("framesent", ({ payload }) => (sent += payload.length > 2 ? 1 : 0))); // Pings have two bytes.
   // The setting in the address applies from the first frame. With the field's gradients the mesh equals the command
   // line's; without them it is the finest level's, another triangulation of the same surface.
   await open(page, "#dataset=dusty&isovalue=100&error=0&axes=false&shading=field&min_component=6", await serveFolder(folder));

@@ -80,7 +80,6 @@ class LabelsTable implements LabelsPart {
     this.settings = now;
     this.beside.show(this.datasets, now, info);
     this.showAll();
-    this.shown.hidden = this.found.length === 0;
   }
 
   showProgress(surface: number, progress: Progress): void {
@@ -179,6 +178,7 @@ class LabelsTable implements LabelsPart {
     if (!this.settings) return;
     const isNew = this.rows.size === 0;
     this.findLabels(this.settings);
+    this.shown.hidden = this.found.length === 0;
     this.found.forEach(({ at, one, label }, place) => {
       const row = this.rows.get(at) ?? this.addRow(at);
       if (this.list.children[place] !== row.element) this.list.insertBefore(row.element, this.list.children[place] ?? null);

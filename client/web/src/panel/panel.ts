@@ -145,6 +145,7 @@ export class Panel {
 
   private show(): void {
     this.downloads.showTimes(this.info !== null && timesOf(this.list, this.info).length > 1);
+    this.labelsElement.hidden = false; // The table scrolls to the first shown label.
     for (const part of this.parts) part.show(this.settings.get(), this.info);
     this.ofValues.hidden = !!this.info?.member?.label;
     this.surfacesElement.hidden = this.surfaces.isEmpty;
