@@ -52,7 +52,7 @@ export async function test(name, act, device = {}) {
   page.mayBeAt = (host) => hosts.add(host); // A page of another site that the test itself serves.
   page.on("console", (message) => {
     // The browser logs failed requests, including the page's icon, while the server is down.
-    const isAway = /WebSocket|ERR_CONNECTION_REFUSED/.test(message.text());
+    const isAway = /WebSocket|ERR_CONNECTION_(REFUSED|RESET)/.test(message.text());
     const isExpected = (page.mayLoseItsConnection && isAway) || page.maySay?.test(message.text());
     if (message.type() === "error" && !isExpected) failure.push(message.text());
   });
