@@ -35,7 +35,7 @@ enum class ErrorCode {
   kUnavailable = 12,  // The server is stopping, overloaded or unreachable.
   // The token is missing or invalid.
   kUnauthenticated = 13,
-  kPermissionDenied = 14,  // The token is valid but does not permit this.
+  kPermissionDenied = 14,  // The client may not receive this, such as samples.
 };
 
 // Returns the code's stable name in logs and JSON, such as "unknown_dataset".
