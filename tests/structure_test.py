@@ -65,7 +65,7 @@ THIRD_PARTY = {
     r"google/protobuf|\.pb\.h": ["common/wire"],
     r"spdlog/": [],
     r"openssl/": [],
-    r"nlohmann/json\.hpp": [],
+    r"nlohmann/json\.hpp": ["common/base"],
 }
 
 

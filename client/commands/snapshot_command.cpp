@@ -10,11 +10,10 @@
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "client/commands/colored_mesh.hpp"
 #include "client/commands/snapshot_scenes.hpp"
 #include "client/commands/surface_appearances.hpp"
+#include "common/base/json.hpp"
 #include "common/picture/annotations.hpp"
 #include "common/picture/rasterizer.hpp"
 #include "common/base/exit_codes.hpp"

@@ -3,8 +3,7 @@
 #include <array>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 

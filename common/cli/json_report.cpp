@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <limits>
 
-#include <nlohmann/json.hpp>
+#include "common/base/json.hpp"
 
 namespace multitetra {
 
@@ -228,8 +228,6 @@ std::vector<std::string> volume_notice(const SurfaceMeasures& measures,
           " the volume; to quote the volume use --error 0 --lattice 8, which narrows it most."};
 }
 
-std::string text_of(const Json& json) {
-  return json.dump(2, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + "\n";
-}
+std::string text_of(const Json& json) { return json_text(json, 2) + "\n"; }
 
 }  // namespace multitetra

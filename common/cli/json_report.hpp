@@ -8,6 +8,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "common/base/json.hpp"
 #include "common/dataset/dataset_info.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/mesh/mesh_measures.hpp"

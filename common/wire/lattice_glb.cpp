@@ -4,8 +4,7 @@
 #include <array>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "common/wire/detail/glb.hpp"
 #include "common/wire/detail/scene_writer.hpp"
 #include "common/wire/draco_primitive.hpp"

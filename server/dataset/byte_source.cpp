@@ -27,16 +27,6 @@ RetainedBytes ByteSource::bytes(std::uint64_t offset, std::size_t size) const {
   return {bytes, std::move(copy)};
 }
 
-RetainedBytes MemorySource::bytes(std::uint64_t offset, std::size_t size) const {
-  assert(offset <= bytes_.size() && size <= bytes_.size() - offset);
-  return bytes_.subspan(static_cast<std::size_t>(offset), size);
-}
-
-void MemorySource::read(std::uint64_t offset, std::span<std::byte> into) const {
-  assert(offset <= bytes_.size() && into.size() <= bytes_.size() - offset);
-  if (!into.empty()) std::memcpy(into.data(), bytes_.data() + offset, into.size());
-}
-
 FileSource::FileSource(const fs::path& file) : file_(file), opened_(file) {
   if (!opened_.is_open()) fail_with_reason(file, "it cannot be opened");
   const auto size = opened_.regular_size();

@@ -50,18 +50,6 @@ class ByteSource {
   [[nodiscard]] virtual bool is_remote() const { return false; }
 };
 
-// Bytes in memory, which must outlive the source.
-class MemorySource : public ByteSource {
- public:
-  explicit MemorySource(std::span<const std::byte> bytes) : bytes_(bytes) {}
-  [[nodiscard]] std::uint64_t size() const override { return bytes_.size(); }
-  void read(std::uint64_t offset, std::span<std::byte> into) const override;
-  [[nodiscard]] RetainedBytes bytes(std::uint64_t offset, std::size_t size) const override;
-
- private:
-  std::span<const std::byte> bytes_;
-};
-
 // A remote file. Functions throw StoreError.
 class RemoteSource : public ByteSource {
  public:

@@ -1,7 +1,5 @@
 #include "server/dataset/dataset_metadata.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -10,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/json.hpp"
 #include "server/dataset/detail/statistics.hpp"
 
 namespace multitetra {
@@ -223,14 +222,14 @@ std::string metadata_text(const DatasetMetadata& metadata) {
           {{"least", place->least}, {"greatest", place->greatest}, {"centroid", place->centroid}});
     }
   }
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json_text(json);
 }
 
 Result<DatasetMetadata> parse_metadata(std::string_view text) {
   const auto damaged = [](const std::string& what) {
     return fail(ErrorCode::kDamagedData, "Section \"metadata\": " + what);
   };
-  const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+  const Json json = parse_json(text);
   if (!json.is_object()) return damaged("it is not a JSON object.");
 
   std::string failure;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <stop_token>
 #include <vector>
 
 #include "common/wire/tile.hpp"
@@ -23,9 +22,5 @@ struct TiledSurface {
 [[nodiscard]] inline int encoding_speed(const TileMesh& tile) {
   return tile.simplification_bound > 0 ? kSimplifiedEncodingSpeed : kDefaultEncodingSpeed;
 }
-
-// Encodes the tiles with Draco, in order, on all threads. Throws Cancelled soon after a stop.
-[[nodiscard]] std::vector<EncodedTile> encode_tiles(const TiledSurface& surface,
-                                                    std::stop_token stop = {});
 
 }  // namespace multitetra

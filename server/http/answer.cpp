@@ -7,9 +7,9 @@
 #include <utility>
 
 #include <boost/beast/http/status.hpp>
-#include <nlohmann/json.hpp>
 
 #include "common/base/hex_text.hpp"
+#include "common/base/json.hpp"
 #include "server/dataset/checksum.hpp"
 #include "server/http/conditions.hpp"
 
@@ -119,8 +119,7 @@ Answer json_answer(int status, std::string json) {
 Answer error_answer(int status, const Error& error, std::string_view request_id) {
   const nlohmann::ordered_json body = {
       {"error", {{"code", name(error.code)}, {"text", error.text}, {"request_id", request_id}}}};
-  Answer answer = json_answer(
-      status, body.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  Answer answer = json_answer(status, json_text(body) + "\n");
   answer.error = error;
   add_field(answer, "Cache-Control", "no-store");
   if (status == 503 || status == 429) {

@@ -10,9 +10,9 @@
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
-#include <nlohmann/json.hpp>
 
 #include "common/base/enum_names.hpp"
+#include "common/base/json.hpp"
 #include "server/operations/detail/log_sampling.hpp"
 
 namespace multitetra {
@@ -213,8 +213,6 @@ std::string escaped_for_text(std::string_view text) {
   return escaped;
 }
 
-std::string json_quoted(std::string_view text) {
-  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
+std::string json_quoted(std::string_view text) { return json_text(nlohmann::json(text)); }
 
 }  // namespace multitetra

@@ -6,10 +6,9 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "common/base/address_text.hpp"
 #include "common/base/exit_codes.hpp"
+#include "common/base/json.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/certify/certificate_report.hpp"
 #include "server/certify/mesh_file.hpp"

@@ -9,9 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "common/base/exit_codes.hpp"
+#include "common/base/json.hpp"
 #include "common/base/utf8.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/request/surface_query.hpp"

@@ -8,9 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "common/base/exit_codes.hpp"
+#include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"

@@ -4,8 +4,7 @@
 #include <cstdint>
 #include <iostream>
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/output_files.hpp"

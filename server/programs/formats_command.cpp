@@ -2,8 +2,7 @@
 #include <memory>
 #include <string>
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/programs/commands.hpp"
 #include "server/volume/formats/recognition.hpp"

@@ -2,8 +2,7 @@
 
 #include <cmath>
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "common/cli/human_units.hpp"
 
 namespace multitetra {

@@ -1,7 +1,6 @@
 #include "server/programs/measured_surface.hpp"
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "common/dataset/dataset_info.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
 

@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
 #include "common/wire/mesh_files.hpp"

@@ -7,8 +7,7 @@
 #include <iostream>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "common/cli/human_units.hpp"
 
 namespace multitetra {

@@ -7,9 +7,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "common/base/exit_codes.hpp"
+#include "common/base/json.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/base/utf8.hpp"
 #include "common/cli/json_report.hpp"

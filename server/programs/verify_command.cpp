@@ -2,9 +2,8 @@
 #include <memory>
 #include <string>
 
-#include <nlohmann/json.hpp>
-
 #include "common/base/address_text.hpp"
+#include "common/base/json.hpp"
 #include "common/base/utf8.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"

@@ -3,9 +3,8 @@
 #include <iostream>
 #include <stdexcept>
 
-#include <nlohmann/json.hpp>
-
 #include "common/base/exit_codes.hpp"
+#include "common/base/json.hpp"
 #include "common/request/painted_mesh.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/scalar_codes.hpp"

@@ -2,8 +2,7 @@
 
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "common/cli/json_report.hpp"
 
 namespace multitetra {

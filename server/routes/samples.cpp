@@ -4,8 +4,7 @@
 #include <cstring>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/image/png_file.hpp"

@@ -336,7 +336,6 @@ RemoteFiles::Counts RemoteFiles::counts() const {
 
 // ---- RemoteFile
 
-const std::string& RemoteFile::address() const { return file_->address; }
 std::uint64_t RemoteFile::size() const { return file_->size; }
 const std::string& RemoteFile::version() const { return file_->version; }
 

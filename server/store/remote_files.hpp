@@ -138,7 +138,6 @@ class RemoteFile {
   RemoteFile(std::shared_ptr<RemoteFiles> files, std::shared_ptr<const RemoteFiles::OpenFile> file)
       : files_(std::move(files)), file_(std::move(file)) {}
 
-  [[nodiscard]] const std::string& address() const;
   [[nodiscard]] std::uint64_t size() const;
   // Identifies the version of the file.
   [[nodiscard]] const std::string& version() const;

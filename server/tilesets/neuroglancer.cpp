@@ -7,8 +7,7 @@
 #include <tuple>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/wire/draco_primitive.hpp"
@@ -97,7 +96,7 @@ std::string mesh_info_json(MeshLayout layout) {
                         {"minishard_index_encoding", "raw"},
                         {"data_encoding", "raw"}};
   }
-  return info.dump() + "\n";
+  return json_text(info) + "\n";
 }
 
 std::string segment_properties_json(const DatasetInfo& info) {
@@ -115,7 +114,7 @@ std::string segment_properties_json(const DatasetInfo& info) {
        {{"ids", std::move(ids)},
         {"properties",
          Json::array({{{"id", "label"}, {"type", "label"}, {"values", std::move(labels)}}})}}}};
-  return properties.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(properties) + "\n";
 }
 
 std::string image_info_json(const DatasetInfo& info) {
@@ -141,7 +140,7 @@ std::string image_info_json(const DatasetInfo& info) {
                        {"data_type", kTypes[static_cast<std::size_t>(info.type)]},
                        {"num_channels", 1},
                        {"scales", std::move(scales)}};
-  return volume.dump() + "\n";
+  return json_text(volume) + "\n";
 }
 
 std::optional<ImageChunk> image_chunk_from(const DatasetInfo& info, std::string_view scale,

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "server/core/framework/box.hpp"
 #include "server/core/framework/level_extent.hpp"
 #include "server/tilesets/detail/metres.hpp"
@@ -112,7 +111,7 @@ std::string tileset_json(const Tileset& tileset, const OctreeCube& cell, const C
   const Json json = {{"asset", {{"version", "1.1"}, {"tilesetVersion", tileset.id()}}},
                      {"geometricError", is_root ? nothing_shown : error(cell)},
                      {"root", std::move(tile)}};
-  return json.dump() + "\n";
+  return json_text(json) + "\n";
 }
 
 }  // namespace multitetra

@@ -54,7 +54,4 @@ class VolumeSource {
   [[nodiscard]] virtual const VolumeContents& contents() const;
 };
 
-// Returns a source for a volume in memory.
-[[nodiscard]] std::unique_ptr<VolumeSource> source_of(Volume volume);
-
 }  // namespace multitetra

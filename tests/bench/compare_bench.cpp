@@ -41,6 +41,7 @@
 #include "tests/bench/mesh_shape.hpp"
 #include "tests/bench/open_vdb.hpp"
 #include "tests/support/distance_statistics.hpp"
+#include "tests/support/tiled_surfaces.hpp"
 
 namespace multitetra {
 namespace {
@@ -317,7 +318,8 @@ class Comparison {
 
   [[nodiscard]] Made draco_step(const IsosurfaceRequest& request) const {
     TiledSurface surface = extractor_->extract({.request = request});
-    const auto tiles = std::make_shared<const std::vector<EncodedTile>>(encode_tiles(surface));
+    const auto tiles =
+        std::make_shared<const std::vector<EncodedTile>>(testing::encode_tiles(surface));
     stop_clock();
     return {.mesh = plain(meshes_of(std::move(surface)), voxels_),
             .bytes = bytes_of(*tiles),

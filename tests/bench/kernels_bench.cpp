@@ -15,6 +15,7 @@
 #include "server/extraction/surface_extractor.hpp"
 #include "server/volume/generators/generators.hpp"
 #include "tests/support/make_dataset.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace multitetra {
 namespace {

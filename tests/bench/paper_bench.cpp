@@ -31,6 +31,7 @@
 #include "server/volume/volume_source.hpp"
 #include "tests/bench/flying_edges.hpp"
 #include "tests/support/make_dataset.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace multitetra {
 namespace {

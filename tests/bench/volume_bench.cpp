@@ -27,6 +27,7 @@
 #include "server/programs/thread_options.hpp"
 #include "tests/bench/flying_edges.hpp"
 #include "tests/bench/volume_report.hpp"
+#include "tests/support/tiled_surfaces.hpp"
 
 namespace multitetra {
 namespace {
@@ -80,7 +81,7 @@ Outcome extract(const SurfaceExtractor& extractor, const StepRequest& step) {
 
 Outcome encode(std::shared_ptr<const TiledSurface> surface) {
   using Both = std::pair<std::shared_ptr<const TiledSurface>, std::vector<EncodedTile>>;
-  const auto both = std::make_shared<const Both>(surface, encode_tiles(*surface));
+  const auto both = std::make_shared<const Both>(surface, testing::encode_tiles(*surface));
   Outcome outcome{.triangles = triangles_of(*surface), .encoded_bytes = 0, .kept = both};
   for (const EncodedTile& tile : both->second) outcome.encoded_bytes += tile.summary.bytes;
   return outcome;

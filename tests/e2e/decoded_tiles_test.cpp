@@ -5,6 +5,7 @@
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/fields.hpp"
 #include "tests/support/make_dataset.hpp"
+#include "tests/support/tiled_surfaces.hpp"
 
 namespace multitetra {
 namespace {
@@ -24,7 +25,7 @@ TEST(DecodedTiles, WeldToTheExtractedMeshAtEveryLatticeResolution) {
       const StepRequest step{
           .request = {.isovalue = isovalue, .error = 0.25, .lattice_resolution = resolution}};
       const TiledSurface surface = extractor.extract(step);
-      const std::vector<EncodedTile> encoded = encode_tiles(surface);
+      const std::vector<EncodedTile> encoded = testing::encode_tiles(surface);
       ASSERT_GE(encoded.size(), 3U);
 
       std::vector<LatticeMesh> decoded;

@@ -18,6 +18,7 @@
 
 #include "server/dataset/checksum.hpp"
 #include "server/dataset/prepared_format.hpp"
+#include "tests/support/memory_source.hpp"
 
 namespace multitetra {
 

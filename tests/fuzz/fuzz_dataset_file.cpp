@@ -14,6 +14,7 @@
 #include "server/dataset/verify_dataset.hpp"
 #include "tests/fuzz/dataset_file_input.hpp"
 #include "tests/fuzz/require.hpp"
+#include "tests/support/memory_source.hpp"
 
 namespace {
 

@@ -8,6 +8,7 @@
 
 #include "server/dataset/prepare.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace multitetra {
 

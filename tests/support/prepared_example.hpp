@@ -22,6 +22,7 @@
 #include "server/dataset/dataset_writer.hpp"
 #include "server/dataset/detail/statistics.hpp"
 #include "server/dataset/prepared_file.hpp"
+#include "tests/support/memory_source.hpp"
 
 namespace multitetra {
 

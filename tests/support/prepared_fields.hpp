@@ -10,6 +10,7 @@
 #include "server/volume/generators/generators.hpp"
 #include "tests/support/fields.hpp"
 #include "tests/support/make_dataset.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace multitetra::testing {
 

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "common/base/in_parallel.hpp"
 #include "common/dataset/dataset_info.hpp"
 #include "common/mesh/surface_distance.hpp"
 #include "server/extraction/tiled_surface.hpp"
@@ -12,6 +13,16 @@ namespace multitetra::testing {
 inline LatticeMesh mesh_of(const TiledSurface& surface,
                            int resolution = kDefaultLatticeResolution) {
   return weld(surface.tiles, resolution);
+}
+
+// With Draco, in order, on all threads.
+inline std::vector<EncodedTile> encode_tiles(const TiledSurface& surface) {
+  std::vector<EncodedTile> encoded(surface.tiles.size());
+  in_parallel(encoded.size(), [&](std::size_t i) {
+    const TileMesh& tile = surface.tiles[i];
+    encoded[i] = encode_tile(tile.mesh, tile.cube, encoding_speed(tile));
+  });
+  return encoded;
 }
 
 // In world units along the grid's axes.

@@ -48,7 +48,7 @@ std::string glb_beginning(const nlohmann::json& json, std::size_t binary) {
   constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
   constexpr std::uint32_t kBinaryChunk = 0x004E4942;
   assert(binary % 4 == 0);
-  std::string text = json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  std::string text = json_text(json);
   text.resize((text.size() + 3) / 4 * 4, ' ');
   const std::size_t total = 20 + text.size() + (binary == 0 ? 0 : 8 + binary);
   if (total > std::numeric_limits<std::uint32_t>::max()) {

@@ -5,8 +5,7 @@
 #include <cstddef>
 #include <string>
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "common/dataset/surface_name.hpp"
 
 namespace multitetra {

@@ -7,8 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "common/dataset/physical_meaning.hpp"
 #include "common/request/mesh_codec.hpp"
 #include "common/wire/detail/glb.hpp"

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include <meshoptimizer.h>
-#include <nlohmann/json.hpp>
 
 #include "common/base/affine.hpp"
 #include "common/base/child_process.hpp"
+#include "common/base/json.hpp"
 #include "common/image/stored_type.hpp"
 #include "common/wire/draco_mesh.hpp"
 #include "server/certify/detail/mesh_bytes.hpp"
@@ -365,7 +365,7 @@ TriangleMesh read_glb(std::string_view file) {
     binary = bytes.take(size);
   }
   try {
-    const json document = json::parse(text);
+    const json document = parse_json(text);
     return GlbReader(document, binary).read();
   } catch (const json::exception&) {
     throw MeshFileError("its JSON is damaged or not glTF");

@@ -114,12 +114,4 @@ ErrorBound SaturatedErrors::bound(const DividingPoint& point) const {
                                            : ErrorBound{};
 }
 
-std::size_t SaturatedErrors::bytes() const {
-  std::size_t bytes = 0;
-  for (const Level& level : levels_) {
-    bytes += level.error.size() * sizeof(float) + level.flip.size();
-  }
-  return bytes;
-}
-
 }  // namespace multitetra

@@ -41,8 +41,6 @@ class SaturatedErrors {
   // Returns the errors rounded up to float, so never less than the exact value.
   [[nodiscard]] ErrorBound bound(const DividingPoint& point) const;
 
-  [[nodiscard]] std::size_t bytes() const;
-
  private:
   struct Level {
     LevelExtent extent;

@@ -1,13 +1,12 @@
 #include "server/dataset/partitioned/part_plan.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <span>
 #include <utility>
 
+#include "common/base/json.hpp"
 #include "server/core/framework/axes.hpp"
 #include "server/dataset/brick_order.hpp"
 #include "server/dataset/checksum.hpp"

@@ -69,16 +69,4 @@ TiledSurface extract_in_parallel(const CubeExtractor& extractor, const OctreeCub
   return surface;
 }
 
-std::vector<EncodedTile> encode_tiles(const TiledSurface& surface, std::stop_token stop) {
-  std::vector<EncodedTile> encoded(surface.tiles.size());
-  in_parallel(
-      encoded.size(),
-      [&](std::size_t i) {
-        const TileMesh& tile = surface.tiles[i];
-        encoded[i] = encode_tile(tile.mesh, tile.cube, encoding_speed(tile));
-      },
-      stop);
-  return encoded;
-}
-
 }  // namespace multitetra

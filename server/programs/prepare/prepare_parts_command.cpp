@@ -4,9 +4,8 @@
 #include <iostream>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 #include "common/base/exit_codes.hpp"
+#include "common/base/json.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"

@@ -3,10 +3,9 @@
 #include <exception>
 #include <iostream>
 
-#include <nlohmann/json.hpp>
-
 #include "common/base/address_text.hpp"
 #include "common/base/exit_codes.hpp"
+#include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
 #include "common/base/utf8.hpp"
 #include "common/cli/human_units.hpp"

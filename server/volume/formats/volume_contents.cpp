@@ -1,12 +1,11 @@
 #include "server/volume/formats/volume_contents.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
+#include "common/base/json.hpp"
 #include "common/base/text.hpp"
 #include "common/base/utf8.hpp"
 #include "common/dataset/physical_meaning.hpp"
@@ -74,7 +73,7 @@ std::string contents_text(const VolumeContents& contents) {
     labels.push_back({label.value, label.name,
                       label.color ? ContentsJson(*label.color) : ContentsJson(), stored, layer});
   }
-  return ContentsJson{
+  return json_text(ContentsJson{
       {"times", contents.times.count},
       {"at", contents.times.at},
       {"unit", contents.times.unit},
@@ -85,12 +84,11 @@ std::string contents_text(const VolumeContents& contents) {
                                                     : ContentsJson()},
       {"window", contents.display_window
                      ? ContentsJson({contents.display_window->low, contents.display_window->high})
-                     : ContentsJson()}}
-      .dump(-1, ' ', false, ContentsJson::error_handler_t::replace);
+                     : ContentsJson()}});
 }
 
 VolumeContents contents_from(std::string_view text) {
-  const ContentsJson json = ContentsJson::parse(text);
+  const ContentsJson json = parse_json(text);
   VolumeContents contents;
   contents.times = {.count = json.at("times").get<std::int64_t>(),
                     .at = json.at("at").get<std::vector<double>>(),

@@ -1,7 +1,5 @@
 #include "server/volume/formats/zarr_volume.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <exception>
 #include <memory>
@@ -10,10 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/json.hpp"
 #include "server/volume/formats/detail/chunked_array.hpp"
 #include "server/volume/formats/detail/chunked_slices.hpp"
 #include "server/volume/formats/detail/volume_objects.hpp"
 #include "server/volume/formats/detail/zarr_contents.hpp"
+#include "server/volume/formats/detail/zarr_json.hpp"
 
 namespace multitetra {
 namespace {
@@ -52,7 +52,7 @@ std::optional<std::string> metadata_at(ObjectStore& store, const std::string& ke
 Json json_at(ObjectStore& store, const std::string& key) {
   const std::optional<std::string> text = metadata_at(store, key);
   if (!text) return {};
-  Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
+  Json json = parse_zarr_json(*text);
   if (json.is_discarded()) {
     fail_reading(store.place(key), "it is not JSON", "Get a complete copy of the array");
   }

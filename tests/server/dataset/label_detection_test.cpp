@@ -14,6 +14,7 @@
 #include "server/dataset/prepared_file.hpp"
 #include "tests/support/fields.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace multitetra {
 namespace {

@@ -17,6 +17,7 @@
 #include "server/dataset/verify_dataset.hpp"
 #include "tests/support/prepared_fields.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace multitetra {
 namespace {

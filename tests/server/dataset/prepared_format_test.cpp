@@ -14,6 +14,7 @@
 
 #include "server/dataset/checksum.hpp"
 #include "server/dataset/verify_dataset.hpp"
+#include "tests/support/memory_source.hpp"
 #include "tests/support/prepared_example.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/texts.hpp"

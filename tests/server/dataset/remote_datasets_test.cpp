@@ -13,6 +13,7 @@
 #include "tests/support/folder_server.hpp"
 #include "tests/support/prepared_fields.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace multitetra {
 namespace {

@@ -24,7 +24,7 @@ namespace {
 
 double bytes_of(const TiledSurface& surface) {
   double sum = 0;
-  for (const EncodedTile& tile : encode_tiles(surface)) sum += tile.summary.bytes;
+  for (const EncodedTile& tile : testing::encode_tiles(surface)) sum += tile.summary.bytes;
   return sum;
 }
 

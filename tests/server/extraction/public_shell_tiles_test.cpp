@@ -20,6 +20,7 @@
 #include "tests/support/make_dataset.hpp"
 #include "tests/support/public_volume_list.hpp"
 #include "tests/support/sample_shells.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace multitetra {
 namespace {

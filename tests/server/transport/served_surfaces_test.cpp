@@ -20,6 +20,7 @@
 #include "tests/support/running_server.hpp"
 #include "tests/support/served_datasets.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace multitetra {
 namespace {

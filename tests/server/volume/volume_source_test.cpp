@@ -14,6 +14,7 @@
 #include "server/volume/volume_files.hpp"
 #include "tests/server/volume/written_volumes.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace multitetra {
 namespace {

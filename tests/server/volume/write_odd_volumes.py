@@ -448,6 +448,10 @@ def zarrs():
     missing[3:] = 0
     read("zarr-missing", zarr_2("missing.zarr", chunks=(3, 7, 9), blocks=[("0.0.0", volume[:3].tobytes())]), missing,
          notice="1 of 2 chunks are missing")
+    # As xarray writes them: NaN is not JSON.
+    zarr_2("nan.zarr", blocks=[("0.0.0", volume.tobytes())])
+    write("nan.zarr/.zattrs", json.dumps({"_FillValue": float("nan"), "valid_range": [float("-inf"), 2]}).encode())
+    read("zarr-nan", folder / "nan.zarr", volume)
     # Links and paths that lead out of the store.
     secret = write("elsewhere/0.0.0", volume.tobytes())
     linked = zarr_2("linked.zarr")

@@ -1,7 +1,5 @@
 #include "server/dataset/partitioned/detail/part_files.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <charconv>
 #include <cstring>
@@ -12,6 +10,7 @@
 #include <utility>
 
 #include "common/base/hex_text.hpp"
+#include "common/base/json.hpp"
 #include "server/core/framework/axes.hpp"
 #include "server/dataset/partitioned/part_plan.hpp"
 
@@ -92,9 +91,9 @@ class RecordReader {
 }  // namespace
 
 std::string text_with_checksum(nlohmann::json& json) {
-  const std::string text = json.dump();
+  const std::string text = json_text(json);
   json["checksum"] = checksum(std::as_bytes(std::span(text)));
-  return json.dump(1) + "\n";
+  return json_text(json, 1) + "\n";
 }
 
 Result<nlohmann::json> json_with_checksum(std::string_view text, const char* format) {
@@ -112,7 +111,7 @@ Result<nlohmann::json> json_with_checksum(std::string_view text, const char* for
   if (!json.contains("checksum")) return bad("has no checksum");
   const PartJson sum = json.at("checksum");
   json.erase("checksum");
-  const std::string compact = json.dump();
+  const std::string compact = json_text(json);
   if (sum != checksum(std::as_bytes(std::span(compact))))
     return bad("has a checksum that does not match");
   return json;

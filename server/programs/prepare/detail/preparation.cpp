@@ -6,10 +6,9 @@
 #include <string_view>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 #include "common/base/address_text.hpp"
 #include "common/base/exit_codes.hpp"
+#include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
 #include "common/cli/output_files.hpp"
 #include "server/dataset/prepare.hpp"

@@ -11,8 +11,7 @@
 #include <string>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/dataset/dataset_metadata.hpp"
 #include "server/programs/prepare/dataset_output.hpp"

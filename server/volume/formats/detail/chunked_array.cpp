@@ -1,13 +1,14 @@
 #include "server/volume/formats/detail/chunked_array.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <array>
 #include <cstring>
 #include <limits>
 #include <numeric>
 #include <utility>
+
+#include "common/base/json.hpp"
+#include "server/volume/formats/detail/zarr_json.hpp"
 
 namespace multitetra {
 namespace {
@@ -29,7 +30,7 @@ struct Refused {
 }
 
 std::string shown(const Json& value) {
-  std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string text = json_text(value);
   if (text.size() > 80) text = text.substr(0, 77) + "...";
   return text;
 }
@@ -346,7 +347,7 @@ ArrayLayout n5(const Json& json) {
 template <typename Parse>
 Result<ArrayLayout> parsed(std::string_view text, const Parse& parse) {
   try {
-    const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+    const Json json = parse_zarr_json(text);
     if (!json.is_object())
       return fail(ErrorCode::kDamagedData, "its metadata are not a JSON object");
     return parse(json);

@@ -9,8 +9,7 @@
 #include <system_error>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
+#include "common/base/json.hpp"
 #include "common/base/text.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/detail/numbered_files.hpp"
@@ -93,7 +92,7 @@ std::optional<double> contour_level_in_xml(std::string_view text) {
 
 std::optional<double> contour_level_in_json(std::string_view text) {
   using MapJson = nlohmann::json;
-  const MapJson json = MapJson::parse(text, nullptr, /*allow_exceptions=*/false);
+  const MapJson json = parse_json(text);
   const MapJson::json_pointer place("/map/contour_list/contour");
   if (!json.is_object() || !json.contains(place) || !json.at(place).is_array()) return std::nullopt;
   std::optional<double> level;

@@ -1,20 +1,30 @@
 #include "server/volume/formats/detail/zarr_contents.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <map>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "common/base/json.hpp"
+
 namespace multitetra {
 namespace {
 
 using Json = nlohmann::json;
 
+// Returns an element of an object; null if it is not there.
+Json element(const Json& object, const char* key) {
+  return object.is_object() ? object.value(key, Json()) : Json();
+}
+
+// Returns the attributes of OME-Zarr, which its later versions nest.
+const Json& ome_attributes(const Json& attributes) {
+  return attributes.contains("ome") ? attributes.at("ome") : attributes;
+}
+
 std::optional<double> label_value_of(const Json& entry) {
-  const Json value = entry.is_object() ? entry.value("label-value", Json()) : Json();
+  const Json value = element(entry, "label-value");
   return value.is_number_integer() ? std::optional(value.get<double>()) : std::nullopt;
 }
 
@@ -26,18 +36,12 @@ std::optional<std::uint32_t> omero_color(std::string text) {
 
 // Returns a number as text.
 std::string number_text(const Json& value) {
-  return value.is_number() ? value.dump() : std::string("no number");
-}
-
-// Returns an element of an object; null if it is not there.
-Json element(const Json& object, const char* key) {
-  return object.is_object() ? object.value(key, Json()) : Json();
+  return value.is_number() ? json_text(value) : std::string("no number");
 }
 
 // Returns the list of channels of "omero".
 Json omero_channels(const Json& attributes) {
-  const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
-  return element(element(ome, "omero"), "channels");
+  return element(element(ome_attributes(attributes), "omero"), "channels");
 }
 
 }  // namespace
@@ -48,10 +52,10 @@ std::vector<SourceField> zarr_channels(const nlohmann::json& attributes, std::in
   for (std::int64_t i = 0; i < std::min<std::int64_t>(count, kMaxSourceMembers); ++i) {
     const auto at = static_cast<std::size_t>(i);
     const Json channel = channels.is_array() && at < channels.size() ? channels[at] : Json();
-    const Json label = channel.is_object() ? channel.value("label", Json()) : Json();
+    const Json label = element(channel, "label");
     std::string name = label.is_string() ? member_name_from(label.get<std::string>()) : "";
     if (name.empty()) name = "channel" + std::to_string(i);
-    const Json color = channel.is_object() ? channel.value("color", Json()) : Json();
+    const Json color = element(channel, "color");
     fields.push_back(
         {.name = std::move(name),
          .channel = i,
@@ -81,11 +85,10 @@ std::optional<DisplayWindow> zarr_window(const nlohmann::json& attributes, std::
 }
 
 std::vector<SourceLabel> zarr_labels(const nlohmann::json& attributes) {
-  const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
-  const Json image = ome.is_object() ? ome.value("image-label", Json()) : Json();
+  const Json image = element(ome_attributes(attributes), "image-label");
   std::map<double, Label> labels;
   const auto visit = [&](const char* list, const auto& add) {
-    const Json entries = image.is_object() ? image.value(list, Json()) : Json();
+    const Json entries = element(image, list);
     if (!entries.is_array()) return;
     for (const Json& entry : entries) {
       const auto value = label_value_of(entry);

@@ -10,6 +10,7 @@
 #include "server/core/spectrum/detail/spectrum_brick.hpp"
 #include "tests/support/make_dataset.hpp"
 #include "tests/support/prepared_fields.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace multitetra::testing {
 namespace {

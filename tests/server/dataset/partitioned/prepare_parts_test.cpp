@@ -15,6 +15,7 @@
 #include "server/dataset/partitioned/part_plan.hpp"
 #include "tests/support/prepared_fields.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace multitetra {
 namespace {

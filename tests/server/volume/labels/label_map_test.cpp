@@ -20,6 +20,7 @@
 #include "tests/support/make_dataset.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/texts.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace multitetra {
 namespace {
