@@ -364,11 +364,12 @@ TriangleMesh read_glb(std::string_view file) {
     bytes.take(4);  // Type of the binary chunk.
     binary = bytes.take(size);
   }
+  const json document = parse_json(text);
+  if (document.is_discarded()) throw MeshFileError("its JSON is damaged");
   try {
-    const json document = parse_json(text);
     return GlbReader(document, binary).read();
   } catch (const json::exception&) {
-    throw MeshFileError("its JSON is damaged or not glTF");
+    throw MeshFileError("its JSON is not glTF");
   }
 }
 
