@@ -464,7 +464,7 @@ async function savesVideo(page) {
   }, [bytes, ending === "mp4" ? "video/mp4" : "video/webm"]);
   await other.close();
   assert(isSeen && Math.abs(duration - 2) < 0.01, `4 times at 2 a second take ${duration} s`);
-  const eye = await page.evaluate(() => /eye=[^&]*/.exec(location.hash)[0]);
+  const eye = await (await page.waitForFunction(() => /eye=[^&]*/.exec(location.hash)?.[0])).jsonValue();
   await page.click('button:has-text("Turn: video")');
   await notice(page, /Filming: \d+ %/);
   await page.focus(".stage canvas");
