@@ -4,11 +4,13 @@
 
 Each folder below is a library. It may include the folders that it lists, and all that those may include.
 """
+import collections
 import pathlib
 import re
 import sys
 
 PROJECT = pathlib.Path(__file__).resolve().parent.parent
+MOST_FILES = 40  # Of a folder: what a reader takes in at once.
 
 # Folder -> the folders that it may include besides itself; their dependencies are included.
 LIBRARIES = {
@@ -87,7 +89,15 @@ def is_private(header):
     return "detail" in header.parts
 
 
+def crowded_folders():
+    files = [path.relative_to(PROJECT) for root in ("common", "server", "client") for path in PROJECT.glob(f"{root}/**/*.[ch]pp")]
+    counts = collections.Counter(path.parent for path in files if "node_modules" not in path.parts)
+    return {folder: count for folder, count in sorted(counts.items()) if count > MOST_FILES}
+
+
 def errors():
+    for folder, count in crowded_folders().items():
+        yield f"{folder}: {count} files; a folder has at most {MOST_FILES}."
     for file in sorted(PROJECT.glob("common/**/*.[ch]pp")) + sorted(PROJECT.glob("server/**/*.[ch]pp")) + sorted(
             PROJECT.glob("client/**/*.[ch]pp")):
         path = file.relative_to(PROJECT)

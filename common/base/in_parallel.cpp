@@ -26,6 +26,9 @@ void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body
 
 std::size_t parallel_threads() { return 2; }
 
+struct ThreadLimit::Control {};
+ThreadLimit::ThreadLimit(int /*threads*/) {}
+
 #else
 
 void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body,
@@ -43,6 +46,17 @@ std::size_t parallel_threads() {
                   static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
 }
 
+struct ThreadLimit::Control : tbb::global_control {
+  using tbb::global_control::global_control;
+};
+ThreadLimit::ThreadLimit(int threads) {
+  if (threads == 0) return;
+  control_ = std::make_unique<Control>(tbb::global_control::max_allowed_parallelism,
+                                       static_cast<std::size_t>(threads));
+}
+
 #endif
+
+ThreadLimit::~ThreadLimit() = default;
 
 }  // namespace multitetra

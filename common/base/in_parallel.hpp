@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <stop_token>
 
 namespace multitetra {
@@ -22,5 +23,18 @@ void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body
 
 // Returns the number of threads in_parallel() uses.
 [[nodiscard]] std::size_t parallel_threads();
+
+// Limits the threads of this process's parallel loops during its lifetime. 0: no limit.
+class ThreadLimit {
+ public:
+  explicit ThreadLimit(int threads);
+  ~ThreadLimit();
+  ThreadLimit(const ThreadLimit&) = delete;
+  ThreadLimit& operator=(const ThreadLimit&) = delete;
+
+ private:
+  struct Control;
+  std::unique_ptr<Control> control_;
+};
 
 }  // namespace multitetra

@@ -1,8 +1,5 @@
 #include "common/base/json.hpp"
 
-template class nlohmann::basic_json<>;
-template class nlohmann::basic_json<nlohmann::ordered_map>;
-
 namespace multitetra {
 namespace {
 

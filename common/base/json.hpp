@@ -1,12 +1,9 @@
-// JSON as text. The library's templates are compiled here once, not in each file that uses them.
+// JSON as text. Parser and printer are compiled once, not in each file that uses them.
 #pragma once
 
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
-
-extern template class nlohmann::basic_json<>;
-extern template class nlohmann::basic_json<nlohmann::ordered_map>;
 
 namespace multitetra {
 

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <atomic>
 
-#include <oneapi/tbb/parallel_for.h>
-
+#include "common/base/in_parallel.hpp"
 #include "common/mesh/box_tree.hpp"
 #include "server/certify/detail/triangle_intersection.hpp"
 
@@ -22,7 +21,7 @@ SelfIntersections self_intersections(const TriangleMesh& mesh) {
   const std::size_t count = mesh.triangles.size();
   std::vector<Box3> boxes(count);
   std::vector<char> flat(count);
-  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+  in_parallel(count, [&](std::size_t i) {
     const MeshTriangle triangle = triangle_of(mesh, i);
     for (const Vec3& place : triangle.positions) boxes[i].add(place);
     flat[i] = is_flat(triangle.positions) ? 1 : 0;
@@ -31,7 +30,7 @@ SelfIntersections self_intersections(const TriangleMesh& mesh) {
   std::vector<std::atomic<bool>> hit(count);
   std::atomic<std::uint64_t> pairs = 0;
   // In the order of the tree, for memory locality.
-  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t place) {
+  in_parallel(count, [&](std::size_t place) {
     const std::uint32_t number = tree.order()[place];
     if (flat[number] != 0) return;
     const MeshTriangle triangle = triangle_of(mesh, number);

@@ -5,8 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include <oneapi/tbb/parallel_for.h>
-
+#include "common/base/in_parallel.hpp"
 #include "common/mesh/surface_distance.hpp"
 
 namespace multitetra {
@@ -114,13 +113,13 @@ class MaximumSearch {
   // Returns the triangles whose interior may be farther than all vertices; largest bounds first.
   std::vector<std::uint32_t> undecided_triangles(const TriangleMesh& mesh) {
     nearest_.resize(mesh.vertices.size());
-    tbb::parallel_for(std::size_t{0}, nearest_.size(),
-                      [&](std::size_t i) { nearest_[i] = other_.nearest(mesh.vertices[i]); });
+    in_parallel(nearest_.size(),
+                [&](std::size_t i) { nearest_[i] = other_.nearest(mesh.vertices[i]); });
     for (std::size_t i = 0; i < nearest_.size(); ++i) {
       record(mesh.vertices[i], nearest_[i].distance);
     }
     bounds_.resize(mesh.triangles.size());
-    tbb::parallel_for(std::size_t{0}, bounds_.size(), [&](std::size_t i) {
+    in_parallel(bounds_.size(), [&](std::size_t i) {
       const Piece piece = piece_of(mesh, i);
       bounds_[i] = tightened(bound_of(piece.corners, piece.nearest), piece.corners);
     });
@@ -154,7 +153,7 @@ class MaximumSearch {
 
   [[nodiscard]] std::vector<Piece> cut(const std::vector<Piece>& pieces) const {
     std::vector<Piece> parts(4 * pieces.size());
-    tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t i) {
+    in_parallel(pieces.size(), [&](std::size_t i) {
       const auto& [a, b, c] = pieces[i].corners;
       const auto& [na, nb, nc] = pieces[i].nearest;
       const Vec3 ab = middle(a, b);
@@ -192,8 +191,7 @@ void sample(SurfaceDistance& result, std::span<const SurfaceTriangle> triangles,
   const std::vector<Vec3> points = sampled_points(triangles, samples);
   if (points.empty()) return;
   std::vector<double> distances(points.size());
-  tbb::parallel_for(std::size_t{0}, points.size(),
-                    [&](std::size_t i) { distances[i] = other.distance(points[i]); });
+  in_parallel(points.size(), [&](std::size_t i) { distances[i] = other.distance(points[i]); });
   result.samples = points.size();
   result.mean = std::accumulate(distances.begin(), distances.end(), 0.0) /
                 static_cast<double>(distances.size());

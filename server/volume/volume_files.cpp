@@ -36,7 +36,7 @@
 #include "server/volume/formats/vtk/pvd_file.hpp"
 #include "server/volume/formats/vtk/pvti_file.hpp"
 #include "server/volume/formats/vtk/vti_file.hpp"
-#include "server/volume/formats/zarr_volume.hpp"
+#include "server/volume/formats/zarr/zarr_volume.hpp"
 
 namespace multitetra {
 namespace {

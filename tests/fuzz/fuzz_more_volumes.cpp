@@ -22,7 +22,7 @@
 #include "server/volume/formats/tiff_file.hpp"
 #include "server/volume/formats/vtk/pvd_file.hpp"
 #include "server/volume/formats/vtk/pvti_file.hpp"
-#include "server/volume/formats/zarr_volume.hpp"
+#include "server/volume/formats/zarr/zarr_volume.hpp"
 #include "tests/fuzz/require.hpp"
 #include "tests/fuzz/volume_input.hpp"
 #include "tests/support/temporary_folder.hpp"

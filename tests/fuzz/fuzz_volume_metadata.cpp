@@ -7,9 +7,9 @@
 #include <span>
 #include <string_view>
 
-#include "server/volume/formats/detail/chunked_array.hpp"
 #include "server/volume/formats/detail/tiff_description.hpp"
 #include "server/volume/formats/vtk/detail/vti_header.hpp"
+#include "server/volume/formats/zarr/detail/chunked_array.hpp"
 #include "tests/fuzz/require.hpp"
 
 namespace multitetra {

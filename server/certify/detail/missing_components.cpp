@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include <oneapi/tbb/parallel_for.h>
+#include "common/base/in_parallel.hpp"
 
 namespace multitetra {
 namespace {
@@ -21,7 +21,7 @@ std::vector<ComponentFit> fits_of_components(const ReferenceSurface& reference,
                                              const TriangleMesh& mesh, double allowed) {
   const NearestTriangle nearest(triangles_of(mesh));
   std::vector<char> is_near(reference.mesh.vertices.size());
-  tbb::parallel_for(std::size_t{0}, is_near.size(), [&](std::size_t i) {
+  in_parallel(is_near.size(), [&](std::size_t i) {
     is_near[i] = nearest.distance(reference.mesh.vertices[i]) <= allowed ? 1 : 0;
   });
   std::vector<ComponentFit> components(reference.components.diagonals.size());

@@ -6,8 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include <oneapi/tbb/parallel_for.h>
-
+#include "common/base/in_parallel.hpp"
 #include "server/certify/detail/closed_components.hpp"
 #include "server/core/errors/error_based_model.hpp"
 #include "server/core/surface/tiling.hpp"
@@ -47,7 +46,7 @@ std::vector<OctreeCube> crossed_cubes(const Field& field, double isovalue, int e
   const GridPoint counts = {count(last.x), count(last.y), count(last.z)};
   std::vector<std::vector<OctreeCube>> rows(static_cast<std::size_t>(counts.y) *
                                             static_cast<std::size_t>(counts.z));
-  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t row) {
+  in_parallel(rows.size(), [&](std::size_t row) {
     const auto y = static_cast<std::int32_t>(row) % counts.y;
     const auto z = static_cast<std::int32_t>(row) / counts.y;
     field.visit([&](const auto& sampled) {
@@ -69,7 +68,7 @@ LatticeMesh surface_on_lattice(const Field& field, double isovalue) {
   const std::vector<OctreeCube> cubes =
       crossed_cubes(field, isovalue, std::min(kBlockExponent, field.grid().exponent()));
   std::vector<LatticeMesh> parts(cubes.size());
-  tbb::parallel_for(std::size_t{0}, cubes.size(), [&](std::size_t i) {
+  in_parallel(cubes.size(), [&](std::size_t i) {
     parts[i] = surface_in_cube(finest, field, cubes[i], options).rest;
   });
   return weld(parts, options.lattice_resolution);
@@ -102,7 +101,7 @@ std::vector<Vec3> crossings(const Field& field, const LatticeMesh& surface, doub
                             const Affine& to_world) {
   std::vector<Vec3> positions(surface.vertices.size());
   field.visit([&](const auto& sampled) {
-    tbb::parallel_for(std::size_t{0}, surface.vertices.size(), [&](std::size_t i) {
+    in_parallel(surface.vertices.size(), [&](std::size_t i) {
       const auto [a, b] = edge_of(surface.vertices[i], surface.resolution);
       const auto value_a = static_cast<double>(sampled.at(a));
       const auto value_b = static_cast<double>(sampled.at(b));

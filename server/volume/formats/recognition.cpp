@@ -18,7 +18,7 @@
 #include "server/volume/formats/netcdf3_file.hpp"
 #include "server/volume/formats/nifti_file.hpp"
 #include "server/volume/formats/npy_file.hpp"
-#include "server/volume/formats/zarr_volume.hpp"
+#include "server/volume/formats/zarr/zarr_volume.hpp"
 
 namespace multitetra {
 namespace {

@@ -1,6 +1,6 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { labelRanges, labelsOfRanges, parseLabels } from "../../../client/web/src/state/label_ranges";
-import { imageBeside, initialSelection, segmentationsBeside, settingsOfEntry, withImage, withLabelChanges, withSegmentation, withShortLabels } from "../../../client/web/src/state/label_surfaces";
+import { absentSegmentation, imageBeside, initialSelection, segmentationsBeside, settingsOfEntry, withImage, withLabelChanges, withSegmentation, withShortLabels } from "../../../client/web/src/state/label_surfaces";
 import { nameOfLabel, entriesOf, withLabelName } from "../../../client/web/src/state/series";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import { withAddedSurface, withAllSurfaces, withoutSurface, withSurface } from "../../../client/web/src/state/surfaces";
@@ -110,6 +110,15 @@ describe("LabelsBesideAnImage", () => {
     expect(imageBeside(served, list[0])).toBe(fuel);
     expect(imageBeside(list, list[0])).toBeNull();
     expect(imageBeside(served, fuel)).toBeNull();
+  });
+
+  test("AreNamedWhileTheyAreAbsent", () => {
+    const waiting = { ...ct, labels: "organs:1-3" };
+    expect(initialSelection(served, waiting)?.changes?.labels).toBeUndefined(); // They stay in the address.
+    expect(absentSegmentation(served, waiting)?.words).toBe("organs: not on this server yet");
+    expect(absentSegmentation([fuel, ...list], { ...ct, labels: "cells:" })?.words).toBe("cells: in another place");
+    expect(absentSegmentation(served, { ...ct, labels: "1-3" })).toBeNull();
+    expect(beside(waiting, null).labels).toBe("");
   });
 
   test("ReplaceOtherLabelsButNoSurfaces", () => {

@@ -1,6 +1,6 @@
 // Selects the segmentation whose labels are shown beside the surfaces of an image.
 import type { DatasetInfo } from "../protocol/messages";
-import { type Segmentation, segmentationsBeside, withSegmentation } from "../state/label_surfaces";
+import { absentSegmentation, type Segmentation, segmentationsBeside, withSegmentation } from "../state/label_surfaces";
 import type { Settings } from "../state/settings";
 import { h } from "../shared/elements";
 import type { Change } from "./panel_section";
@@ -20,15 +20,18 @@ export function labelsBeside(change: Change): LabelsBeside {
   return {
     element,
     show: (list, settings, info) => {
-      if (now?.list !== list || now.info !== info) {
+      const absent = info && absentSegmentation(list, settings);
+      if (now?.list !== list || now.info !== info || now.settings.labels !== settings.labels) {
         offers = info ? segmentationsBeside(list, info) : [];
         element.replaceChildren(h("option", { value: "" }, "No labels"),
-          ...offers.map(({ name, labels }) => h("option", { value: name }, `${name} (${labels.length})`)));
-        element.hidden = offers.length === 0;
+          ...offers.map(({ name, labels }) => h("option", { value: name }, `${name} (${labels.length})`)),
+          ...(absent ? [h("option", { value: absent.name, disabled: "" }, absent.words)] : []));
+        element.hidden = offers.length === 0 && !absent;
       }
       now = { list, settings, info };
       const datasets = new Set(settings.surfaces.map(({ dataset }) => dataset));
-      element.value = offers.find(({ labels }) => labels.some(({ name }) => datasets.has(name)))?.name ?? "";
+      const shown = offers.find(({ labels }) => labels.some(({ name }) => datasets.has(name)));
+      element.value = shown?.name ?? absent?.name ?? "";
     },
   };
 }

@@ -44,6 +44,14 @@ export function segmentationsBeside(list: readonly DatasetInfo[], info: DatasetI
     .map(([name, one]) => ({ name, labels: seriesOf(list, one)?.labels ?? [one] }));
 }
 
+// Returns what the selection says of a segmentation that the address names and that cannot be shown; null: there is none.
+export function absentSegmentation(list: readonly DatasetInfo[], { labels }: Settings): { name: string; words: string } | null {
+  const name = parseLabels(labels)?.series;
+  if (!name) return null;
+  const isServed = list.some((one) => one.member?.label && (one.member.series || one.name) === name);
+  return { name, words: isServed ? `${name}: in another place` : `${name}: not on this server yet` };
+}
+
 // Returns the image whose surfaces can be shown beside those of a segmentation: its own, or else the first one in its world.
 export function imageBeside(list: readonly DatasetInfo[], info: DatasetInfo): DatasetInfo | null {
   if (!info.member?.label) return null;
@@ -57,9 +65,9 @@ export function withSegmentation(list: readonly DatasetInfo[], settings: Setting
   const surfaces = settings.surfaces.filter(({ dataset }) => !labels.has(dataset ?? ""));
   const { opacity } = settings;
   if (segmentation) {
-    return { surfaces: [...surfaces, ...initialSurfaces(segmentation.labels)], opacity: opacity === 1 ? outerOpacity : opacity };
+    return { surfaces: [...surfaces, ...initialSurfaces(segmentation.labels)], opacity: opacity === 1 ? outerOpacity : opacity, labels: "" };
   }
-  return { surfaces, opacity: surfaces.length === 0 && opacity === outerOpacity ? 1 : opacity };
+  return { surfaces, opacity: surfaces.length === 0 && opacity === outerOpacity ? 1 : opacity, labels: "" };
 }
 
 // Shows the surface of an image beside the labels that are shown alone.

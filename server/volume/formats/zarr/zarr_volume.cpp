@@ -1,4 +1,4 @@
-#include "server/volume/formats/zarr_volume.hpp"
+#include "server/volume/formats/zarr/zarr_volume.hpp"
 
 #include <algorithm>
 #include <exception>
@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "common/base/json.hpp"
-#include "server/volume/formats/detail/chunked_array.hpp"
-#include "server/volume/formats/detail/chunked_slices.hpp"
-#include "server/volume/formats/detail/volume_objects.hpp"
-#include "server/volume/formats/detail/zarr_contents.hpp"
-#include "server/volume/formats/detail/zarr_json.hpp"
+#include "server/volume/formats/zarr/detail/chunked_array.hpp"
+#include "server/volume/formats/zarr/detail/chunked_slices.hpp"
+#include "server/volume/formats/zarr/detail/volume_objects.hpp"
+#include "server/volume/formats/zarr/detail/zarr_contents.hpp"
+#include "server/volume/formats/zarr/detail/zarr_json.hpp"
 
 namespace multitetra {
 namespace {

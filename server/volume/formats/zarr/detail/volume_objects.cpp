@@ -1,4 +1,4 @@
-#include "server/volume/formats/detail/volume_objects.hpp"
+#include "server/volume/formats/zarr/detail/volume_objects.hpp"
 
 #include <utility>
 

@@ -1,4 +1,4 @@
-#include "server/volume/formats/detail/chunked_array.hpp"
+#include "server/volume/formats/zarr/detail/chunked_array.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "common/base/json.hpp"
-#include "server/volume/formats/detail/zarr_json.hpp"
+#include "server/volume/formats/zarr/detail/zarr_json.hpp"
 
 namespace multitetra {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/volume/formats/detail/zarr_contents.hpp"
+#include "server/volume/formats/zarr/detail/zarr_contents.hpp"
 
 #include <algorithm>
 #include <map>

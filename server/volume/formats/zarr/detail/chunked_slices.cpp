@@ -1,4 +1,4 @@
-#include "server/volume/formats/detail/chunked_slices.hpp"
+#include "server/volume/formats/zarr/detail/chunked_slices.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "server/store/object_store.hpp"
-#include "server/volume/formats/detail/chunked_array.hpp"
 #include "server/volume/formats/stored_volume.hpp"
+#include "server/volume/formats/zarr/detail/chunked_array.hpp"
 
 namespace multitetra {
 

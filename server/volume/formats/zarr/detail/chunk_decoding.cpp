@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "server/volume/formats/detail/chunked_array.hpp"
 #include "server/volume/formats/detail/half_floats.hpp"
+#include "server/volume/formats/zarr/detail/chunked_array.hpp"
 
 namespace multitetra {
 namespace {
