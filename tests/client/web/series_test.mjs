@@ -317,11 +317,12 @@ async function savesSimplified(page) {
 async function noticesNewDatasets(page) {
   await open(page, "#dataset=stain&axes=false&labels=later:", series);
   await settled(page);
-  assert.equal(await page.inputValue('[aria-label="Labels beside the surfaces"]'), "");
+  const beside = () => page.textContent('[aria-label="Labels beside the surfaces"] option:checked');
+  assert.equal(await beside(), "later: not on this server yet");
   run("prepare", path.join(scratch, "seg.nrrd"), "--label", "all", "--name", "later", "-o", path.join(folder, "later"));
   series.process.kill("SIGHUP");
-  await page.waitForFunction(() => document.querySelector('[aria-label="Labels beside the surfaces"]').value === "later", null, { timeout: patience });
-  await page.waitForFunction(() => document.querySelector(".labels-count").textContent === "3 of 3 shown");
+  await page.waitForFunction(() => document.querySelector(".labels-count").textContent === "3 of 3 shown", null, { timeout: patience });
+  assert.equal(await beside(), "later (3)");
   await settled(page);
   await page.waitForFunction(() => /[&#]labels=later:2-9(&|$)/.test(location.hash));
 }
