@@ -232,7 +232,9 @@ Extraction extracted(const ExtractArguments& arguments, const std::string& file,
       .simplification_bound = simplification_bound(result.surface)};
   for (TileMesh& tile : result.surface.tiles) tile.mesh = {};  // Only their number is reported.
   result.content = digest(mesh);
-  if (request.simplify) measured.self_intersecting = lattice_intersections(mesh).triangles;
+  if (measured.simplification_bound > 0) {
+    measured.self_intersecting = lattice_intersections(mesh).triangles;
+  }
   if (arguments.json || !arguments.report.empty()) {
     measure(measured, mesh, arguments.surface, request, info, !arguments.level);
     notices.add(volume_notice(*measured.measures, measured.distance_bound));
