@@ -185,10 +185,7 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Fe
   const bool is_printed =
       mesh_format_from(std::filesystem::path(part.mesh_file).extension().string()) ==
       MeshFormat::kStl;
-  const bool is_simplified =
-      std::any_of(final_step->step->begin.tiles.begin(), final_step->step->begin.tiles.end(),
-                  [](const TileSummary& tile) { return tile.simplification_bound > 0; });
-  if ((has_report || is_printed) && is_simplified) {
+  if ((has_report || is_printed) && simplification_bound(final_step->step->begin) > 0) {
     report.self_intersecting_triangles = lattice_intersections(mesh).triangles;
   }
   surface.notices.add(missing_values_notice(mesh.scalars, arguments.order.surface.query.color_by));

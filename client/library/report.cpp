@@ -12,13 +12,6 @@
 namespace multitetra {
 namespace {
 
-// Returns the largest bound of all tiles, which is part of the error bound.
-double simplification_bound(const StepBegin& begin) {
-  double bound = 0;
-  for (const TileSummary& tile : begin.tiles) bound = std::max(bound, tile.simplification_bound);
-  return bound;
-}
-
 Json step_json(const FetchedStep& fetched) {
   const StepBegin& begin = fetched.step->begin;
   const StepEnd& end = fetched.step->end;
@@ -101,6 +94,12 @@ Json json_of(const FetchReport& report) {
 }
 
 }  // namespace
+
+double simplification_bound(const StepBegin& begin) {
+  double bound = 0;
+  for (const TileSummary& tile : begin.tiles) bound = std::max(bound, tile.simplification_bound);
+  return bound;
+}
 
 std::string json_report(const FetchReport& report) { return text_of(json_of(report)); }
 

@@ -35,6 +35,10 @@ struct FetchReport {
   std::optional<Error> error = std::nullopt;
 };
 
+// Returns the largest bound of all tiles, which is part of the error bound; 0 without
+// simplification.
+[[nodiscard]] double simplification_bound(const StepBegin& begin);
+
 // Returns indented JSON that ends with a newline: server, dataset, parameters, notices, final_only,
 // coordinates, mesh_file, components_written and triangles_written (null: no file was written),
 // area and volume (of the written components, in world units; null: no final step, or the surface

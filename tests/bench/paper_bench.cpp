@@ -27,7 +27,6 @@
 #include "server/core/errors/own_error.hpp"
 #include "server/core/errors/saturated_errors.hpp"
 #include "server/extraction/reference_extractor.hpp"
-#include "server/programs/thread_options.hpp"
 #include "server/volume/volume_source.hpp"
 #include "tests/bench/flying_edges.hpp"
 #include "tests/support/make_dataset.hpp"

@@ -18,13 +18,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/in_parallel.hpp"
 #include "common/cli/command_line.hpp"
 #include "server/core/planning/refinement_plan.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/prepared_bricks.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/extraction/surface_sizes.hpp"
-#include "server/programs/thread_options.hpp"
 #include "tests/bench/flying_edges.hpp"
 #include "tests/bench/volume_report.hpp"
 #include "tests/support/tiled_surfaces.hpp"

@@ -4,10 +4,10 @@
 #include <utility>
 
 #include "common/base/exit_codes.hpp"
+#include "common/base/in_parallel.hpp"
 #include "server/operations/log.hpp"
 #include "server/programs/serving/coalescing_task.hpp"
 #include "server/programs/serving/served_datasets.hpp"
-#include "server/programs/thread_options.hpp"
 #include "server/transport/server.hpp"
 
 namespace multitetra {
