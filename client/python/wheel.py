@@ -1,21 +1,26 @@
 """Makes a wheel of the package that a build has put together.
 
-    python3 client/python/wheel.py build/release [FOLDER]      -> multitetra-0.1.0-cp311-cp311-linux_x86_64.whl
+    python3 client/python/wheel.py build/release [FOLDER]      -> multitetra-0.2.0-cp311-cp311-manylinux_2_36_x86_64.whl
 
 The C++ client is inside, and, where the build has it, the server with its viewer and demo volume: `multitetra view FILE` is a command
-of the wheel. Both are linked with Debian's libraries (docker/packages.txt, section [run]), so the wheel is for Debian 12 and systems
-like it, and for the Python of the build (-DPython_EXECUTABLE=...).
+of the wheel. The libraries of both are inside as well, with their licences and a bill of materials, so the wheel runs on every Linux
+with the C library of the build machine or a later one, for the Python of the build (-DPython_EXECUTABLE=...).
 """
 import base64
 import hashlib
 import pathlib
 import platform
 import re
+import shutil
 import sys
+import tempfile
 import zipfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 PROJECT = HERE.parent.parent
+sys.path.insert(0, str(PROJECT / "docker"))
+import contents  # noqa: E402
+
 REQUIRES = ["numpy"]
 BEGINNING = (1980, 1, 1, 0, 0, 0)  # Fixed, so that the same build gives the same wheel.
 
@@ -24,9 +29,27 @@ def version():
     return re.search(r"project\(multitetra VERSION (\S+)", (PROJECT / "CMakeLists.txt").read_text())[1]
 
 
+def put_together(build, package):
+    """Copies the Python package, and the programs with what they find beside themselves, to the folder `package`."""
+    shutil.copytree(build / "python" / "multitetra", package, ignore=shutil.ignore_patterns("__pycache__"))
+    programs = package / "programs_of_build"
+    server = build / "bin" / "multitetra-server"
+    modules = list(package.glob("_client.*.so"))
+    linked = list(modules)
+    if server.exists():
+        (programs / "bin").mkdir(parents=True)
+        linked.append(shutil.copy2(server, programs / "bin"))
+        shutil.copytree(build / "share", programs / "share", ignore=shutil.ignore_patterns("*.sources"))
+    contents.bundle(PROJECT, programs, linked)
+    for module in modules:
+        contents.find_libraries_in(module, "programs_of_build/lib")
+    for program in linked[len(modules):]:
+        contents.find_libraries_in(program, "../lib")
+
+
 def files_of(package):
     for file in sorted(package.rglob("*")):
-        if file.is_file() and file.suffix != ".pyc":
+        if file.is_file():
             yield f"multitetra/{file.relative_to(package)}", file.read_bytes()
 
 
@@ -38,34 +61,26 @@ multitetra = multitetra:napari.yaml
 """
 
 
-def programs_of(build):
-    """The server with what it finds beside itself: ../share."""
-    server = build / "bin" / "multitetra-server"
-    if not server.exists():
-        return
-    yield "multitetra/programs_of_build/bin/multitetra-server", server.read_bytes()
-    share = build / "share" / "multitetra"
-    for file in sorted(share.rglob("*")):
-        if file.is_file() and ".sources" not in file.suffixes:
-            yield f"multitetra/programs_of_build/share/multitetra/{file.relative_to(share)}", file.read_bytes()
-
-
 def record_line(name, data):
     digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
     return f"{name},sha256={digest},{len(data)}\n"
 
 
 def main():
-    package = pathlib.Path(sys.argv[1]) / "python" / "multitetra"
+    build = pathlib.Path(sys.argv[1])
+    package = build / "python" / "multitetra"
     module = next(package.glob("_client.cpython-*.so"), None)
     if module is None:
         sys.exit(f"There is no client in {package}: build the target multitetra_python first.")
     folder = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else pathlib.Path(".")
     folder.mkdir(parents=True, exist_ok=True)
     python = "cp" + module.name.split("-")[1]  # From _client.cpython-311-x86_64-linux-gnu.so
-    tag = f"{python}-{python}-linux_{platform.machine()}"
+    c_library = "_".join(platform.libc_ver()[1].split(".")[:2])
+    tag = f"{python}-{python}-manylinux_{c_library}_{platform.machine()}"
     info = f"multitetra-{version()}.dist-info"
-    files = dict(files_of(package)) | dict(programs_of(pathlib.Path(sys.argv[1])))
+    with tempfile.TemporaryDirectory() as folder_of_files:
+        put_together(build, pathlib.Path(folder_of_files) / "multitetra")
+        files = dict(files_of(pathlib.Path(folder_of_files) / "multitetra"))
     files[f"{info}/METADATA"] = "".join([
         "Metadata-Version: 2.1\n", "Name: multitetra\n", f"Version: {version()}\n",
         "Summary: Isosurfaces of remote volumes, with a certified error\n", "License: Apache-2.0\n",

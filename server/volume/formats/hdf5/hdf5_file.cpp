@@ -53,7 +53,13 @@ struct FoundDatasets {
   std::vector<std::string> names;
 };
 
-herr_t note_dataset(hid_t group, const char* name, const H5O_info_t* info, void* found) {
+#if H5_VERSION_GE(1, 12, 0)
+using ObjectInfo = H5O_info1_t;  // What H5Ovisit2 passes; 1.12 gave the old name to another type.
+#else
+using ObjectInfo = H5O_info_t;
+#endif
+
+herr_t note_dataset(hid_t group, const char* name, const ObjectInfo* info, void* found) {
   if (info->type != H5O_TYPE_DATASET) return 0;
   auto& names = static_cast<FoundDatasets*>(found)->names;
   if (names.size() >= kMaxDatasets) return 1;
