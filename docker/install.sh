@@ -70,6 +70,6 @@ echo "Installing them; this takes a minute or two."
 if ! { "${as_root[@]}" apt-get update && "${as_root[@]}" apt-get install -y --no-remove --no-install-recommends "${missing[@]}"; } \
   >"$log" 2>&1; then
   tail -n 20 "$log" >&2
-  echo "apt-get failed; the lines above say why. These scripts know Debian 12 and its relatives." >&2
+  echo "apt-get failed; the lines above say why. These scripts know Debian 12 and 13 and Ubuntu 24.04." >&2
   exit 1
 fi

@@ -34,4 +34,11 @@ echo "== Testing"
 if [ ! -d ../shared/data ]; then
   echo "!! The public volumes are not at ../shared/data: the tests that need them are SKIPPED."
 fi
-ctest --test-dir "build/$preset" "${ctest_options[@]}"
+code=0
+ctest --test-dir "build/$preset" "${ctest_options[@]}" || code=$?
+log=build/$preset/Testing/Temporary/LastTest.log
+if grep -q "NOT TESTED" "$log"; then
+  echo "!! Not tested here:"
+  grep -o "NOT TESTED.*" "$log" | sort | uniq -c | sort -rn | head -n 30
+fi
+exit "$code"
