@@ -26,7 +26,7 @@ while [ $# -gt 0 ]; do
   shift
 done
 
-bash docker/install.sh "${install_options[@]}" build python tests
+bash docker/install.sh "${install_options[@]}" build package python tests
 echo "== Building (preset $preset)"
 cmake --preset "$preset" >/dev/null
 cmake --build --preset "$preset"
