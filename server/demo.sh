@@ -92,6 +92,17 @@ echo "== Fetching an isosurface: coarse first, refined, checked"
 "$client" fetch --server "$url" "${surface[@]}" --error 0.25 -o "$out/demo.ply" --report "$out/report.json" \
   --save-steps "$out/steps"
 
+echo "== Certifying it against the volume: distance both ways, topology, defects"
+isovalue=$(grep -o '"isovalue": *[^,}]*' "$out/report.json" | head -n 1 | sed 's/.*: *//')
+"$server" certify "$out/demo.ply" --volume "$volume" --isovalue "$isovalue" --error 0.25 --json --quiet >"$out/certificate.json"
+# The larger distance of both directions, and what the full surface has.
+certified=$(awk '
+  /"voxel": \{/ {in_voxels = 1} /"world": \{/ {in_voxels = 0}
+  in_voxels && /"maximum_at_most"/ && $2 + 0 > most {most = $2 + 0}
+  /"components"/ {components = $2 + 0}
+  END {printf "within %.2g of 0.25 voxels (and 0.054 for vertices on a lattice), topology kept, %d components", most, components}
+' "$out/certificate.json")
+
 echo "== A picture, and a plot of all isovalues"
 "$client" snapshot --server "$url" "${picture[@]}" --error 0.25 -o "$out/demo.png"
 "$server" plot "$out/demo.mtd" -o "$out/demo.svg" --isovalues 16 --errors 1,2 --quiet
@@ -100,14 +111,16 @@ cat <<EOF
 == What there is now
    The mesh            $out/demo.ply (ParaView, MeshLab, Blender); its previews: $out/steps/
    A picture           $out/demo.png; all isovalues, and how large their surfaces are: $out/demo.svg
-   What was checked    $out/report.json
+   What was checked    $out/report.json, $out/certificate.json
    A volume of yours   $programs/multitetra view FILE     (NRRD, NIfTI, DICOM, OME-Zarr, VTK, HDF5 ...)
    Every command       $server --help, $client --help
 EOF
 if [ "$serve" = false ]; then
   echo "   In a browser        $programs/multitetra view $out/demo.mtd"
+  echo "   Certified           $certified"
   exit 0
 fi
+echo "   Certified           $certified"
 bold=
 plain=
 if [ -t 1 ] && [ -z "${NO_COLOR:-}" ]; then bold=$'\e[1m' plain=$'\e[0m'; fi
