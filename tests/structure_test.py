@@ -1,4 +1,5 @@
-"""The layers: includes point one way, and headers in a folder detail/ stay private to their library.
+"""The layers: includes point one way, headers in a folder detail/ stay private to their library, and no name is
+defined twice in one namespace: two types of one name in one program share the symbols of their members.
 
     python3 tests/structure_test.py
 
@@ -90,19 +91,51 @@ def is_private(header):
 
 
 def crowded_folders():
-    files = [path.relative_to(PROJECT) for root in ("common", "server", "client") for path in PROJECT.glob(f"{root}/**/*.[ch]pp")]
-    counts = collections.Counter(path.parent for path in files if "node_modules" not in path.parts)
+    counts = collections.Counter(file.relative_to(PROJECT).parent for file in sources())
     return {folder: count for folder, count in sorted(counts.items()) if count > MOST_FILES}
 
 
+def sources():
+    for folder in ("common", "server", "client"):
+        for file in sorted(PROJECT.glob(f"{folder}/**/*.[ch]pp")):
+            if "node_modules" not in file.parts:
+                yield file
+
+
+def defined_types(text):
+    """The types and aliases at the top of named namespaces, with what an alias stands for."""
+    namespaces = []
+    for line in text.splitlines():
+        if opened := re.match(r"(?:inline )?namespace(?: ([\w:]+))? \{", line):
+            namespaces.append(opened[1])
+        elif line.startswith("}  // namespace") and namespaces:
+            namespaces.pop()
+        elif None in namespaces:
+            continue  # Private to its file.
+        elif found := re.match(r"(?:class|struct|union|enum(?: class)?) (\w+)(?: final)?(?: : [^:].*)? \{", line):
+            yield "::".join(namespaces), found[1], None
+        elif found := re.match(r"using (\w+) = (.*)", line):
+            yield "::".join(namespaces), found[1], found[2]
+
+
+def names_defined_twice():
+    definitions = collections.defaultdict(dict)  # Name -> what it stands for -> the first file.
+    for file in sources():
+        path = file.relative_to(PROJECT)
+        for namespace, name, stands_for in defined_types(file.read_text()):
+            if path.suffix == ".cpp" and stands_for is not None:
+                continue  # An alias has no symbol, and no other file sees this one.
+            definitions[f"{namespace}::{name}"].setdefault(stands_for or str(path), path)
+    return {name: list(found.values()) for name, found in sorted(definitions.items()) if len(found) > 1}
+
+
 def errors():
+    for name, files in names_defined_twice().items():
+        yield f"{files[1]}: {name} is also in {files[0]}."
     for folder, count in crowded_folders().items():
         yield f"{folder}: {count} files; a folder has at most {MOST_FILES}."
-    for file in sorted(PROJECT.glob("common/**/*.[ch]pp")) + sorted(PROJECT.glob("server/**/*.[ch]pp")) + sorted(
-            PROJECT.glob("client/**/*.[ch]pp")):
+    for file in sources():
         path = file.relative_to(PROJECT)
-        if "node_modules" in path.parts:
-            continue
         library = library_of(path)
         if library is None:
             yield f"{path}: its folder is not among the libraries of tests/structure_test.py."

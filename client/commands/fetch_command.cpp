@@ -50,7 +50,7 @@ class Output {
     const std::string suffix = std::filesystem::path(part.mesh_file).extension().string();
     const std::string name = "step_" + std::to_string(fetched.step->begin.step) + suffix;
     const OutputSurface surface = surface_of(fetched, info);
-    const SurfaceFile file = {
+    const NamedMesh file = {
         .file = part.steps_directory / name, .name = surface_name(info), .surface = &surface};
     write_file(file.file, file_bytes(file, format_, codec()));
   }
@@ -61,7 +61,7 @@ class Output {
     paint(surface.mesh, fetched.step->begin.scalars, arguments_.order.surface.query.colors);
     return surface;
   }
-  void final_steps(std::span<const SurfaceFile> files) const {
+  void final_steps(std::span<const NamedMesh> files) const {
     write_surfaces(files, format_, codec());
   }
   // Also called for a failed fetch, with the steps received.
@@ -220,7 +220,7 @@ class Fetch {
       fetch(part);
     }
     require_surfaces();
-    const std::vector<SurfaceFile> files = files_to_write();
+    const std::vector<NamedMesh> files = files_to_write();
     output_.final_steps(files);
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (!files[i].file.empty()) complete_report(i);
@@ -261,15 +261,15 @@ class Fetch {
 
   // Returns the files of all parts. Unless empty ones are allowed, those without any triangle have
   // no name, with a notice at the first of them.
-  std::vector<SurfaceFile> files_to_write() {
-    std::vector<SurfaceFile> files;
+  std::vector<NamedMesh> files_to_write() {
+    std::vector<NamedMesh> files;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       files.push_back({.file = parts_[i].mesh_file, .name = names_[i], .surface = &surfaces_[i]});
     }
     if (arguments_.order.surface.allow_empty) return files;
     const std::vector<std::string> notice = leave_out_empty_files(files);
     const auto first = std::find_if(files.begin(), files.end(),
-                                    [](const SurfaceFile& one) { return one.file.empty(); });
+                                    [](const NamedMesh& one) { return one.file.empty(); });
     if (first == files.end()) return files;
     const auto part = static_cast<std::size_t>(first - files.begin());
     Notices& notices = connected_.datasets[parts_[part].dataset].notices;

@@ -75,12 +75,12 @@ Assembler::Assembler(DatasetInfo info, OpenStream open, HeldTiles held, Assemble
       held_(named_in(std::move(held), open.cached_tile_digests)),
       validator_(info_, std::move(open), digests_of(held_), limits) {}
 
-Result<Progress> Assembler::receive(const ServerMessage& message) {
+Result<AssemblyEvent> Assembler::receive(const ServerMessage& message) {
   if (failed_) return tl::unexpected(*failed_);
   const auto accepted = validator_.accept(message);
-  if (accepted && !*accepted) return Progress{};
+  if (accepted && !*accepted) return AssemblyEvent{};
   auto progress = accepted ? std::visit([this](const auto& m) { return take(m); }, message)
-                           : Result<Progress>(tl::unexpected(accepted.error()));
+                           : Result<AssemblyEvent>(tl::unexpected(accepted.error()));
   if (!progress) {
     failed_ = progress.error();
     tiles_.clear();
@@ -90,7 +90,7 @@ Result<Progress> Assembler::receive(const ServerMessage& message) {
   return progress;
 }
 
-Result<Progress> Assembler::take(const StepBegin& begin) {
+Result<AssemblyEvent> Assembler::take(const StepBegin& begin) {
   if (validator_.is_of_several()) {
     held_.clear();
     invariants_.reset();
@@ -109,10 +109,10 @@ Result<Progress> Assembler::take(const StepBegin& begin) {
           tile_name(begin, i) + " is already held, but with different counts or outside its cube");
     }
   }
-  return Progress{};
+  return AssemblyEvent{};
 }
 
-Result<Progress> Assembler::take(const Tile& tile) {
+Result<AssemblyEvent> Assembler::take(const Tile& tile) {
   const StepBegin& begin = validator_.step();
   const TileSummary& promised = begin.tiles[tile.index];
   if (begin.shell) {
@@ -123,9 +123,9 @@ Result<Progress> Assembler::take(const Tile& tile) {
     }
     waiting_.push_back({.index = tile.index, .payload = tile.payload});
     waiting_triangles_ += promised.triangles;
-    if (waiting_triangles_ < kTrianglesDecodedAtOnce) return Progress{};
+    if (waiting_triangles_ < kTrianglesDecodedAtOnce) return AssemblyEvent{};
     if (const auto decoded = decode_waiting(); !decoded) return tl::unexpected(decoded.error());
-    return Progress{};
+    return AssemblyEvent{};
   }
   auto mesh = decode_tile(*tile.payload, promised, begin.request.lattice_resolution,
                           begin.request.normal_bits);
@@ -135,7 +135,7 @@ Result<Progress> Assembler::take(const Tile& tile) {
   }
   tiles_[tile.index] = std::make_shared<const LatticeMesh>(*std::move(mesh));
   held_.emplace(promised.digest, tiles_[tile.index]);
-  return Progress{};
+  return AssemblyEvent{};
 }
 
 Result<void> Assembler::decode_waiting() {
@@ -161,7 +161,7 @@ Result<void> Assembler::decode_waiting() {
   return {};
 }
 
-Result<Progress> Assembler::take(const TileScalars& scalars) {
+Result<AssemblyEvent> Assembler::take(const TileScalars& scalars) {
   const StepBegin& begin = validator_.step();
   const std::string name = tile_name(begin, scalars.index);
   auto values = decode_scalars(*scalars.codes, tiles_[scalars.index]->vertices, *begin.scalars);
@@ -171,7 +171,7 @@ Result<Progress> Assembler::take(const TileScalars& scalars) {
                                        TileValues{*std::move(values), scalars.largest_deviation})
                           .second;
   if (!is_new) return step_fault(scalars.step, "scalars of " + name + " were sent twice");
-  return Progress{};
+  return AssemblyEvent{};
 }
 
 Result<LatticeMesh> Assembler::welded_step() const {
@@ -212,7 +212,7 @@ double Assembler::largest_deviation() const {
   return largest;
 }
 
-Result<Progress> Assembler::take(const StepEnd& end) {
+Result<AssemblyEvent> Assembler::take(const StepEnd& end) {
   const StepBegin& begin = validator_.step();
   if (const auto decoded = decode_waiting(); !decoded) return tl::unexpected(decoded.error());
   auto step = std::make_shared<CommittedStep>();

@@ -1,7 +1,7 @@
 // Assembles server messages into complete, checked steps. Pure: no socket, clock or file.
 //
 //   Assembler assembler(info, open);
-//   Result<Progress> progress = assembler.receive(message);
+//   Result<AssemblyEvent> progress = assembler.receive(message);
 //
 // A step is returned only after all its tiles have arrived and every check has passed; until then
 // the previous step stays shown, so no state has a crack. The checks are those of StreamValidator
@@ -64,14 +64,14 @@ struct Refusal {
 };
 
 // The effect of a message: nothing to show (or it belongs to another stream), a step, or the end.
-using Progress = std::variant<std::monostate, CommittedStepPtr, StreamEnd, Refusal>;
+using AssemblyEvent = std::variant<std::monostate, CommittedStepPtr, StreamEnd, Refusal>;
 
 class Assembler {
  public:
   // Uses the tiles of `held` that `open` names; the server sends the others.
   Assembler(DatasetInfo info, OpenStream open, HeldTiles held = {}, AssemblerLimits limits = {});
 
-  [[nodiscard]] Result<Progress> receive(const ServerMessage& message);
+  [[nodiscard]] Result<AssemblyEvent> receive(const ServerMessage& message);
 
   // Returns the step to show: the last committed one, or null before the first.
   [[nodiscard]] const CommittedStepPtr& shown() const { return shown_; }
@@ -91,15 +91,15 @@ class Assembler {
   using TilePtr = std::shared_ptr<const LatticeMesh>;
 
   // Require that StreamValidator has accepted the message.
-  Result<Progress> take(const StepBegin& begin);
-  Result<Progress> take(const Tile& tile);
-  Result<Progress> take(const TileScalars& scalars);
-  Result<Progress> take(const StepEnd& end);
-  Result<Progress> take(const StreamEnd& end) { return end; }
-  Result<Progress> take(const ErrorReply& reply) { return Refusal{reply.error}; }
+  Result<AssemblyEvent> take(const StepBegin& begin);
+  Result<AssemblyEvent> take(const Tile& tile);
+  Result<AssemblyEvent> take(const TileScalars& scalars);
+  Result<AssemblyEvent> take(const StepEnd& end);
+  Result<AssemblyEvent> take(const StreamEnd& end) { return end; }
+  Result<AssemblyEvent> take(const ErrorReply& reply) { return Refusal{reply.error}; }
   template <typename Other>
-  Result<Progress> take(const Other&) {
-    return Progress{};
+  Result<AssemblyEvent> take(const Other&) {
+    return AssemblyEvent{};
   }
 
   // Welds the tiles of the pending step, with their scalars if it has any.

@@ -35,14 +35,14 @@ T word(std::optional<T> value, const char* what, const std::string& text) {
 }  // namespace
 
 template <typename Operation>
-std::invoke_result_t<const Operation&> Connection::unlocked(const Operation& operation) {
+std::invoke_result_t<const Operation&> PythonConnection::unlocked(const Operation& operation) {
   const py::gil_scoped_release release;
   const std::scoped_lock lock(mutex_);
   return operation();
 }
 
 template <typename Query, typename Answer>
-typename Answer::value_type Connection::run_query(const Query& query) {
+typename Answer::value_type PythonConnection::run_query(const Query& query) {
   return value_of(unlocked([&]() -> Answer {
     if (auto free = free_client(); !free) return tl::unexpected(free.error());
     Answer answer = query(*client_);
@@ -51,8 +51,8 @@ typename Answer::value_type Connection::run_query(const Query& query) {
   }));
 }
 
-Connection::Connection(const std::string& url, std::string token, std::string ca, bool insecure,
-                       double timeout)
+PythonConnection::PythonConnection(const std::string& url, std::string token, std::string ca,
+                                   bool insecure, double timeout)
     : server_(argument(parse_server_url(url))) {
   if (!(timeout > 0)) raise(PyExc_ValueError, "timeout must be greater than 0 seconds.");
   const double limited = std::min(timeout, 1e9);
@@ -64,22 +64,22 @@ Connection::Connection(const std::string& url, std::string token, std::string ca
   client_.emplace(value_of(unlocked([&] { return Client::connect(server_, options); })));
 }
 
-Connection::~Connection() {
+PythonConnection::~PythonConnection() {
   const py::error_scope error;
   disconnect();
 }
 
-void Connection::close() {
+void PythonConnection::close() {
   disconnect();
   if (PyErr_Occurred() != nullptr) throw py::error_already_set();
 }
 
-std::vector<DatasetInfo> Connection::datasets() {
+std::vector<DatasetInfo> PythonConnection::datasets() {
   infos_ = run_query([](Client& client) { return client.list_datasets(); });
   return infos_;
 }
 
-DatasetInfo Connection::info(const std::string& name) {
+DatasetInfo PythonConnection::info(const std::string& name) {
   const auto find = [this, &name] {
     return std::find_if(infos_.begin(), infos_.end(),
                         [&name](const DatasetInfo& info) { return info.name == name; });
@@ -91,30 +91,31 @@ DatasetInfo Connection::info(const std::string& name) {
   throw py::key_error("The server has no dataset \"" + name + "\"." + did_you_mean(name, known));
 }
 
-EstimateReply Connection::estimate(const std::string& dataset, const IsosurfaceRequest& request) {
+EstimateReply PythonConnection::estimate(const std::string& dataset,
+                                         const IsosurfaceRequest& request) {
   return run_query([&](Client& client) { return client.estimate(dataset, request); });
 }
 
-std::vector<IsosurfaceRequest> Connection::share_budget(const std::string& dataset,
-                                                        std::vector<IsosurfaceRequest> requests) {
+std::vector<IsosurfaceRequest> PythonConnection::share_budget(
+    const std::string& dataset, std::vector<IsosurfaceRequest> requests) {
   argument(check_shared_budget(requests));
   const std::vector<std::string> datasets(requests.size(), dataset);
   run_query([&](Client& client) { return client.share_budget(datasets, requests); });
   return requests;
 }
 
-SliceReply Connection::slice(const std::string& dataset, const SliceRequest& request) {
+SliceReply PythonConnection::slice(const std::string& dataset, const SliceRequest& request) {
   return run_query([&](Client& client) { return client.slice(dataset, request); });
 }
 
-std::vector<ProbedPlace> Connection::probe(const std::string& dataset,
-                                           const ProbeRequest& request) {
+std::vector<ProbedPlace> PythonConnection::probe(const std::string& dataset,
+                                                 const ProbeRequest& request) {
   return run_query([&](Client& client) { return client.probe(dataset, request); }).places;
 }
 
-std::uint64_t Connection::open(const std::string& dataset, const IsosurfaceRequest& request,
-                               bool final_only, bool display,
-                               const std::optional<ScalarRequest>& scalars) {
+std::uint64_t PythonConnection::open(const std::string& dataset, const IsosurfaceRequest& request,
+                                     bool final_only, bool display,
+                                     const std::optional<ScalarRequest>& scalars) {
   OpenStream open{.dataset = dataset, .request = request, .scalars = scalars};
   if (display) open.use = MeshUse::kDisplay;
   if (final_only) open.steps = StepPolicy::kFinalOnly;
@@ -128,7 +129,7 @@ std::uint64_t Connection::open(const std::string& dataset, const IsosurfaceReque
   }));
 }
 
-std::optional<FetchedSurface> Connection::next(std::uint64_t stream) {
+std::optional<FetchedSurface> PythonConnection::next(std::uint64_t stream) {
   const auto step = value_of(unlocked([this, stream]() -> ClientResult<std::optional<FetchedStep>> {
     if (stream != streams_) {
       return fail(
@@ -151,27 +152,27 @@ std::optional<FetchedSurface> Connection::next(std::uint64_t stream) {
               is_full_resolution(step->step->begin))};
 }
 
-void Connection::leave(std::uint64_t stream) {
+void PythonConnection::leave(std::uint64_t stream) {
   unlocked([this, stream] {
     if (stream == streams_) stop_stream();
   });
   if (PyErr_Occurred() != nullptr) throw py::error_already_set();
 }
 
-void Connection::disconnect() {
+void PythonConnection::disconnect() {
   unlocked([this] {
     fetch_.reset();
     client_.reset();
   });
 }
 
-void Connection::stop_stream() {
+void PythonConnection::stop_stream() {
   if (!fetch_) return;
   is_lost_ |= !fetch_->cancel().has_value();
   fetch_.reset();
 }
 
-ClientResult<void> Connection::free_client() {
+ClientResult<void> PythonConnection::free_client() {
   if (!client_) {
     return fail(ErrorSource::kNetwork, {ErrorCode::kUnavailable, "The connection is closed."});
   }
@@ -184,17 +185,18 @@ ClientResult<void> Connection::free_client() {
 }
 
 void define_connection(py::module_& module) {
-  py::class_<Connection>(module, "Connection")
+  py::class_<PythonConnection>(module, "Connection")
       .def(py::init<const std::string&, std::string, std::string, bool, double>())
-      .def("close", &Connection::close)
-      .def("datasets", &Connection::datasets)
-      .def("info", &Connection::info)
-      .def("estimate", &Connection::estimate)
-      .def("share_budget", &Connection::share_budget)
+      .def("close", &PythonConnection::close)
+      .def("datasets", &PythonConnection::datasets)
+      .def("info", &PythonConnection::info)
+      .def("estimate", &PythonConnection::estimate)
+      .def("share_budget", &PythonConnection::share_budget)
       .def("slice",
-           [](Connection& connection, const std::string& dataset, const std::string& coordinates,
-              const Vec3& origin, const Vec3& right, const Vec3& down, std::uint32_t width,
-              std::uint32_t height, const std::string& interpolation, const std::string& detail) {
+           [](PythonConnection& connection, const std::string& dataset,
+              const std::string& coordinates, const Vec3& origin, const Vec3& right,
+              const Vec3& down, std::uint32_t width, std::uint32_t height,
+              const std::string& interpolation, const std::string& detail) {
              return connection.slice(
                  dataset, {.coordinates = word(coordinate_system_from(coordinates), "coordinates",
                                                coordinates),
@@ -208,16 +210,16 @@ void define_connection(py::module_& module) {
                            .detail = word(slice_detail_from(detail), "detail", detail)});
            })
       .def("probe",
-           [](Connection& connection, const std::string& dataset, std::vector<Vec3> places,
+           [](PythonConnection& connection, const std::string& dataset, std::vector<Vec3> places,
               const std::string& coordinates) {
              return connection.probe(
                  dataset, {.coordinates = word(coordinate_system_from(coordinates), "coordinates",
                                                coordinates),
                            .places = std::move(places)});
            })
-      .def("open", &Connection::open)
-      .def("next", &Connection::next)
-      .def("leave", &Connection::leave);
+      .def("open", &PythonConnection::open)
+      .def("next", &PythonConnection::next)
+      .def("leave", &PythonConnection::leave);
 }
 
 }  // namespace multitetra

@@ -26,11 +26,11 @@ struct FetchedSurface {
 };
 
 // Runs one request at a time; a new one ends a running stream. Thread-safe: calls are serialized.
-class Connection {
+class PythonConnection {
  public:
-  Connection(const std::string& url, std::string token, std::string ca, bool insecure,
-             double timeout);
-  ~Connection();
+  PythonConnection(const std::string& url, std::string token, std::string ca, bool insecure,
+                   double timeout);
+  ~PythonConnection();
 
   void close();
   std::vector<DatasetInfo> datasets();

@@ -36,13 +36,13 @@ std::vector<std::string> files_of(const std::string& output, MeshFormat format,
   return files;
 }
 
-std::vector<std::string> leave_out_empty_files(std::span<SurfaceFile> surfaces) {
+std::vector<std::string> leave_out_empty_files(std::span<NamedMesh> surfaces) {
   std::set<std::string> with_triangles;
-  for (const SurfaceFile& one : surfaces) {
+  for (const NamedMesh& one : surfaces) {
     if (one.surface->components > 0) with_triangles.insert(one.file);
   }
   std::vector<std::string> names;
-  for (SurfaceFile& one : surfaces) {
+  for (NamedMesh& one : surfaces) {
     if (with_triangles.contains(one.file)) continue;
     one.file.clear();
     names.push_back(one.name.text);
@@ -51,7 +51,7 @@ std::vector<std::string> leave_out_empty_files(std::span<SurfaceFile> surfaces) 
   return {not_written_text(names)};
 }
 
-std::string file_bytes(const SurfaceFile& surface, MeshFormat format, MeshCodec codec) {
+std::string file_bytes(const NamedMesh& surface, MeshFormat format, MeshCodec codec) {
   const OutputSurface& output = *surface.surface;
   return mesh_file(output.mesh, format,
                    {.name = surface.name,
@@ -61,20 +61,20 @@ std::string file_bytes(const SurfaceFile& surface, MeshFormat format, MeshCodec 
                     .codec = codec});
 }
 
-void write_surfaces(std::span<const SurfaceFile> surfaces, MeshFormat format, MeshCodec codec) {
+void write_surfaces(std::span<const NamedMesh> surfaces, MeshFormat format, MeshCodec codec) {
   if (format != MeshFormat::kGlb) {
-    for (const SurfaceFile& one : surfaces) {
+    for (const NamedMesh& one : surfaces) {
       if (!one.file.empty()) write_file(one.file, file_bytes(one, format, codec));
     }
     return;
   }
-  std::map<std::string, std::vector<const SurfaceFile*>> files;
-  for (const SurfaceFile& one : surfaces) {
+  std::map<std::string, std::vector<const NamedMesh*>> files;
+  for (const NamedMesh& one : surfaces) {
     if (!one.file.empty()) files[one.file].push_back(&one);
   }
   for (const auto& [file, of_file] : files) {
     std::vector<ScenePart> parts;
-    for (const SurfaceFile* const one : of_file) {
+    for (const NamedMesh* const one : of_file) {
       parts.push_back({.name = one->name, .mesh = &one->surface->mesh});
     }
     write_file(file, scene_glb(parts, of_file.front()->surface->world, codec));

@@ -15,7 +15,7 @@
 
 namespace multitetra {
 
-struct SurfaceFile {
+struct NamedMesh {
   std::string file;  // Empty: the surface is not written.
   SurfaceName name = {};
   const OutputSurface* surface = nullptr;  // Not null.
@@ -28,14 +28,13 @@ struct SurfaceFile {
 
 // Clears the names of files without any triangle. Returns a notice that names their surfaces, if
 // there are any.
-[[nodiscard]] std::vector<std::string> leave_out_empty_files(std::span<SurfaceFile> surfaces);
+[[nodiscard]] std::vector<std::string> leave_out_empty_files(std::span<NamedMesh> surfaces);
 
 // Returns the bytes of a file with this surface alone.
-[[nodiscard]] std::string file_bytes(const SurfaceFile& surface, MeshFormat format,
-                                     MeshCodec codec);
+[[nodiscard]] std::string file_bytes(const NamedMesh& surface, MeshFormat format, MeshCodec codec);
 
 // Writes each surface to its file. Only a GLB may have several surfaces: of one world. Throws
 // std::system_error.
-void write_surfaces(std::span<const SurfaceFile> surfaces, MeshFormat format, MeshCodec codec);
+void write_surfaces(std::span<const NamedMesh> surfaces, MeshFormat format, MeshCodec codec);
 
 }  // namespace multitetra

@@ -11,7 +11,7 @@
 #include "common/wire/tile.hpp"
 #include "server/core/planning/surface_size.hpp"
 #include "server/core/simplification/simplified_cube.hpp"
-#include "server/extraction/shading.hpp"
+#include "server/extraction/normal_encoder.hpp"
 
 namespace multitetra {
 namespace {
@@ -36,7 +36,7 @@ class BlockSampler {
         model_(model),
         spec_(spec),
         stop_(stop),
-        shading_(extractor.dataset(), spec.step()),
+        normals_(extractor.dataset(), spec.step()),
         border_(data_border(extractor.dataset().info, request().lattice_resolution,
                             request().topology_tolerance, spec.step().finest_spacing)),
         options_({.isovalue = request().isovalue,
@@ -57,7 +57,7 @@ class BlockSampler {
     } else {
       block.triangles = {.count = 1, .before = before, .left = before};
     }
-    block.bytes = static_cast<double>(shading_.encoded(tile, digest(tile.mesh)).summary.bytes);
+    block.bytes = static_cast<double>(normals_.encoded(tile, digest(tile.mesh)).summary.bytes);
     return block;
   }
 
@@ -111,7 +111,7 @@ class BlockSampler {
   const PreparedModel& model_;
   const ResolvedStep& spec_;
   const std::stop_token& stop_;
-  Shading shading_;
+  NormalEncoder normals_;
   DataBorder border_;
   SurfaceOptions options_;
 };

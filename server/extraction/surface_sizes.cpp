@@ -17,9 +17,9 @@
 #include "server/extraction/detail/cubes_by_threshold.hpp"
 #include "server/extraction/detail/prefetch_bricks.hpp"
 #include "server/extraction/detail/shell_size.hpp"
+#include "server/extraction/normal_encoder.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/sampled_blocks.hpp"
-#include "server/extraction/shading.hpp"
 #include "server/extraction/surface_extractor.hpp"
 
 namespace multitetra {
@@ -57,11 +57,11 @@ SurfaceSize size_with(double triangles, double extracted, const StepRequest& ste
 // Returns the size of an extracted surface.
 SurfaceSize exact_size(const TiledSurface& surface, const PreparedVolume& volume,
                        const StepRequest& step) {
-  const Shading shading(volume, step);
+  const NormalEncoder normals(volume, step);
   SurfaceSize size{.extracted =
                        kTrianglesPerTetrahedron * static_cast<double>(surface.active_tetrahedra)};
   for (const TileMesh& tile : surface.tiles) {
-    const TileSummary encoded = shading.encoded(tile, digest(tile.mesh)).summary;
+    const TileSummary encoded = normals.encoded(tile, digest(tile.mesh)).summary;
     size.triangles += static_cast<double>(encoded.triangles);
     size.bytes += static_cast<double>(encoded.bytes);
   }

@@ -261,7 +261,7 @@ void write_meshes(const std::vector<Extraction>& surfaces, const DatasetInfo& in
     }
     return name;
   };
-  std::vector<SurfaceFile> files;
+  std::vector<NamedMesh> files;
   for (const Extraction& surface : surfaces) {
     files.push_back({.file = surface.file, .name = name_of(surface), .surface = &surface.output});
   }

@@ -67,7 +67,7 @@ Json json_of(const ExtractedSurface& surface) {
 // with a notice, and does not write them.
 void write_meshes(const ExtractSeriesArguments& arguments, std::vector<ExtractedSurface>& surfaces,
                   const SurfaceArguments& surface, Notices& notices) {
-  std::vector<SurfaceFile> files;
+  std::vector<NamedMesh> files;
   for (const ExtractedSurface& one : surfaces) {
     files.push_back({.file = one.file, .name = surface_name(*one.info), .surface = &one.output});
   }

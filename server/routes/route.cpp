@@ -17,7 +17,7 @@ const char* name(const Route& route) {
     const char* operator()(const WebSocketStream&) const { return "stream"; }
     const char* operator()(const DatasetListing&) const { return "datasets"; }
     const char* operator()(const DatasetDescription&) const { return "dataset"; }
-    const char* operator()(const SurfaceFile&) const { return "isosurface"; }
+    const char* operator()(const IsosurfaceResource&) const { return "isosurface"; }
     const char* operator()(const SliceOfSamples&) const { return "slice"; }
     const char* operator()(const ValueAtPlaces&) const { return "probe"; }
     const char* operator()(const ThumbnailPicture&) const { return "thumbnail"; }
@@ -126,7 +126,7 @@ Result<Route> route_of(const Target& target) {
     if (path[1] == "datasets") {
       if (path.size() == 2) return DatasetListing{};
       if (path.size() == 3) return DatasetDescription{path[2]};
-      if (path.size() == 4 && path[3] == "isosurface") return SurfaceFile{path[2]};
+      if (path.size() == 4 && path[3] == "isosurface") return IsosurfaceResource{path[2]};
       if (path.size() == 4 && path[3] == "slice") return SliceOfSamples{path[2]};
       if (path.size() == 4 && path[3] == "probe") return ValueAtPlaces{path[2]};
       if (path.size() == 4 && path[3] == "thumbnail.png") return ThumbnailPicture{path[2]};

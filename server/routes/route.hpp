@@ -21,7 +21,7 @@ struct DatasetListing {};    // /v1/datasets
 struct DatasetDescription {  // /v1/datasets/{name}
   std::string dataset;
 };
-struct SurfaceFile {  // /v1/datasets/{name}/isosurface
+struct IsosurfaceResource {  // /v1/datasets/{name}/isosurface
   std::string dataset;
 };
 struct SliceOfSamples {  // /v1/datasets/{name}/slice
@@ -59,9 +59,10 @@ struct ViewerFile {  // Any other path: a viewer file, or none.
   std::string path;  // The undecoded path.
 };
 
-using Route = std::variant<Liveness, Readiness, Metrics, Description, WebSocketStream,
-                           DatasetListing, DatasetDescription, SurfaceFile, SliceOfSamples,
-                           ValueAtPlaces, ThumbnailPicture, TileBytes, TilesetFile, NeuroglancerFile, ViewerFile>;
+using Route =
+    std::variant<Liveness, Readiness, Metrics, Description, WebSocketStream, DatasetListing,
+                 DatasetDescription, IsosurfaceResource, SliceOfSamples, ValueAtPlaces,
+                 ThumbnailPicture, TileBytes, TilesetFile, NeuroglancerFile, ViewerFile>;
 
 // Returns the target for logs: a token in its path becomes "...".
 [[nodiscard]] std::string without_token(std::string_view target);

@@ -202,7 +202,7 @@ asio::awaitable<Answer> Router::answer_by(const Route& route, RouteArguments arg
   if (const auto* file = std::get_if<NeuroglancerFile>(&route)) {
     co_return co_await neuroglancer_.answer(*file, arguments.request, context);
   }
-  if (const auto* surface = std::get_if<SurfaceFile>(&route)) {
+  if (const auto* surface = std::get_if<IsosurfaceResource>(&route)) {
     co_return co_await isosurfaces_.answer(surface->dataset, arguments.target, arguments.request,
                                            context);
   }

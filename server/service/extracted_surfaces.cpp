@@ -10,8 +10,8 @@
 #include "server/core/planning/resolved_step.hpp"
 #include "server/core/spectrum/crossed_octants.hpp"
 #include "server/extraction/budgeted_surface.hpp"
+#include "server/extraction/normal_encoder.hpp"
 #include "server/extraction/reference_extractor.hpp"
-#include "server/extraction/shading.hpp"
 #include "server/extraction/shell_extractor.hpp"
 #include "server/extraction/surface_extractor.hpp"
 
@@ -32,7 +32,7 @@ void sort_by_importance(std::vector<EncodedTile>& tiles, const ResolvedStep& spe
 }
 
 // Encodes the tiles that are not in the cache, on all threads.
-std::vector<EncodedTile> encode(const TiledSurface& surface, const Shading& shading,
+std::vector<EncodedTile> encode(const TiledSurface& surface, const NormalEncoder& normals,
                                 const std::string& dataset, TileCache& cache,
                                 const std::stop_token& stop) {
   std::vector<EncodedTile> encoded(surface.tiles.size());
@@ -41,12 +41,12 @@ std::vector<EncodedTile> encode(const TiledSurface& surface, const Shading& shad
       [&](std::size_t i) {
         const TileMesh& tile = surface.tiles[i];
         const ContentDigest content = digest(tile.mesh);
-        const TileKey key = {content, tile.cube, shading.appearance(), tile.simplification_bound,
+        const TileKey key = {content, tile.cube, normals.appearance(), tile.simplification_bound,
                              dataset};
         if (auto known = cache.find(key)) {
           encoded[i] = *std::move(known);
         } else {
-          encoded[i] = shading.encoded(tile, content);
+          encoded[i] = normals.encoded(tile, content);
           encoded[i].summary.simplification_bound = tile.simplification_bound;
           cache.add(key, encoded[i]);
         }
@@ -56,7 +56,7 @@ std::vector<EncodedTile> encode(const TiledSurface& surface, const Shading& shad
 }
 
 // Adds the tiles as meshes, without payloads, on all threads.
-void add_meshes(StepTiles& step, TiledSurface surface, const Shading& shading,
+void add_meshes(StepTiles& step, TiledSurface surface, const NormalEncoder& normals,
                 const std::stop_token& stop) {
   step.tiles.resize(surface.tiles.size());
   step.meshes.resize(surface.tiles.size());
@@ -64,7 +64,7 @@ void add_meshes(StepTiles& step, TiledSurface surface, const Shading& shading,
       surface.tiles.size(),
       [&](std::size_t i) {
         TileMesh& tile = surface.tiles[i];
-        tile.mesh.normals = shading.decoded_normals(tile);
+        tile.mesh.normals = normals.decoded_normals(tile);
         step.tiles[i].summary = {
             .cube = tile.cube,
             .digest = digest(tile.mesh),
@@ -126,10 +126,10 @@ StepTiles ExtractedSurfaces::extract(const StepRequest& step, TileForm form,
                                      const std::stop_token& stop) const {
   const Clock::time_point start = Clock::now();
   const ResolvedStep spec = resolved_step(step, info(), stop);
-  const Shading shading(extractor_->dataset(), step);
-  StepTiles made{.tiles = {}, .appearance = shading.appearance(), .dataset = info().name};
+  const NormalEncoder normals(extractor_->dataset(), step);
+  StepTiles made{.tiles = {}, .appearance = normals.appearance(), .dataset = info().name};
   const auto encoded = [&](const TiledSurface& surface) {
-    return encode(surface, shading, info().name, cache_->tiles(), stop);
+    return encode(surface, normals, info().name, cache_->tiles(), stop);
   };
   TiledSurface surface;
   if (has_own_budget(step)) {
@@ -149,7 +149,7 @@ StepTiles ExtractedSurfaces::extract(const StepRequest& step, TileForm form,
     if (made.tiles.empty()) made.tiles = encoded(surface);
     sort_by_importance(made.tiles, spec);
   } else {
-    add_meshes(made, std::move(surface), shading, stop);
+    add_meshes(made, std::move(surface), normals, stop);
   }
   if (const auto& cell = step.request.cell) {
     made.crossed_octants =

@@ -178,7 +178,7 @@ std::optional<StoredObject> find_object(const std::string& address, std::size_t 
   const HttpPlace place = bucket_place(address);
   StoreClient client(true, options);
   HttpAnswer answer = client.send({.address = place.address(),
-                                   .range = ByteRange{.first = 0, .length = bytes},
+                                   .range = StoreRange{.first = 0, .length = bytes},
                                    .most = std::max<std::uint64_t>(bytes, kMaxAnswerBytes)});
   if (answer.status == 404) return std::nullopt;
   if (answer.status == 416) return StoredObject{.etag = answer.etag, .begin = {}};  // It is empty.

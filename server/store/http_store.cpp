@@ -26,7 +26,7 @@ class HttpStore : public ObjectStore {
                                                   std::uint64_t length) override {
     if (length == 0) return std::vector<std::byte>();
     return fetched({.address = address_of(key),
-                    .range = ByteRange{.first = offset, .length = length},
+                    .range = StoreRange{.first = offset, .length = length},
                     .most = length});
   }
 
@@ -47,7 +47,7 @@ class HttpStore : public ObjectStore {
     return base_ + percent_encoded(key, "/!$&'()*+,;=:@");
   }
 
-  std::optional<std::vector<std::byte>> fetched(const HttpRequest& request) {
+  std::optional<std::vector<std::byte>> fetched(const StoreRequest& request) {
     HttpAnswer answer = client_.send(request);
     if (answer.is_good()) return std::move(answer.bytes);
     if (answer.status == 404 || answer.status == 410) return std::nullopt;

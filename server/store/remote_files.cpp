@@ -86,7 +86,7 @@ std::vector<std::byte> RemoteFiles::fetch_beginning(const std::string& address, 
   file.url = place.address();
   file.client = client_for(place.origin, place.is_s3);
   HttpAnswer answer = file.client->send(
-      {.address = file.url, .range = ByteRange{.first = 0, .length = bytes}, .most = bytes});
+      {.address = file.url, .range = StoreRange{.first = 0, .length = bytes}, .most = bytes});
   if (!answer.is_good()) {
     throw StoreError(address, "the server returned status " + std::to_string(answer.status),
                      "Check the address, the network and the credentials");
@@ -215,7 +215,7 @@ void RemoteFiles::fetch_run(const OpenFile& file, std::uint64_t first,
     try {
       const HttpAnswer answer = file.client->send(
           {.address = file.url,
-           .range = ByteRange{.first = (first + begin) * kBlockBytes, .length = bytes},
+           .range = StoreRange{.first = (first + begin) * kBlockBytes, .length = bytes},
            .headers = file.conditions(),
            .most = bytes});
       if (answer.status == kPreconditionFailed ||

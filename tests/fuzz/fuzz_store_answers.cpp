@@ -34,7 +34,7 @@ void check_range(std::string_view bytes) {
   if (range->matches({.first = first, .length = length})) {
     require(range->first == first && got <= length);
   }
-  if (range->matches({.first = ByteRange::kFromEnd, .length = length})) {
+  if (range->matches({.first = StoreRange::kFromEnd, .length = length})) {
     require(got <= length && range->last + 1 == range->total);
   }
 }

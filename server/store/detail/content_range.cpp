@@ -28,8 +28,8 @@ std::optional<ContentRange> ContentRange::from(std::string_view text) {
   return range;
 }
 
-bool ContentRange::matches(const ByteRange& wanted) const {
-  if (wanted.first == ByteRange::kFromEnd) {
+bool ContentRange::matches(const StoreRange& wanted) const {
+  if (wanted.first == StoreRange::kFromEnd) {
     return total && last + 1 == *total && last - first + 1 == std::min(wanted.length, *total);
   }
   const std::uint64_t end = wanted.first + wanted.length;

@@ -8,7 +8,7 @@
 namespace multitetra {
 
 // Bytes first to first + length - 1, or the last `length` bytes if first is kFromEnd.
-struct ByteRange {
+struct StoreRange {
   static constexpr std::uint64_t kFromEnd = ~std::uint64_t{0};
   std::uint64_t first = 0;
   std::uint64_t length = 0;
@@ -24,7 +24,7 @@ struct ContentRange {
   [[nodiscard]] static std::optional<ContentRange> from(std::string_view text);
 
   // Returns whether this is the wanted range, possibly cut off at the end of the object.
-  [[nodiscard]] bool matches(const ByteRange& wanted) const;
+  [[nodiscard]] bool matches(const StoreRange& wanted) const;
 };
 
 }  // namespace multitetra

@@ -21,8 +21,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-std::string range_text(const ByteRange& range) {
-  if (range.first == ByteRange::kFromEnd) return "-" + std::to_string(range.length);
+std::string range_text(const StoreRange& range) {
+  if (range.first == StoreRange::kFromEnd) return "-" + std::to_string(range.length);
   return std::to_string(range.first) + "-" + std::to_string(range.first + range.length - 1);
 }
 
@@ -73,7 +73,7 @@ struct StoreClient::Handle {
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
 
-  CURLcode perform(const HttpRequest& request, const HttpStoreOptions& options,
+  CURLcode perform(const StoreRequest& request, const HttpStoreOptions& options,
                    const Credentials& credentials, milliseconds left, Transfer& transfer) const;
 
   CURL* curl;
@@ -88,9 +88,9 @@ struct StoreClient::Outcome {
   milliseconds pause{0};  // Requested by the server.
   bool has_stalled = false;
 
-  static Outcome of(CURL* curl, CURLcode code, const HttpRequest& request, const Transfer& transfer,
-                    HttpAnswer& answer);
-  static Outcome of_part(CURL* curl, const HttpRequest& request, HttpAnswer& answer);
+  static Outcome of(CURL* curl, CURLcode code, const StoreRequest& request,
+                    const Transfer& transfer, HttpAnswer& answer);
+  static Outcome of_part(CURL* curl, const StoreRequest& request, HttpAnswer& answer);
 };
 
 StoreClient::StoreClient(bool signs_for_s3, const HttpStoreOptions& options)
@@ -108,7 +108,7 @@ StoreClient::StoreClient(bool signs_for_s3, const HttpStoreOptions& options)
 
 StoreClient::~StoreClient() = default;
 
-HttpAnswer StoreClient::send(const HttpRequest& request) {
+HttpAnswer StoreClient::send(const StoreRequest& request) {
   check_cooldown(request.address);
   const Clock::time_point deadline = Clock::now() + options_.deadline;
   const auto left = [&] {
@@ -151,7 +151,7 @@ void StoreClient::start_cooldown(const std::string& problem) {
   cooldown_reason_ = problem;
 }
 
-StoreClient::Outcome StoreClient::try_request(const HttpRequest& request, milliseconds left,
+StoreClient::Outcome StoreClient::try_request(const StoreRequest& request, milliseconds left,
                                               HttpAnswer& answer) {
   std::unique_ptr<Handle> handle = idle_handle();
   const Outcome outcome = try_with_redirects(*handle, request, left, answer);
@@ -159,7 +159,7 @@ StoreClient::Outcome StoreClient::try_request(const HttpRequest& request, millis
   return outcome;
 }
 
-StoreClient::Outcome StoreClient::try_with_redirects(Handle& handle, const HttpRequest& request,
+StoreClient::Outcome StoreClient::try_with_redirects(Handle& handle, const StoreRequest& request,
                                                      milliseconds left, HttpAnswer& answer) {
   constexpr int kMaxRedirects = 5;
   const Clock::time_point deadline = Clock::now() + left;
@@ -169,7 +169,7 @@ StoreClient::Outcome StoreClient::try_with_redirects(Handle& handle, const HttpR
   const Credentials credentials{
       .user = sigv4_.empty() ? url.user() : user_, .sigv4 = sigv4_, .session = session_};
   url.remove_user();
-  HttpRequest next = request;
+  StoreRequest next = request;
   next.address = url.part(CURLUPART_URL);
   for (int redirects = 0;; ++redirects) {
     const bool is_trusted = is_same_host(url, CurlUrl(next.address));
@@ -190,7 +190,7 @@ StoreClient::Outcome StoreClient::try_with_redirects(Handle& handle, const HttpR
   }
 }
 
-CURLcode StoreClient::Handle::perform(const HttpRequest& request, const HttpStoreOptions& options,
+CURLcode StoreClient::Handle::perform(const StoreRequest& request, const HttpStoreOptions& options,
                                       const Credentials& credentials, milliseconds left,
                                       Transfer& transfer) const {
   curl_easy_reset(curl);
@@ -235,8 +235,9 @@ CURLcode StoreClient::Handle::perform(const HttpRequest& request, const HttpStor
   return code;
 }
 
-StoreClient::Outcome StoreClient::Outcome::of(CURL* curl, CURLcode code, const HttpRequest& request,
-                                              const Transfer& transfer, HttpAnswer& answer) {
+StoreClient::Outcome StoreClient::Outcome::of(CURL* curl, CURLcode code,
+                                              const StoreRequest& request, const Transfer& transfer,
+                                              HttpAnswer& answer) {
   if (transfer.too_large) {
     return {.problem = "it is larger than the limit of " + std::to_string(transfer.most) +
                        " bytes" + (request.range ? ", or the server does not serve ranges" : ""),
@@ -267,7 +268,7 @@ StoreClient::Outcome StoreClient::Outcome::of(CURL* curl, CURLcode code, const H
   return {.kind = Kind::kDone};
 }
 
-StoreClient::Outcome StoreClient::Outcome::of_part(CURL* curl, const HttpRequest& request,
+StoreClient::Outcome StoreClient::Outcome::of_part(CURL* curl, const StoreRequest& request,
                                                    HttpAnswer& answer) {
   const std::string text = header_of(curl, "Content-Range");
   const auto range = ContentRange::from(text);

@@ -24,11 +24,11 @@
 
 namespace multitetra {
 
-struct HttpRequest {
+struct StoreRequest {
   std::string address;
   std::string method = "GET";
   // At least one byte; absent means the whole object.
-  std::optional<ByteRange> range = std::nullopt;
+  std::optional<StoreRange> range = std::nullopt;
   std::vector<std::string> headers = {};
   std::span<const std::byte> body = {};
   std::uint64_t most = 0;  // Maximum size of the response in bytes; a larger one is an error.
@@ -55,7 +55,7 @@ class StoreClient {
   StoreClient& operator=(const StoreClient&) = delete;
 
   // Throws StoreError if there is no usable response.
-  [[nodiscard]] HttpAnswer send(const HttpRequest& request);
+  [[nodiscard]] HttpAnswer send(const StoreRequest& request);
 
   [[nodiscard]] std::size_t connections() const { return options_.connections; }
 
@@ -65,9 +65,9 @@ class StoreClient {
   struct Outcome;
   void check_cooldown(const std::string& address);
   void start_cooldown(const std::string& problem);
-  Outcome try_request(const HttpRequest& request, std::chrono::milliseconds left,
+  Outcome try_request(const StoreRequest& request, std::chrono::milliseconds left,
                       HttpAnswer& answer);
-  Outcome try_with_redirects(Handle& handle, const HttpRequest& request,
+  Outcome try_with_redirects(Handle& handle, const StoreRequest& request,
                              std::chrono::milliseconds left, HttpAnswer& answer);
   std::unique_ptr<Handle> idle_handle();
   void return_handle(std::unique_ptr<Handle> handle);

@@ -131,7 +131,8 @@ TEST(Route, MatchesThePath) {
   EXPECT_TRUE(std::holds_alternative<Liveness>(routed("/livez").value()));
   EXPECT_TRUE(std::holds_alternative<WebSocketStream>(routed("/v1/stream?x=1").value()));
   EXPECT_TRUE(std::holds_alternative<DatasetListing>(routed("/v1/datasets").value()));
-  EXPECT_EQ(std::get<SurfaceFile>(routed("/v1/datasets/a%20b/isosurface").value()).dataset, "a b");
+  EXPECT_EQ(std::get<IsosurfaceResource>(routed("/v1/datasets/a%20b/isosurface").value()).dataset,
+            "a b");
   const ContentDigest digest = {0x0123456789abcdef, 0xfedcba9876543210};
   EXPECT_EQ(std::get<TileBytes>(routed("/v1/tiles/" + digest.hex()).value()).digest, digest);
   EXPECT_FALSE(routed("/v1/tiles/12"));

@@ -19,9 +19,9 @@ TEST(ContentRange, ParsesTheRangeAndSize) {
   EXPECT_FALSE(range->matches({.first = 11, .length = 19}));
   EXPECT_TRUE(ContentRange::from("bytes 10-29/30")->matches({.first = 10, .length = 100}));
   EXPECT_TRUE(
-      ContentRange::from("bytes 10-29/30")->matches({.first = ByteRange::kFromEnd, .length = 20}));
+      ContentRange::from("bytes 10-29/30")->matches({.first = StoreRange::kFromEnd, .length = 20}));
   EXPECT_FALSE(
-      ContentRange::from("bytes 10-29/*")->matches({.first = ByteRange::kFromEnd, .length = 20}));
+      ContentRange::from("bytes 10-29/*")->matches({.first = StoreRange::kFromEnd, .length = 20}));
 }
 
 TEST(ContentRange, RejectsInvalidRanges) {

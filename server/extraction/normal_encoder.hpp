@@ -12,10 +12,10 @@
 
 namespace multitetra {
 
-class Shading {
+class NormalEncoder {
  public:
   // The volume must outlive this object.
-  Shading(const PreparedVolume& volume, const StepRequest& step);
+  NormalEncoder(const PreparedVolume& volume, const StepRequest& step);
 
   // Returns the appearance for TileKey.
   [[nodiscard]] std::uint64_t appearance() const;

@@ -1,4 +1,4 @@
-#include "server/extraction/shading.hpp"
+#include "server/extraction/normal_encoder.hpp"
 
 #include <functional>
 #include <string>
@@ -10,32 +10,32 @@
 
 namespace multitetra {
 
-Shading::Shading(const PreparedVolume& volume, const StepRequest& step)
+NormalEncoder::NormalEncoder(const PreparedVolume& volume, const StepRequest& step)
     : volume_(volume),
       bits_(step.request.normal_bits),
       source_(step.finest_spacing >= kSpectrumSpacing ? NormalSource::kCoarseSamples
                                                       : NormalSource::kSamples) {}
 
 // A hash that identifies the shading; a collision would affect only the shading.
-std::uint64_t Shading::appearance() const {
+std::uint64_t NormalEncoder::appearance() const {
   if (bits_ == 0) return 0;
   const std::uint64_t dataset = std::hash<std::string>{}(key_of(volume_.info));
   return dataset * 64 + static_cast<std::uint64_t>(2 * bits_) +
          (source_ == NormalSource::kSamples ? 1U : 0U);
 }
 
-std::vector<UnitVector> Shading::normals(const TileMesh& tile) const {
+std::vector<UnitVector> NormalEncoder::normals(const TileMesh& tile) const {
   if (bits_ == 0) return {};
   return vertex_normals(volume_, tile.mesh.vertices, tile.mesh.resolution, source_);
 }
 
-std::vector<UnitVector> Shading::decoded_normals(const TileMesh& tile) const {
+std::vector<UnitVector> NormalEncoder::decoded_normals(const TileMesh& tile) const {
   std::vector<UnitVector> directions = normals(tile);
   round_normals(directions, bits_);
   return directions;
 }
 
-EncodedTile Shading::encoded(const TileMesh& tile, const ContentDigest& content) const {
+EncodedTile NormalEncoder::encoded(const TileMesh& tile, const ContentDigest& content) const {
   const std::vector<UnitVector> directions = normals(tile);
   return encode_tile(tile.mesh, tile.cube, content, encoding_speed(tile),
                      {.directions = directions, .bits = bits_});
