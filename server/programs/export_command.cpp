@@ -187,7 +187,7 @@ void write_segments(const ExportArguments& arguments, DatasetInfo info,
     write_into(arguments.folder, name, bytes, exported);
   };
   info.suggested_isovalues = arguments.isovalues;
-  write("info", mesh_info_json(arguments.sharded ? MeshLayout::kShards : MeshLayout::kFiles));
+  write("info", mesh_info_json(info, arguments.sharded ? MeshLayout::kShards : MeshLayout::kFiles));
   write("segment_properties/info", segment_properties_json(info));
   if (arguments.sharded) {
     write("0.shard", mesh_shard(segments));

@@ -9,12 +9,13 @@
 #include "common/request/request_key.hpp"
 #include "server/http/conditions.hpp"
 #include "server/service/run_on_workers.hpp"
+#include "server/tilesets/neuroglancer_image.hpp"
 
 namespace multitetra {
 namespace {
 
 // The version of the output, part of ETags. Increase it when equal paths give different bytes.
-constexpr std::string_view kNeuroglancerForm = "2 ";
+constexpr std::string_view kNeuroglancerForm = "3 ";
 constexpr std::string_view kIndexSuffix = ".index";
 constexpr std::string_view kInfo = "info";  // Suffix of files that list others.
 
@@ -144,16 +145,15 @@ asio::awaitable<Result<SharedBytes>> NeuroglancerRoute::image(const ImageChunk& 
   std::string bytes;
   const auto reservation = context.client->reserve(bytes_of(chunk, info.type));
   if (!reservation) co_return tl::unexpected(reservation.error());
-  const auto step = static_cast<double>(chunk.step);
   for (std::int32_t z = 0; z < chunk.size[2]; ++z) {
-    SliceRequest plane{.coordinates = CoordinateSystem::kIndex,
-                       .right = {step, 0, 0},
-                       .down = {0, step, 0},
-                       .width = static_cast<std::uint32_t>(chunk.size[0]),
-                       .height = static_cast<std::uint32_t>(chunk.size[1]),
-                       .interpolation = Interpolation::kNearest,
-                       .detail = SliceDetail::kFull};
-    plane.origin = {step * chunk.first[0], step * chunk.first[1], step * (chunk.first[2] + z)};
+    const SliceRequest plane{.coordinates = CoordinateSystem::kIndex,
+                             .origin = chunk.to_index({0, 0, static_cast<double>(z)}),
+                             .right = chunk.to_index.columns[0],
+                             .down = chunk.to_index.columns[1],
+                             .width = static_cast<std::uint32_t>(chunk.size[0]),
+                             .height = static_cast<std::uint32_t>(chunk.size[1]),
+                             .interpolation = Interpolation::kNearest,
+                             .detail = SliceDetail::kFull};
     auto slice = co_await context.caller->slice(info.name, plane);
     if (!slice) co_return tl::unexpected(slice.error());
     append_voxels(bytes, *slice->values, info.type);
@@ -174,7 +174,7 @@ asio::awaitable<Result<SharedBytes>> NeuroglancerRoute::content(const Neuroglanc
     if (!chunk) co_return not_found_error(file);
     co_return co_await image(*chunk, info, context);
   }
-  if (file.path == "info") co_return shared(mesh_info_json());
+  if (file.path == "info") co_return shared(mesh_info_json(info));
   if (file.path == "segment_properties/info") co_return shared(segment_properties_json(info));
   std::string_view segment = file.path;
   const bool is_index = segment.ends_with(kIndexSuffix);

@@ -12,6 +12,7 @@
 #include "common/base/parse_number.hpp"
 #include "common/wire/draco_primitive.hpp"
 #include "server/tilesets/detail/metres.hpp"
+#include "server/tilesets/neuroglancer_image.hpp"
 
 namespace multitetra {
 namespace {
@@ -20,25 +21,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kVertexBits = 16;
 constexpr std::int64_t kLastStep = (1 << kVertexBits) - 1;
-constexpr std::array<std::int32_t, 3> kChunk = {64, 64, 16};
-// The coarsest scale has at least this many voxels along the longest side.
-constexpr std::int32_t kMinVoxels = 64;
-
-double nanometres_a_unit(const DatasetInfo& info) { return 1e9 * metres_a_unit(info); }
-
-std::int32_t voxels(const DatasetInfo& info, std::size_t axis, std::int32_t step) {
-  return (info.dims[axis] + step - 1) / step;
-}
-
-bool has_scale(const DatasetInfo& info, std::int32_t step) {
-  const std::int32_t longest = *std::max_element(info.dims.begin(), info.dims.end());
-  return step == 1 || longest / step >= kMinVoxels;
-}
-
-std::string scale_name(std::int32_t step) {
-  const std::string number = std::to_string(step);
-  return number + "_" + number + "_" + number;
-}
 
 void append_u32(std::string& bytes, std::uint32_t value) {
   for (int byte = 0; byte < 4; ++byte) {
@@ -81,10 +63,16 @@ std::optional<double> isovalue_of_segment(std::string_view segment) {
   return isovalue == 0 ? 0.0 : isovalue;
 }
 
-std::string mesh_info_json(MeshLayout layout) {
+std::string mesh_info_json(const DatasetInfo& dataset, MeshLayout layout) {
+  const Affine place = manifest_to_image(dataset);
+  Json transform = Json::array();  // Three rows of four numbers.
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (const Vec3& column : place.columns) transform.push_back(column[row]);
+    transform.push_back(place.translation[row]);
+  }
   Json info = {{"@type", "neuroglancer_multilod_draco"},
                {"vertex_quantization_bits", kVertexBits},
-               {"transform", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}},
+               {"transform", std::move(transform)},
                {"lod_scale_multiplier", 1},
                {"segment_properties", "segment_properties"}};
   if (layout == MeshLayout::kShards) {
@@ -117,57 +105,6 @@ std::string segment_properties_json(const DatasetInfo& info) {
   return json_text(properties) + "\n";
 }
 
-std::string image_info_json(const DatasetInfo& info) {
-  static constexpr std::array<const char*, 5> kTypes = {"uint8", "int8", "uint16", "int16",
-                                                        "float32"};
-  Json scales = Json::array();
-  for (std::int32_t step = 1; has_scale(info, step); step *= 2) {
-    Json size = Json::array();
-    Json resolution = Json::array();
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      size.push_back(voxels(info, axis, step));
-      resolution.push_back(info.spacing[axis] * nanometres_a_unit(info) * step);
-    }
-    scales.push_back({{"key", scale_name(step)},
-                      {"size", std::move(size)},
-                      {"resolution", std::move(resolution)},
-                      {"voxel_offset", {0, 0, 0}},
-                      {"chunk_sizes", {kChunk}},
-                      {"encoding", "raw"}});
-  }
-  const Json volume = {{"@type", "neuroglancer_multiscale_volume"},
-                       {"type", "image"},
-                       {"data_type", kTypes[static_cast<std::size_t>(info.type)]},
-                       {"num_channels", 1},
-                       {"scales", std::move(scales)}};
-  return json_text(volume) + "\n";
-}
-
-std::optional<ImageChunk> image_chunk_from(const DatasetInfo& info, std::string_view scale,
-                                           std::string_view chunk) {
-  ImageChunk found;
-  while (has_scale(info, found.step) && scale_name(found.step) != scale) found.step *= 2;
-  if (!has_scale(info, found.step)) return std::nullopt;
-  const auto number = [&](std::string_view before) -> std::optional<std::int32_t> {
-    if (!chunk.starts_with(before)) return std::nullopt;
-    chunk.remove_prefix(before.size());
-    return take_number<std::int32_t>(chunk);
-  };
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto first = number(axis == 0 ? "" : "_");
-    const auto last = first ? number("-") : std::nullopt;
-    const std::int32_t all = voxels(info, axis, found.step);
-    if (!last || *first < 0 || *first >= all || *first % kChunk[axis] != 0 ||
-        *last != std::min(all, *first + kChunk[axis])) {
-      return std::nullopt;
-    }
-    found.first[axis] = *first;
-    found.size[axis] = *last - *first;
-  }
-  if (!chunk.empty()) return std::nullopt;
-  return found;
-}
-
 std::string mesh_fragment(const LatticeMesh& mesh, const OctreeCube& cell) {
   const std::int64_t side = std::int64_t{cell.side()} << mesh.resolution;
   // Rounds to nearest, so that a point between two octants lies on the border of both.
@@ -192,7 +129,7 @@ std::string mesh_fragment(const LatticeMesh& mesh, const OctreeCube& cell) {
 
 MeshFiles mesh_files_of(const Tileset& tileset, const MeshFragments& fragments) {
   const DatasetInfo& info = tileset.info();
-  const double nanometres = nanometres_a_unit(info);
+  const double nanometres = 1e9 * metres_a_unit(info);
   const int leaf = tileset.leaf_exponent();
   const int levels = info.grid_exponent - leaf + 1;
   std::vector<std::vector<OctreeCube>> cells(static_cast<std::size_t>(levels));

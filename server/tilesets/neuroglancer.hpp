@@ -1,10 +1,9 @@
-// Writes neuroglancer's precomputed formats: multi-resolution meshes with a segment for every
-// isovalue, and the volume as an image.
+// Writes neuroglancer's precomputed multi-resolution meshes, with a segment for every isovalue.
 //
-// Neuroglancer's volumes have no orientation: image and surfaces lie along the grid's axes, in
-// nanometres, with sample (i, j, k) in the middle of voxel (i, j, k). The tileset's cells are the
-// fragments of a mesh; level of detail 0 are the leaves. Fragments of other levels are split at the
-// octants of their cell, as the format requires.
+// Manifests lie along the grid's axes, in nanometres, with sample (i, j, k) in the middle of voxel
+// (i, j, k); the transform in the file "info" places them in the image (neuroglancer_image.hpp).
+// The tileset's cells are the fragments of a mesh; level of detail 0 are the leaves. Fragments of
+// other levels are split at the octants of their cell, as the format requires.
 //
 // A fragment's vertices are integers from 0 to 65535 across its cell, which differ from the
 // lattice: they are rounded once more, by less than a 65535th of the cell's side along each axis.
@@ -31,23 +30,10 @@ namespace multitetra {
 
 // The storage of manifests and fragments: two files for each segment, or shards (mesh_shard()).
 enum class MeshLayout { kFiles, kShards };
-[[nodiscard]] std::string mesh_info_json(MeshLayout layout = MeshLayout::kFiles);
+[[nodiscard]] std::string mesh_info_json(const DatasetInfo& dataset,
+                                         MeshLayout layout = MeshLayout::kFiles);
 // Lists the suggested isovalues as segments, with their values as labels.
 [[nodiscard]] std::string segment_properties_json(const DatasetInfo& info);
-[[nodiscard]] std::string image_info_json(const DatasetInfo& info);
-
-// A chunk of the image: "0-64_64-128_0-16" at scale "4_4_4", which has every fourth sample.
-struct ImageChunk {
-  std::int32_t step = 1;                // Samples per voxel of the scale.
-  std::array<std::int32_t, 3> first{};  // In voxels of the scale.
-  std::array<std::int32_t, 3> size{};
-};
-// Returns none for chunks that image_info_json() does not offer.
-[[nodiscard]] std::optional<ImageChunk> image_chunk_from(const DatasetInfo& info,
-                                                         std::string_view scale,
-                                                         std::string_view chunk);
-
-// ---- meshes
 
 // Returns Draco bytes; empty without triangles. The mesh must lie in the cell.
 [[nodiscard]] std::string mesh_fragment(const LatticeMesh& mesh, const OctreeCube& cell);

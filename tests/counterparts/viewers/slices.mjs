@@ -10,7 +10,7 @@ import { inChromium, origin, picture, settled } from "./in_chromium.mjs";
 
 const [token, ...listeners] = process.argv.slice(2);
 const kSegment = (1n << 63n).toString(); // The bits of -0, which represents 0.
-const kMiddle = [30.5, 45.5, 33.5]; // In voxels.
+const kMiddle = [50.5, 18.5, 57.5]; // In voxels, from the origin of the world.
 const kDimensions = { x: [0.0005, "m"], y: [0.00075, "m"], z: [0.00125, "m"] }; // The size of a voxel.
 const kScale = 0.15; // One pixel per smallest side of a voxel.
 const kAlongAxes = { z: [0, 0, 0, 1], y: [Math.SQRT1_2, 0, 0, Math.SQRT1_2], x: [0, Math.SQRT1_2, 0, Math.SQRT1_2] };

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "server/tilesets/neuroglancer_image.hpp"
 #include "tests/support/glb_reader.hpp"
 
 namespace multitetra {
@@ -17,6 +18,7 @@ DatasetInfo scan() {
   info.name = "scan";
   info.dims = {300, 130, 65};
   info.spacing = {1, 2, 3};
+  info.index_to_world.columns = {Vec3{1, 0, 0}, Vec3{0, 2, 0}, Vec3{0, 0, 3}};
   info.grid_exponent = 9;
   info.margin = 1;
   info.type = SampleType::kI16;
@@ -50,8 +52,7 @@ TEST(NeuroglancerImage, ServesOnlyScalesAndTheirChunks) {
   EXPECT_EQ(json["scales"][1]["resolution"], (std::vector<double>{2e6, 4e6, 6e6}));
   const auto chunk = image_chunk_from(scan(), "2_2_2", "128-150_64-65_16-32");
   ASSERT_TRUE(chunk);
-  EXPECT_EQ(chunk->step, 2);
-  EXPECT_EQ(chunk->first, (std::array{128, 64, 16}));
+  EXPECT_EQ(chunk->to_index({1, 0, 0}), (Vec3{258, 128, 32}));
   EXPECT_EQ(chunk->size, (std::array{22, 1, 16}));
   for (const auto& [scale, text] : {std::pair{"8_8_8", "0-64_0-64_0-16"},
                                     {"2_2_2", "0-63_0-64_0-16"},
@@ -63,6 +64,60 @@ TEST(NeuroglancerImage, ServesOnlyScalesAndTheirChunks) {
                                     {"", "0-64_0-64_0-16"}}) {
     EXPECT_FALSE(image_chunk_from(scan(), scale, text)) << scale << " " << text;
   }
+}
+
+// A place in the image, in nanometres from the origin of the world, of the first sample.
+Vec3 first_sample_in_image(const DatasetInfo& info) {
+  const Vec3 middle = scaled(info.spacing, 0.5e6);  // Of voxel (0, 0, 0) of the manifest.
+  return manifest_to_image(info)(middle);
+}
+
+// The same samples in any order lie at the same places of the world.
+TEST(NeuroglancerImage, IsInItsPlaceHoweverSamplesAreStored) {
+  DatasetInfo info = scan();
+  info.index_to_world.translation = {-149.5, 21, 97.5};
+  const auto scales = nlohmann::json::parse(image_info_json(info))["scales"];
+  EXPECT_EQ(scales[0]["voxel_offset"], (std::vector<int>{-150, 10, 32}));
+  EXPECT_EQ(scales[2]["voxel_offset"], (std::vector<int>{-38, 2, 8}));
+  EXPECT_EQ(first_sample_in_image(info), (Vec3{-149.5e6, 21e6, 97.5e6}));
+
+  DatasetInfo mirrored = info;  // x backwards, and stored last.
+  mirrored.dims = {130, 65, 300};
+  mirrored.spacing = {2, 3, 1};
+  mirrored.index_to_world = {.columns = {Vec3{0, 2, 0}, Vec3{0, 0, 3}, Vec3{-1, 0, 0}},
+                             .translation = {149.5, 21, 97.5}};
+  EXPECT_EQ(image_info_json(mirrored), image_info_json(info));
+  const auto chunk = image_chunk_from(mirrored, "1_1_1", "-86--22_10-74_48-64");
+  ASSERT_TRUE(chunk);
+  EXPECT_EQ(chunk->size, (std::array{64, 64, 16}));
+  EXPECT_EQ(chunk->to_index({0, 1, 2}), (Vec3{1, 18, 235}));
+  EXPECT_FALSE(image_chunk_from(mirrored, "1_1_1", "0-64_0-64_0-16"));
+  EXPECT_EQ(first_sample_in_image(mirrored), (Vec3{149.5e6, 21e6, 97.5e6}));
+  const auto transform = nlohmann::json::parse(mesh_info_json(mirrored))["transform"];
+  EXPECT_EQ(transform[2], -1);
+  EXPECT_EQ(transform[4], 1);
+}
+
+TEST(NeuroglancerImage, OfARotatedVolumeIsResampledOntoTheAxes) {
+  DatasetInfo info = scan();
+  const double c = std::cos(0.3);
+  const double s = std::sin(0.3);
+  info.index_to_world.columns = {Vec3{c, s, 0}, Vec3{-2 * s, 2 * c, 0}, Vec3{0, 0, 3}};
+  const auto scale = nlohmann::json::parse(image_info_json(info))["scales"][0];
+  EXPECT_EQ(scale["size"], (std::vector<int>{362, 168, 65}));
+  EXPECT_EQ(scale["voxel_offset"], (std::vector<int>{-77, 0, 0}));
+  const auto chunk = image_chunk_from(info, "1_1_1", "-13-51_0-64_0-16");
+  ASSERT_TRUE(chunk);
+  // A voxel, an index and a place of a manifest that belong together.
+  const Vec3 index = chunk->to_index({20, 30, 5});
+  const Vec3 world = info.index_to_world(index);
+  EXPECT_NEAR(world[1], 60, 1e-9);
+  EXPECT_NEAR(world[2], 15, 1e-9);
+  const Vec3 place = manifest_to_image(info)(
+      {1e6 * (index[0] + 0.5), 2e6 * (index[1] + 0.5), 3e6 * (index[2] + 0.5)});
+  EXPECT_NEAR(place[0], 1e6 * (-13 + 20 + 0.5), 1e-3);
+  EXPECT_NEAR(place[1], 2e6 * 30.5, 1e-3);
+  EXPECT_NEAR(place[2], 3e6 * 5.5, 1e-3);
 }
 
 // As the format defines it: interleaved bits of x, y and z, x lowest.
