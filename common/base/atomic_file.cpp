@@ -55,8 +55,8 @@ bool is_hidden_name(std::string_view name, std::string_view begin) {
 std::string path_of(int descriptor) { return "/proc/self/fd/" + std::to_string(descriptor); }
 
 // Returns a closed file if the file system does not support unnamed files, or cannot link them.
-OpenFile open_nameless(const fs::path& folder) {
-  OpenFile file(::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666));
+OpenFile open_nameless(const fs::path& folder, unsigned mode) {
+  OpenFile file(::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, mode));
   if (::access(path_of(file.descriptor()).c_str(), F_OK) != 0) file.close();
   return file;
 }
@@ -70,7 +70,8 @@ bool is_abandoned(const fs::path& file) {
   const OpenFile opened(::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
   struct stat status {};
   return ::fstat(opened.descriptor(), &status) == 0 && S_ISREG(status.st_mode) &&
-         std::time(nullptr) - status.st_mtime > kLockedBySeconds && opened.lock(kAliveLock);
+         status.st_uid == ::geteuid() && std::time(nullptr) - status.st_mtime > kLockedBySeconds &&
+         opened.lock(kAliveLock);
 }
 
 // Never fails: skips files that cannot be removed.
@@ -88,24 +89,24 @@ void remove_abandoned(const fs::path& path) {
 
 }  // namespace
 
-AtomicFile::AtomicFile(fs::path path, TemporaryKind kind) : path_(std::move(path)) {
+AtomicFile::AtomicFile(fs::path path, TemporaryKind kind, unsigned mode) : path_(std::move(path)) {
   struct stat there {};
   const bool is_there = ::stat(path_.c_str(), &there) == 0;
   if (is_there && !S_ISREG(there.st_mode)) {
     errno = S_ISDIR(there.st_mode) ? EISDIR : EINVAL;
     fail(S_ISDIR(there.st_mode) ? "Cannot replace" : "Not a regular file:");
   }
-  if (kind == TemporaryKind::kUnnamed) file_ = open_nameless(folder_of(path_));
-  if (!file_.is_open()) create_hidden();
+  if (kind == TemporaryKind::kUnnamed) file_ = open_nameless(folder_of(path_), mode);
+  if (!file_.is_open()) create_hidden(mode);
   if (!is_there) return;
   // Best effort: the file stays readable to all users that could read it.
   (void)!::fchown(file_.descriptor(), there.st_uid, there.st_gid);
   (void)!::fchmod(file_.descriptor(), there.st_mode & 0777);
 }
 
-void AtomicFile::create_hidden() {
+void AtomicFile::create_hidden(unsigned mode) {
   hidden_ = temporary_path_for(path_);
-  file_ = OpenFile(::open(hidden_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  file_ = OpenFile(::open(hidden_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode));
   if (!file_.is_open()) {
     hidden_.clear();
     fail("Cannot create");

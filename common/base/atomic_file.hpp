@@ -35,10 +35,11 @@ class AtomicFile {
   // The kind of file that holds the bytes until commit().
   enum class TemporaryKind { kUnnamed, kHidden };
 
-  // The file keeps mode and owner of the file it replaces; new files have the usual ones. Also
-  // throws if the path is a folder or device. kHidden is also the fallback if the file system does
-  // not support unnamed files.
-  explicit AtomicFile(std::filesystem::path path, TemporaryKind kind = TemporaryKind::kUnnamed);
+  // The file keeps mode and owner of the file it replaces; new files have `mode`, less the umask.
+  // Also throws if the path is a folder or device. kHidden is also the fallback if the file system
+  // does not support unnamed files.
+  explicit AtomicFile(std::filesystem::path path, TemporaryKind kind = TemporaryKind::kUnnamed,
+                      unsigned mode = 0666);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
@@ -55,7 +56,7 @@ class AtomicFile {
 
  private:
   [[noreturn]] void fail(const std::string& what) const;
-  void create_hidden();
+  void create_hidden(unsigned mode);
   void link_hidden_name();
   void sync_folder() const;
 

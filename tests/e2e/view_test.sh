@@ -82,7 +82,7 @@ volume volumes/bar.nrrd '20 * x + y'
 starts first --no-browser volumes/bar.nrrd
 lists "bar"
 ends_by_interrupt
-made=$(ls cache/multitetra/bar-*/bar.mtd)
+made=$(ls cache/multitetra/datasets/bar-*/bar.mtd)
 before=$(stat -c %Y.%i "$made")
 starts again --no-browser volumes/bar.nrrd
 ends_by_interrupt
@@ -90,7 +90,7 @@ ends_by_interrupt
 volume volumes/bar.nrrd '255 - 20 * x - y'
 starts changed --no-browser volumes/bar.nrrd
 ends_by_interrupt
-[ "$(ls cache/multitetra | grep -c '^bar-')" = 2 ] || fail "another volume of that name was not prepared"
+[ "$(ls cache/multitetra/datasets | grep -c '^bar-')" = 2 ] || fail "another volume of that name was not prepared"
 [ "$(wc -l <opened)" = 1 ] || fail "--no-browser opened one"
 
 # A large file contains its samples and is found in any folder; a small one may be the header of others beside it.
@@ -102,7 +102,7 @@ for folder in here there; do
   starts "large_$folder" --no-browser "$folder/torus.nrrd"
   lists "torus"
   ends_by_interrupt
-  stat -c %Y.%i cache/multitetra/torus-*/torus.mtd >"made_$folder"
+  stat -c %Y.%i cache/multitetra/datasets/torus-*/torus.mtd >"made_$folder"
 done
 cmp made_here made_there || fail "a copy of a volume in another folder was prepared again"
 
@@ -110,7 +110,7 @@ cmp made_here made_there || fail "a copy of a volume in another folder was prepa
 starts closed --no-browser --outside 0 --margin 1 volumes/bar.nrrd
 ends_by_interrupt
 found=0
-for made in cache/multitetra/bar-*/bar.mtd; do
+for made in cache/multitetra/datasets/bar-*/bar.mtd; do
   "$server" info "$made" | grep -q 'outside.* 0 (value beyond the data)' && found=$((found + 1))
 done
 [ "$found" = 1 ] || fail "view --outside 0 made $found datasets with that value"
@@ -119,11 +119,31 @@ grep -q 'write void or a finite number' err.txt || fail "--outside nothing: $(ca
 
 # --- the cache is bounded: the least recently used dataset is evicted, displayed ones stay
 starts bounded --no-browser --cache-dir-bytes 1 volumes/bar.nrrd
-for _ in $(seq 200); do [ "$(ls cache/multitetra | wc -l)" = 1 ] && break; sleep 0.05; done
-[ "$(ls cache/multitetra | wc -l)" = 1 ] || fail "the cache keeps $(ls cache/multitetra)"
+for _ in $(seq 200); do [ "$(ls cache/multitetra/datasets | wc -l)" = 2 ] && break; sleep 0.05; done
+[ "$(ls cache/multitetra/datasets | wc -l)" = 2 ] || fail "the cache keeps $(ls cache/multitetra/datasets)"
 lists "bar"
 ends_by_interrupt
+[ -z "$(find cache -perm /077)" ] || fail "others may read $(find cache -perm /077)"
 rm -rf cache
+
+# --- a cache deletes nothing but its own entries, and shares no folder with other files or users
+mkdir -p mine/thesis mine/photos marked shared
+echo text >mine/thesis/thesis.tex
+ends 2 "holds files that are not of this cache" "$view" view --no-browser --cache-dir mine --cache-dir-bytes 1 volumes/bar.nrrd
+chmod o+w shared
+ends 2 "other users may write" "$view" view --no-browser --cache-dir shared volumes/bar.nrrd
+starts marked --no-browser --cache-dir marked volumes/bar.nrrd
+ends_by_interrupt
+mkdir marked/thesis marked/datasets/thesis marked/datasets/photos-0123456789abcdef
+cp mine/thesis/thesis.tex marked/thesis
+cp mine/thesis/thesis.tex marked/datasets/thesis
+cp mine/thesis/thesis.tex marked/datasets/photos-0123456789abcdef
+volume volumes/other.nrrd '7 * x + y'
+starts evicts --no-browser --cache-dir marked --cache-dir-bytes 1 volumes/other.nrrd
+for _ in $(seq 200); do [ "$(ls -d marked/datasets/bar-* 2>/dev/null)" ] || break; sleep 0.05; done
+[ -z "$(ls -d marked/datasets/bar-* 2>/dev/null)" ] || fail "the cache has no limit: $(ls marked/datasets)"
+ends_by_interrupt
+[ "$(find mine marked -name thesis.tex | wc -l)" = 4 ] || fail "files of others were deleted: $(find mine marked)"
 TMPDIR=$work/tmp
 mkdir "$TMPDIR"
 export TMPDIR

@@ -212,9 +212,7 @@ std::vector<std::size_t> missing_parts(const fs::path& dataset) {
 
 DatasetInfo merge_parts(const fs::path& dataset, const PartOptions& options) {
   const DatasetInfo info = PartMerger(dataset, options).merge();
-  // Leftover files are harmless.
-  std::error_code ignored;
-  fs::remove_all(parts_folder(dataset), ignored);
+  remove_parts(dataset);
   return info;
 }
 

@@ -12,6 +12,7 @@
 #include "common/cli/json_report.hpp"
 #include "server/dataset/label_detection.hpp"
 #include "server/dataset/prepared_file.hpp"
+#include "server/dataset/section_table.hpp"
 #include "server/programs/label_volume_text.hpp"
 #include "server/programs/prepare/stale_members.hpp"
 
@@ -107,8 +108,8 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
     } catch (const MissingLabel& missing) {
       const bool is_time_member = job.member && job.member->time;
       failed += is_time_member ? 0 : 1;
-      // Removes the dataset of a previous run.
-      if (is_time_member) std::filesystem::remove(job.output);
+      const bool has_earlier = is_time_member && begins_as_dataset(job.output);
+      if (has_earlier) std::filesystem::remove(job.output);  // The dataset of a previous run.
       report((is_time_member ? "skipped: " : "FAILED: ") + std::string(missing.what()));
       if (!is_time_member) failures += job.name + ": FAILED: " + missing.what() + "\n";
       reports.push_back({{"input", without_password(job.input)},

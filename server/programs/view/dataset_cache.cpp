@@ -33,14 +33,20 @@ std::uint64_t bytes_below(const fs::path& folder) {
   return bytes;
 }
 
-std::vector<Entry> entries_in(const fs::path& folder) {
+// Returns whether a name ends like those of cache_key(): "-" and 16 digits.
+bool is_key(const std::string& name) {
+  constexpr std::size_t kDigits = 16;
+  return name.size() > kDigits && name[name.size() - kDigits - 1] == '-' &&
+         name.find_first_not_of("0123456789abcdef", name.size() - kDigits) == std::string::npos;
+}
+
+std::vector<Entry> entries_in(const CacheFolder& folder) {
   std::vector<Entry> entries;
-  std::error_code error;
-  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+  for (const fs::path& path : folder.entries()) {
     std::error_code gone;
-    if (at->is_symlink(gone) || !at->is_directory(gone)) continue;
-    const fs::file_time_type used = at->last_write_time(gone);
-    if (!gone) entries.push_back({at->path(), used, bytes_below(at->path())});
+    const fs::file_time_type used = fs::last_write_time(path, gone);
+    if (!gone && is_key(path.filename().string()))
+      entries.push_back({path, used, bytes_below(path)});
   }
   std::sort(entries.begin(), entries.end(),
             [](const Entry& a, const Entry& b) { return a.used < b.used; });
@@ -68,19 +74,16 @@ fs::path default_cache_folder() {
   return home.empty() ? home : home / ".cache" / "multitetra";
 }
 
-DatasetCache::DatasetCache(fs::path folder, std::uint64_t bytes)
-    : folder_(std::move(folder)), bytes_(bytes) {
-  if (fs::create_directories(folder_)) fs::permissions(folder_, fs::perms::owner_all);
-}
+DatasetCache::DatasetCache(const fs::path& folder, std::uint64_t bytes)
+    : folder_(folder, "datasets"), bytes_(bytes) {}
 
 fs::path DatasetCache::entry(const std::string& key) {
-  const fs::path path = folder_ / key;
-  if (open_.contains(key)) return path;
-  fs::create_directories(path);
+  if (open_.contains(key)) return folder_.path_of(key);
+  fs::path path = folder_.create(key);
   OpenFile folder = locked(path, LOCK_SH);
   if (!folder.is_open()) throw std::system_error(errno, std::generic_category(), path.string());
   open_.emplace(key, std::move(folder));
-  fs::create_directories(path);  // May have been evicted before the lock.
+  path = folder_.create(key);  // May have been evicted before the lock.
   fs::last_write_time(path, fs::file_time_type::clock::now());
   return path;
 }

@@ -11,6 +11,7 @@
 #include <map>
 #include <string>
 
+#include "common/base/cache_folder.hpp"
 #include "common/base/open_file.hpp"
 
 namespace multitetra {
@@ -23,23 +24,22 @@ namespace multitetra {
 // evicted.
 class DatasetCache {
  public:
-  // `bytes` limits the total size. Creates the folder, readable only by its owner. Throws
-  // std::filesystem::filesystem_error.
-  DatasetCache(std::filesystem::path folder, std::uint64_t bytes);
+  // `bytes` limits the total size. Throws CacheFolderError.
+  DatasetCache(const std::filesystem::path& folder, std::uint64_t bytes);
   DatasetCache(const DatasetCache&) = delete;
   DatasetCache& operator=(const DatasetCache&) = delete;
 
   // Returns the folder of an entry, creating it if necessary. Marks it as used, and keeps it open
-  // until destruction. Requires a file name. Throws std::filesystem::filesystem_error or
+  // until destruction. Requires a key of cache_key(). Throws std::filesystem::filesystem_error or
   // std::system_error.
   std::filesystem::path entry(const std::string& key);
 
-  // Removes the least recently used entries until the rest is within the limit. Keeps open entries
-  // even if they exceed it.
+  // Removes the least recently used marked entries until the rest is within the limit. Keeps open
+  // entries even if they exceed it.
   void evict();
 
  private:
-  std::filesystem::path folder_;
+  CacheFolder folder_;
   std::uint64_t bytes_;
   std::map<std::string, OpenFile> open_;  // The locked folder of each key.
 };

@@ -65,9 +65,10 @@ class DatasetFolders {
       try {
         cache_.emplace(folder, arguments.cache_bytes);
         return;
-      } catch (const fs::filesystem_error& error) {
-        if (!arguments.cache_folder.empty()) throw;
-        std::cerr << "view: The prepared dataset is not cached: " << error.what() << std::endl;
+      } catch (const CacheFolderError& error) {
+        if (!arguments.cache_folder.empty()) throw ExitError(kUsage, error.what());
+        std::cerr << "view: " << error.what() << " The prepared datasets are temporary."
+                  << std::endl;
       }
     }
     std::string name = (fs::temp_directory_path() / "multitetra-view.XXXXXX").string();
@@ -217,6 +218,7 @@ class ViewedVolumes {
   bool prepare(const PrepareJob& job) {
     try {
       (void)work_->preparation.prepare_unless_up_to_date(job);
+      fs::permissions(job.output, fs::perms{kCachedFileMode});
       const PreparedFile prepared(job.output.string());
       if (!first_) first_ = prepared.info();
       if (job.member && job.member->label && work_->prepared == 0)
@@ -307,7 +309,8 @@ int view(const ViewArguments& arguments) {
     std::string shown = first ? "#dataset=" + percent_encoded(*first) : "";
     if (arguments.inputs.empty()) shown += kDemoLook;
     if (!arguments.labels.empty() && first && !is_prepared(arguments.labels)) {
-      shown += "&labels=" + percent_encoded(default_dataset_name(arguments.labels)) + ":&opacity=0.35";
+      shown +=
+          "&labels=" + percent_encoded(default_dataset_name(arguments.labels)) + ":&opacity=0.35";
     }
     if (arguments.up != "z") shown += (shown.empty() ? "#up=" : "&up=") + arguments.up;
     show(local(server.urls.front()) + "/" + shown, arguments);
@@ -354,9 +357,10 @@ void add_view_command(Command& program, Run& run) {
   command->add_flag("--quiet", a->quiet, "Print only the address and errors");
   add_threads_option(*command, a->threads);
   command->begin_group("Cache");
-  command->add_option(
-      "--cache-dir", a->cache_folder,
-      "Folder of the cached datasets (default: multitetra in $XDG_CACHE_HOME or ~/.cache)");
+  command->add_option("--cache-dir", a->cache_folder,
+                      "Folder of the cached datasets, new or empty at first (default: multitetra "
+                      "in $XDG_CACHE_HOME or "
+                      "~/.cache)");
   command
       ->add_option("--cache-dir-bytes", a->cache_bytes,
                    "Size limit of that folder; the least recently used datasets are evicted first")

@@ -9,7 +9,6 @@
 #include <cstring>
 #include <fstream>
 #include <system_error>
-#include <utility>
 
 #include "common/base/atomic_file.hpp"
 #include "common/base/open_file.hpp"
@@ -21,7 +20,6 @@ namespace fs = std::filesystem;
 
 // The folder is measured after writing 1/16 of the limit.
 constexpr std::uint64_t kScansPerLimit = 16;
-constexpr const char* kBlocks = "blocks";
 constexpr std::size_t kSumBytes = sizeof(std::uint64_t);  // The checksum, stored after the block.
 
 struct CachedBlock {
@@ -30,31 +28,36 @@ struct CachedBlock {
   fs::path path;
 };
 
-std::vector<CachedBlock> blocks_in(const fs::path& folder) {
+// Blocks are named by their number.
+bool is_block_name(const std::string& name) {
+  return name.find_first_not_of("0123456789") == std::string::npos;
+}
+
+std::vector<CachedBlock> blocks_in(const CacheFolder& folder) {
   std::vector<CachedBlock> found;
-  std::error_code error;
-  for (fs::recursive_directory_iterator at(folder / kBlocks, error), end; !error && at != end;
-       at.increment(error)) {
-    std::error_code gone;  // Another process may remove the file at any time.
-    if (!at->is_regular_file(gone)) continue;
-    const CachedBlock block{.used = at->last_write_time(gone),
-                            .bytes = gone ? 0 : at->file_size(gone),
-                            .path = at->path()};
-    if (!gone) found.push_back(block);
+  for (const fs::path& entry : folder.entries()) {
+    std::error_code error;
+    for (fs::directory_iterator at(entry, error), end; !error && at != end; at.increment(error)) {
+      std::error_code gone;  // Another process may remove the file at any time.
+      if (!is_block_name(at->path().filename().string()) || !at->is_regular_file(gone)) continue;
+      const CachedBlock block{.used = at->last_write_time(gone),
+                              .bytes = gone ? 0 : at->file_size(gone),
+                              .path = at->path()};
+      if (!gone) found.push_back(block);
+    }
   }
   return found;
 }
 
 }  // namespace
 
-DiskCache::DiskCache(fs::path folder, std::uint64_t max_bytes)
-    : folder_(std::move(folder)), max_bytes_(max_bytes) {
-  if (fs::create_directories(folder_)) fs::permissions(folder_, fs::perms::owner_all);
+DiskCache::DiskCache(const fs::path& folder, std::uint64_t max_bytes)
+    : folder_(folder, "blocks"), max_bytes_(max_bytes) {
   evict();
 }
 
 fs::path DiskCache::path_of(const std::string& file, std::uint64_t block) const {
-  return folder_ / kBlocks / file / std::to_string(block);
+  return folder_.path_of(file) / std::to_string(block);
 }
 
 std::optional<std::vector<std::byte>> DiskCache::find(const std::string& file,
@@ -78,10 +81,9 @@ std::optional<std::vector<std::byte>> DiskCache::find(const std::string& file,
 void DiskCache::put(const std::string& file, std::uint64_t block,
                     std::span<const std::byte> bytes) {
   try {
-    const fs::path path = path_of(file, block);
-    fs::create_directories(path.parent_path());
     const std::uint64_t sum = XXH3_64bits(bytes.data(), bytes.size());
-    AtomicFile into(path);
+    AtomicFile into(folder_.create(file) / std::to_string(block),
+                    AtomicFile::TemporaryKind::kUnnamed, kCachedFileMode);
     into.write_at(0, bytes);
     into.write_at(bytes.size(), std::as_bytes(std::span(&sum, 1)));
     into.commit(Durability::kProcessEnd);
@@ -102,7 +104,7 @@ void DiskCache::remove(const std::string& file, std::uint64_t block) {
 
 void DiskCache::evict() {
   // One process at a time; others skip the eviction.
-  const OpenFile file(::open((folder_ / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+  const OpenFile file(::open(folder_.path_of(".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
   if (!file.lock(LOCK_EX | LOCK_NB)) return;
   std::vector<CachedBlock> blocks = blocks_in(folder_);
   std::uint64_t bytes = 0;

@@ -15,14 +15,15 @@
 #include <string>
 #include <vector>
 
+#include "common/base/cache_folder.hpp"
+
 namespace multitetra {
 
 // Safe to use from several threads at once.
 class DiskCache {
  public:
-  // Creates the folder, readable by its owner only. Throws std::filesystem::filesystem_error if
-  // that fails; ignores later errors.
-  DiskCache(std::filesystem::path folder, std::uint64_t max_bytes);
+  // Claims the folder for the blocks. Throws CacheFolderError; ignores later errors.
+  DiskCache(const std::filesystem::path& folder, std::uint64_t max_bytes);
 
   // Finds a block of one version of a file. `file` names the version, as a valid file name.
   [[nodiscard]] std::optional<std::vector<std::byte>> find(const std::string& file,
@@ -34,7 +35,7 @@ class DiskCache {
   [[nodiscard]] std::filesystem::path path_of(const std::string& file, std::uint64_t block) const;
   void evict();
 
-  std::filesystem::path folder_;
+  CacheFolder folder_;
   std::uint64_t max_bytes_;
   std::mutex mutex_;                    // Guards the following members.
   std::uint64_t bytes_since_scan_ = 0;  // Bytes written since the last measurement of the folder.

@@ -242,7 +242,7 @@ TEST_F(RemoteFilesTest, RefetchesWhenTheDiskCacheIsDamaged) {
   EXPECT_TRUE(part(*files(options)->open(address()), 0, kSize) == content(1));
   std::size_t size = 0;
   for (const auto& entry : fs::recursive_directory_iterator(options.folder / "blocks")) {
-    if (!entry.is_regular_file()) continue;
+    if (!entry.is_regular_file() || entry.path().filename() == "CACHEDIR.TAG") continue;
     std::ofstream(entry.path(), std::ios::binary | std::ios::trunc) << std::string(size, 'x');
     size = size * 7 + 1;
     if (size > 2 * kBlock) size = 0;
@@ -250,6 +250,19 @@ TEST_F(RemoteFilesTest, RefetchesWhenTheDiskCacheIsDamaged) {
   const auto all = files(options);
   EXPECT_TRUE(part(*all->open(address()), 0, kSize) == content(1));
   EXPECT_EQ(all->counts().disk_hits, 0U);
+}
+
+TEST_F(RemoteFilesTest, EvictsOnlyBlocksOfTheDiskCache) {
+  RemoteFilesOptions options = quick(0);
+  options.folder = folder_.path() / "cache";
+  (void)files(options);
+  folder_.file("cache/blocks/thesis/1", std::string(100 * kBlock, 'x'));
+  folder_.file("cache/blocks/thesis.tex", "mine");
+  options.folder_bytes = 8 * kBlock;
+  const auto file = files(options)->open(address());
+  for (std::size_t block = 0; block < 41; ++block) (void)part(*file, block * kBlock, 1);
+  EXPECT_TRUE(fs::exists(options.folder / "blocks" / "thesis" / "1"));
+  EXPECT_TRUE(fs::exists(options.folder / "blocks" / "thesis.tex"));
 }
 
 TEST_F(RemoteFilesTest, LimitsTheDiskCache) {

@@ -1,6 +1,7 @@
 #include "server/dataset/partitioned/detail/part_files.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cstring>
 #include <fstream>
@@ -87,6 +88,16 @@ class RecordReader {
   const PartJson& json_;
   bool is_good_ = true;
 };
+
+// Returns whether the name is that of a part's file, of this plan or an earlier one: "3.bricks".
+bool is_part_file(const fs::path& file) {
+  constexpr std::array<std::string_view, 6> kSuffixes = {".bricks", ".index",  ".ranges",
+                                                         ".coarse", ".curves", ".json"};
+  const std::string stem = file.stem().string();
+  return stem.find_first_not_of("0123456789") == std::string::npos &&
+         std::find(kSuffixes.begin(), kSuffixes.end(), file.extension().string()) !=
+             kSuffixes.end();
+}
 
 }  // namespace
 
@@ -239,6 +250,18 @@ Result<PartRecord> parse_record(std::string_view text) {
 
 fs::path part_file(const fs::path& dataset, std::size_t part, const char* suffix) {
   return parts_folder(dataset) / (std::to_string(part + 1) + suffix);
+}
+
+void remove_parts(const fs::path& dataset) {
+  const fs::path folder = parts_folder(dataset);
+  std::vector<fs::path> files = {plan_file(dataset)};
+  std::error_code ignored;
+  for (fs::directory_iterator at(folder, ignored), end; !ignored && at != end;
+       at.increment(ignored)) {
+    if (is_part_file(at->path()) && at->is_regular_file(ignored)) files.push_back(at->path());
+  }
+  for (const fs::path& file : files) fs::remove(file, ignored);
+  fs::remove(folder, ignored);
 }
 
 }  // namespace multitetra

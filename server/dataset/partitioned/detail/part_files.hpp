@@ -115,4 +115,8 @@ struct PartRecord {
 [[nodiscard]] std::filesystem::path part_file(const std::filesystem::path& dataset,
                                               std::size_t part, const char* suffix);
 
+// Removes the plan and the files of parts, and their folder if nothing else is in it. Leaves what
+// cannot be removed.
+void remove_parts(const std::filesystem::path& dataset);
+
 }  // namespace multitetra

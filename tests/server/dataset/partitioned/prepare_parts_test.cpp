@@ -127,6 +127,20 @@ TEST(PrepareParts, AcceptPartsCopiedIntoOneFolder) {
   EXPECT_EQ(content_of(folder.path()), expected);
 }
 
+TEST(PrepareParts, LeaveOtherFilesInTheirFolder) {
+  const PreparedSetting setting = settings().front();
+  const TemporaryFolder folder;
+  const fs::path dataset = folder.path() / "all.mtd";
+  plan(setting, dataset, 1);
+  make_part(setting, dataset, 0);
+  folder.file("all.mtd.parts/notes.txt", "mine");
+  folder.file("all.mtd.parts/measured/1.json", "mine");
+  merge_parts(dataset);
+  EXPECT_EQ(entries_of(parts_folder(dataset)), 2U);
+  EXPECT_EQ(bytes_of_file(parts_folder(dataset) / "notes.txt"), "mine");
+  EXPECT_EQ(bytes_of_file(parts_folder(dataset) / "measured" / "1.json"), "mine");
+}
+
 TEST(PrepareParts, RejectDamagedParts) {
   const PreparedSetting setting = settings().front();
   const TemporaryFolder folder;
