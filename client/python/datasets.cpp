@@ -113,6 +113,8 @@ void define_datasets(py::module_& module) {
                              [](const DatasetInfo& info) { return info.meaning.length_unit; })
       .def_property_readonly("value_unit",
                              [](const DatasetInfo& info) { return info.meaning.value_unit; })
+      .def_property_readonly("geometry",
+                             [](const DatasetInfo& info) { return geometry_text(info.meaning); })
       .def_readonly("min", &DatasetInfo::min)
       .def_readonly("max", &DatasetInfo::max)
       .def_readonly("void_samples", &DatasetInfo::void_samples)

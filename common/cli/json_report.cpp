@@ -168,6 +168,8 @@ Json json_of(const DatasetInfo& info) {
           {"space", text_or_null(name(info.meaning.space))},
           {"length_unit", text_or_null(info.meaning.length_unit)},
           {"value_unit", text_or_null(info.meaning.value_unit)},
+          {"geometry", text_or_null(name(info.meaning.geometry))},
+          {"assumed", text_or_null(info.meaning.assumed)},
           {"suggested_isovalues", info.suggested_isovalues},
           {"display_window", window_json(info)},
           {"member", info.member ? member_json(info) : Json()},

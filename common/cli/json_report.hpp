@@ -35,7 +35,7 @@ template <typename Value>
 [[nodiscard]] Json json_of(const MeshTopology& topology);
 
 // Keys: name, dims, type, spacing, min, max, void_samples, outside (null: void), margin,
-// grid_exponent, index_to_world, space, length_unit, value_unit (null: unknown),
+// grid_exponent, index_to_world, space, length_unit, value_unit, geometry, assumed (null: unknown),
 // suggested_isovalues, member (null: none), histogram.
 [[nodiscard]] Json json_of(const DatasetInfo& info);
 

@@ -1,5 +1,5 @@
-// The physical meaning of a dataset's numbers: the anatomical directions of the world axes, and the
-// units of lengths and values. For information only: nothing is converted.
+// The physical meaning of a dataset's numbers: the anatomical directions of the world axes, the
+// units of lengths and values, and what of the placement is known. For information only: nothing is converted.
 #pragma once
 
 #include <cstddef>
@@ -16,17 +16,31 @@ enum class WorldSpace { kUnnamed, kLps, kRas };
 [[nodiscard]] std::string_view name(WorldSpace space);  // "", "LPS", "RAS"
 [[nodiscard]] std::optional<WorldSpace> world_space_from(std::string_view name);
 
+// How much of the placement (spacing, origin) the source of the samples states: all of it, a part,
+// or nothing. Spacings that it does not state are assumed to be 1, coordinates of the first sample
+// 0. Unknown for generated volumes and for datasets of earlier versions.
+enum class GeometryBasis { kUnknown, kStated, kPartly, kAssumed };
+
+[[nodiscard]] std::string_view name(GeometryBasis basis);  // "", "stated", "partly", "assumed"
+[[nodiscard]] std::optional<GeometryBasis> geometry_basis_from(std::string_view name);
+
 struct PhysicalMeaning {
   WorldSpace space = WorldSpace::kUnnamed;
   // The unit of spacing and world coordinates, such as "mm"; empty: unknown.
-  std::string length_unit;
+  std::string length_unit = {};
   // The unit of samples and isovalues, such as "HU"; empty: unknown.
-  std::string value_unit;
+  std::string value_unit = {};
+  GeometryBasis geometry = GeometryBasis::kUnknown;
+  // What of the placement is assumed, such as "spacing along z, origin"; same rules as units.
+  std::string assumed = {};
 
   friend bool operator==(const PhysicalMeaning&, const PhysicalMeaning&) = default;
 };
 
 inline constexpr std::size_t kMaxUnitBytes = 64;
+
+// Returns the basis with what is assumed: "partly (spacing along z is assumed)"; empty if unknown.
+[[nodiscard]] std::string geometry_text(const PhysicalMeaning& meaning);
 
 // Returns whether a text is a valid unit: UTF-8, at most kMaxUnitBytes, no control characters.
 [[nodiscard]] bool is_unit_text(std::string_view text);

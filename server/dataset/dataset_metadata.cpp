@@ -209,6 +209,8 @@ std::string metadata_text(const DatasetMetadata& metadata) {
   add_text("space", name(info.meaning.space));
   add_text("length_unit", info.meaning.length_unit);
   add_text("value_unit", info.meaning.value_unit);
+  add_text("geometry", name(info.meaning.geometry));
+  add_text("assumed", info.meaning.assumed);
   if (info.member) json["member"] = to_json(*info.member);
   if (info.display_window) {
     json["display_window"] = {{"low", info.display_window->low},
@@ -253,9 +255,13 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
   info.index_to_world = fields.affine("index_to_world");
   const auto space = world_space_from(fields.optional_text("space"));
   if (!space) fields.add_error("space", "is not LPS, RAS or empty");
+  const auto geometry = geometry_basis_from(fields.optional_text("geometry"));
+  if (!geometry) fields.add_error("geometry", "is not stated, partly or assumed");
   info.meaning = {.space = space.value_or(WorldSpace::kUnnamed),
                   .length_unit = fields.optional_text("length_unit"),
-                  .value_unit = fields.optional_text("value_unit")};
+                  .value_unit = fields.optional_text("value_unit"),
+                  .geometry = geometry.value_or(GeometryBasis::kUnknown),
+                  .assumed = fields.optional_text("assumed")};
   info.min = fields.number("min");
   info.max = fields.number("max");
   info.void_samples = fields.count("void_samples");

@@ -82,6 +82,9 @@ void print_facts(const std::string& place, const PreparedFile& file) {
     line("volume", human_label_volume(*file.metadata().label_volume, info));
   }
   line("spacing", with_unit(vector_text(info.spacing), info.meaning.length_unit));
+  if (const std::string basis = geometry_text(info.meaning); !basis.empty()) {
+    line("geometry", basis);
+  }
   line("world axes", info.meaning.space == WorldSpace::kUnnamed
                          ? "those of the file"
                          : std::string(name(info.meaning.space)));

@@ -98,8 +98,7 @@ void VolumeOptions::add_to(Command& command) {
       ->needs(layout);
   command
       .add_option("--spacing", spacing,
-                  "World units between samples along x,y,z; replaces those of the file (raw file: "
-                  "1,1,1 by default)")
+                  "World units between samples along x,y,z; replaces those of the file")
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z");

@@ -3,36 +3,45 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
+
+#include "common/base/address_text.hpp"
 
 namespace multitetra {
 namespace {
 
-void set_spacing(ImageHeader& header, const Vec3& spacing) {
+void set_spacing(StatedGeometry& geometry, const Vec3& spacing) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    Vec3& column = header.index_to_world.columns[axis];
-    const double before = std::sqrt(dot(column, column));
-    if (before > 0) {
-      column = scaled(column, spacing[axis] / before);
-    } else {  // The header has no usable spacing.
-      column = {0, 0, 0};
-      column[axis] = spacing[axis];
-    }
+    Vec3& step = geometry.axes[axis];
+    step = scaled(step, spacing[axis] / length(step));
   }
-  header.spacing = spacing;
+  geometry.spacing = stated(spacing);
 }
 
-void turn(Affine& index_to_world, const AxisDirections& directions) {
-  const Affine turned = composed({.columns = directions, .translation = {0, 0, 0}}, index_to_world);
-  index_to_world = turned;
-  for (Vec3& column : index_to_world.columns) column = sum(column, {0, 0, 0});  // Turns -0 into 0.
-  index_to_world.translation = sum(index_to_world.translation, {0, 0, 0});
+// Turns each axis and the origin; each direction is a world axis or its opposite.
+void turn(StatedGeometry& geometry, const AxisDirections& directions) {
+  const Affine map = {.columns = directions, .translation = {0, 0, 0}};
+  for (Vec3& axis : geometry.axes) axis = sum(map(axis), {0, 0, 0});  // Turns -0 into 0.
+  const StatedNumbers origin = std::exchange(geometry.origin, kNotStated);
+  for (std::size_t from = 0; from < 3; ++from) {
+    for (std::size_t to = 0; to < 3; ++to) {
+      const double sign = directions[from][to];
+      if (sign != 0 && origin[from]) geometry.origin[to] = sign * *origin[from] + 0.0;
+    }
+  }
 }
 
 // RAS and LPS differ in the signs of their first two axes.
-void turn_to_lps(Affine& index_to_world) {
-  const auto turn = [](Vec3& v) { v = {0.0 - v[0], 0.0 - v[1], v[2]}; };
-  for (Vec3& column : index_to_world.columns) turn(column);
-  turn(index_to_world.translation);
+constexpr AxisDirections kRasToLps = {Vec3{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}};
+
+// Returns the axes with more than one sample along which `numbers` are not stated: "x and z".
+std::string axes_without(const StatedNumbers& numbers, const ImageHeader& header) {
+  std::string axes;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!numbers[axis] && header.dims[axis] > 1) axes += "xyz"[axis];
+  }
+  if (axes.size() == 2) axes.insert(1, " and ");
+  return axes.size() < 3 ? axes : "x, y and z";
 }
 
 // "-y"
@@ -80,15 +89,59 @@ std::string nearest_rotations(const AxisDirections& mirror) {
 }
 
 void place(ImageHeader& header, const Placement& placement) {
-  if (placement.spacing) set_spacing(header, *placement.spacing);
-  if (placement.orient) turn(header.index_to_world, *placement.orient);
-  if (placement.origin) header.index_to_world.translation = *placement.origin;
+  StatedGeometry& geometry = header.geometry;
+  if (placement.spacing) set_spacing(geometry, *placement.spacing);
+  if (placement.orient) turn(geometry, *placement.orient);
+  if (placement.origin) geometry.origin = stated(*placement.origin);
   if (placement.space) {
     const bool is_turned = *placement.space == WorldSpace::kRas;
-    if (is_turned) turn_to_lps(header.index_to_world);
+    if (is_turned) turn(geometry, kRasToLps);
     header.meaning.space = is_turned ? WorldSpace::kLps : *placement.space;
   }
   if (placement.length_unit) header.meaning.length_unit = *placement.length_unit;
+  std::erase_if(header.contradictions, [&](const Contradiction& about) {
+    return (about.fact == Fact::kSpacing && placement.spacing) ||
+           (about.fact == Fact::kOrigin && placement.origin) ||
+           (about.fact == Fact::kLengthUnit && placement.length_unit);
+  });
+}
+
+VolumeHeader settled(const ImageHeader& header) {
+  const StatedGeometry& geometry = header.geometry;
+  VolumeHeader settled{.meaning = header.meaning};
+  bool has_spacing = false;
+  bool has_origin = true;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    settled.dims[axis] = static_cast<std::int32_t>(header.dims[axis]);
+    settled.spacing[axis] = geometry.spacing[axis].value_or(1);
+    settled.index_to_world.columns[axis] = geometry.axes[axis];
+    settled.index_to_world.translation[axis] = geometry.origin[axis].value_or(0);
+    has_spacing = has_spacing || geometry.spacing[axis];
+    has_origin = has_origin && (geometry.origin[axis] || header.dims[axis] == 1);
+  }
+  const std::string axes = axes_without(geometry.spacing, header);
+  PhysicalMeaning& meaning = settled.meaning;
+  if (!axes.empty()) meaning.assumed = "spacing along " + axes;
+  if (!has_origin) meaning.assumed += meaning.assumed.empty() ? "origin" : ", origin";
+  meaning.geometry = meaning.assumed.empty()     ? GeometryBasis::kStated
+                     : has_spacing || has_origin ? GeometryBasis::kPartly
+                                                 : GeometryBasis::kAssumed;
+  return settled;
+}
+
+std::vector<std::string> fact_notices(const std::filesystem::path& file,
+                                      const ImageHeader& header) {
+  const std::string source = "'" + without_password(file.string()) + "': ";
+  std::vector<std::string> notices;
+  if (const std::string axes = axes_without(header.geometry.spacing, header); !axes.empty()) {
+    notices.push_back(source + "the file states no spacing along " + axes + "; " +
+                      (header.meaning.length_unit.empty() ? "1" : "1 " + header.meaning.length_unit) +
+                      " is assumed. Give it with --spacing.");
+  }
+  for (const Contradiction& about : header.contradictions) {
+    notices.push_back(source + about.text + ".");
+  }
+  return notices;
 }
 
 }  // namespace multitetra

@@ -2,13 +2,16 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/base/vec3.hpp"
 #include "common/dataset/physical_meaning.hpp"
 #include "server/volume/formats/stored_volume.hpp"
+#include "server/volume/volume_source.hpp"
 
 namespace multitetra {
 
@@ -41,7 +44,17 @@ struct Placement {
   friend bool operator==(const Placement&, const Placement&) = default;
 };
 
-// Replaces the placement in `header`.
+// Replaces what `header` states by what is given, and drops its contradictions about that.
 void place(ImageHeader& header, const Placement& placement);
+
+// The header of a volume for whose placement nothing is left to state: spacings that nobody states
+// are 1, coordinates of the first sample 0, and `meaning` has what is assumed. The type of samples
+// is for the caller to set. Requires dims within limits.
+[[nodiscard]] VolumeHeader settled(const ImageHeader& header);
+
+// Returns a sentence for each assumption that affects lengths, and for each contradiction. `file`
+// names the source.
+[[nodiscard]] std::vector<std::string> fact_notices(const std::filesystem::path& file,
+                                                    const ImageHeader& header);
 
 }  // namespace multitetra

@@ -230,14 +230,20 @@ StoredVolume open_stored(const fs::path& path, const Opening& opening, const Vol
 
 std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Opening& opening) {
   VolumeChoice choice = opening.options.choice;
+  Placement placement = opening.options.placement;
+  choice.given = {.spacing = placement.spacing.has_value(),
+                  .origin = placement.origin.has_value(),
+                  .length_unit = placement.length_unit.has_value()};
   auto [path, inside] = split_inner_path(whole_path);
   if (is_address(whole_path.string())) path = whole_path;
   if (path != whole_path) choice.array = inside;
   std::optional<VolumeFormat> format;
   StoredVolume stored = open_stored(path, opening, choice, format);
   check_choice(path, format, choice, stored);
+  // Spacings are those of the file's axes, which resampling may change.
+  place(stored.header, {.spacing = std::exchange(placement.spacing, std::nullopt)});
   make_rectangular(path, choice.resample, stored);
-  place(stored.header, opening.options.placement);
+  place(stored.header, placement);
   const ImageHeader whole = header_on_grid(stored);
   check_header(path, whole);
   opening.header_is_known(opening.use == Use::kWhole ? whole_volume_bytes(whole) : 0);

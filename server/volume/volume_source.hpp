@@ -26,7 +26,7 @@ struct VolumeHeader {
   std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each 1 to kMaxSide.
   SampleType type = SampleType::kU8;   // Type of samples in slabs; the file may have a wider one.
   Vec3 spacing = {1, 1, 1};            // World units between samples, > 0.
-  Affine index_to_world;               // Sample index -> world, including the spacing.
+  Affine index_to_world = {};          // Sample index -> world, including the spacing.
   PhysicalMeaning meaning = {};
 
   [[nodiscard]] std::size_t samples_per_slice() const {

@@ -195,7 +195,9 @@ inline DatasetInfo dataset_info(Random& random) {
   info.content_id = random();
   info.meaning = {.space = one_of<WorldSpace>(0, 2, random),
                   .length_unit = text(up_to(64, random), random),
-                  .value_unit = text(up_to(64, random), random)};
+                  .value_unit = text(up_to(64, random), random),
+                  .geometry = one_of<GeometryBasis>(0, 3, random),
+                  .assumed = text(up_to(64, random), random)};
   info.member = series_member(random);
   if (info.member && info.member->label && random() % 2 == 0) {
     info.label_extent = label_extent(info.dims, random);

@@ -29,6 +29,8 @@ inline constexpr PayloadCodec kFirst<PayloadCodec> = PayloadCodec::kDracoLattice
 template <>
 inline constexpr WorldSpace kFirst<WorldSpace> = WorldSpace::kLps;
 template <>
+inline constexpr GeometryBasis kFirst<GeometryBasis> = GeometryBasis::kStated;
+template <>
 inline constexpr StreamOutcome kFirst<StreamOutcome> = StreamOutcome::kComplete;
 
 template <typename Wire, typename Ours>

@@ -144,6 +144,8 @@ void write_dataset(const DatasetInfo& info, v1::DatasetInfo& wire) {
   wire.set_space(to_wire<v1::WorldSpace>(info.meaning.space));
   wire.set_length_unit(info.meaning.length_unit);
   wire.set_value_unit(info.meaning.value_unit);
+  wire.set_geometry(to_wire<v1::GeometryBasis>(info.meaning.geometry));
+  wire.set_assumed(info.meaning.assumed);
   if (info.member) write(*info.member, *wire.mutable_member());
   if (info.member && info.member->label && info.label_extent) {
     write(*info.label_extent, *wire.mutable_member()->mutable_label());
@@ -181,10 +183,15 @@ DatasetInfo read_dataset(const v1::DatasetInfo& wire, FieldChecks& checks) {
   info.content_id = wire.content_id();
   checks.unit("DatasetInfo.length_unit", wire.length_unit());
   checks.unit("DatasetInfo.value_unit", wire.value_unit());
+  checks.unit("DatasetInfo.assumed", wire.assumed());
   info.meaning = {.space = checks.enumerator<WorldSpace>("DatasetInfo.space", wire.space(),
                                                          WorldSpace::kRas, WorldSpace::kUnnamed),
                   .length_unit = wire.length_unit(),
-                  .value_unit = wire.value_unit()};
+                  .value_unit = wire.value_unit(),
+                  .geometry = checks.enumerator<GeometryBasis>(
+                      "DatasetInfo.geometry", wire.geometry(), GeometryBasis::kAssumed,
+                      GeometryBasis::kUnknown),
+                  .assumed = wire.assumed()};
   if (wire.has_member()) info.member = read(wire.member(), checks);
   if (wire.member().has_label() && !checks.first()) {
     info.label_extent = read_extent(wire.member().label(), info, checks);

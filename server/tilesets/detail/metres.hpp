@@ -1,17 +1,14 @@
-// Lengths of units in metres.
+// The length of a dataset's unit in metres.
 #pragma once
 
-#include <optional>
-#include <string_view>
-
 #include "common/dataset/dataset_info.hpp"
+#include "common/dataset/length_units.hpp"
 
 namespace multitetra {
 
-// Returns the length of a unit such as "mm" or "micrometer", or none if it is unknown.
-[[nodiscard]] std::optional<double> metres_of(std::string_view unit);
-
 // Returns the length of the dataset's unit; 1 if it is unknown.
-[[nodiscard]] double metres_a_unit(const DatasetInfo& info);
+[[nodiscard]] inline double metres_a_unit(const DatasetInfo& info) {
+  return metres_of(info.meaning.length_unit).value_or(1);
+}
 
 }  // namespace multitetra

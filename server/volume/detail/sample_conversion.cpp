@@ -103,7 +103,7 @@ SampleConversion::SampleConversion(std::filesystem::path file, const ImageHeader
   const bool mixes = choice_.kind == Kind::kMagnitude || choice_.kind == Kind::kLuminance;
   const bool is_integer = !is_floating(header_.type) && bytes_of(header_.type) <= 4;
   const bool is_exact = header_.slope == 1 && header_.intercept == std::round(header_.intercept) &&
-                        !mixes && !header_.missing;
+                        !mixes && !header_.has_void();
   type_ = SampleType::kF32;
   if (is_integer && is_exact) {
     // Only the header's promise about wide integers permits a narrower type.
@@ -111,8 +111,8 @@ SampleConversion::SampleConversion(std::filesystem::path file, const ImageHeader
     const Range range = {stored.low + header_.intercept, stored.high + header_.intercept};
     type_ = type_for(header_.type, range);
   }
-  is_none_ = components == 1 && header_.slope == 1 && header_.intercept == 0 && !header_.missing &&
-             !is_wide(header_.type);
+  is_none_ = components == 1 && header_.slope == 1 && header_.intercept == 0 &&
+             !header_.has_void() && !is_wide(header_.type);
 }
 
 template <typename Stored>
@@ -151,7 +151,7 @@ void SampleConversion::convert_from(const std::byte* stored, std::size_t count, 
         using Sample = typename std::decay_t<decltype(samples)>::value_type;
         for (std::size_t i = 0; i < count; ++i, stored += sample_bytes) {
           double value = value_of<Stored>(stored);
-          const bool missing = header_.missing && value == *header_.missing;
+          const bool missing = header_.has_void() && header_.is_void(value);
           value = header_.slope * value + header_.intercept;
           if constexpr (std::is_same_v<Sample, float>) {
             samples[first + i] =

@@ -8,6 +8,7 @@
 #include <new>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -47,6 +48,7 @@ struct PlainHeader {
   Vec3 spacing;
   Affine index_to_world;
   WorldSpace space;
+  GeometryBasis geometry;
 };
 
 std::string message_of(const VolumeSource& source) {
@@ -55,8 +57,10 @@ std::string message_of(const VolumeSource& source) {
                              .type = header.type,
                              .spacing = header.spacing,
                              .index_to_world = header.index_to_world,
-                             .space = header.meaning.space};
-  return bytes_from(plain) + header.meaning.length_unit + '\0' + header.meaning.value_unit + '\0';
+                             .space = header.meaning.space,
+                             .geometry = header.meaning.geometry};
+  const auto& [space, length_unit, value_unit, geometry, assumed] = header.meaning;
+  return bytes_from(plain) + length_unit + '\0' + value_unit + '\0' + assumed + '\0';
 }
 
 struct Wanted {
@@ -121,15 +125,21 @@ class SandboxedVolume : public VolumeSource {
     }
     PlainHeader plain{};
     std::memcpy(&plain, message.bytes.data(), sizeof(plain));
-    const std::string texts = message.bytes.substr(sizeof(plain));
-    const std::size_t end = texts.find('\0');
+    std::string_view texts = std::string_view(message.bytes).substr(sizeof(plain));
+    const auto next_text = [&] {
+      const std::string_view text = texts.substr(0, texts.find('\0'));
+      texts.remove_prefix(std::min(text.size() + 1, texts.size()));
+      return std::string(text);
+    };
     header_ = {.dims = plain.dims,
                .type = plain.type,
                .spacing = plain.spacing,
                .index_to_world = plain.index_to_world,
                .meaning = {.space = plain.space,
-                           .length_unit = texts.substr(0, end),
-                           .value_unit = texts.substr(end + 1, texts.size() - end - 2)}};
+                           .length_unit = next_text(),
+                           .value_unit = next_text(),
+                           .geometry = plain.geometry,
+                           .assumed = next_text()}};
   }
 
   [[nodiscard]] const VolumeHeader& header() const override { return header_; }

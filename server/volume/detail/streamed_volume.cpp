@@ -7,19 +7,10 @@
 #include <variant>
 #include <vector>
 
+#include "server/volume/placement.hpp"
+
 namespace multitetra {
 namespace {
-
-VolumeHeader volume_header(const ImageHeader& image, SampleType type) {
-  VolumeHeader header{.type = type,
-                      .spacing = image.spacing,
-                      .index_to_world = image.index_to_world,
-                      .meaning = image.meaning};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    header.dims[axis] = static_cast<std::int32_t>(image.dims[axis]);
-  }
-  return header;
-}
 
 class StreamedVolume : public VolumeSource {
  public:
@@ -27,14 +18,16 @@ class StreamedVolume : public VolumeSource {
                  Notice notice)
       : file_(std::move(file)),
         conversion_(file_, stored.header, component),
-        header_(volume_header(stored.header, conversion_.type())),
+        header_(settled(stored.header)),
         stored_slice_bytes_(stored.header.slice_bytes()),
         slices_(std::move(stored.slices)),
         notice_(std::move(notice)),
         contents_(std::move(stored.contents)),
         searched_(static_cast<std::size_t>(header_.dims[2])) {
+    header_.type = conversion_.type();
     if (!notice_) return;
     for (const std::string& text : stored.notices) notice_(text);
+    for (const std::string& text : fact_notices(file_, stored.header)) notice_(text);
   }
 
   [[nodiscard]] const VolumeHeader& header() const override { return header_; }

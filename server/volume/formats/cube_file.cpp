@@ -92,7 +92,7 @@ StoredVolume open_cube(const fs::path& path) {
       .meaning = {.length_unit = grid->counts[0] < 0 ? "Å" : "bohr", .value_unit = {}},
       .components = components};
   for (std::size_t axis = 0; axis < 3; ++axis) header.dims[axis] = std::abs(grid->counts[2 - axis]);
-  set_axes(header, {grid->steps[2], grid->steps[1], grid->steps[0]}, grid->origin);
+  set_axes(header, {grid->steps[2], grid->steps[1], grid->steps[0]}, stated(grid->origin));
   check_header(path, header);
   const auto begin = static_cast<std::uint64_t>(beginning.size() - rest.size());
   return {

@@ -44,7 +44,7 @@ struct Description {
   std::string data_file;
   std::optional<std::array<std::int64_t, 3>> dims;
   std::optional<StoredType> type;
-  std::optional<Vec3> spacing;
+  StatedNumbers spacing = kNotStated;
   std::optional<Endian> endian;
 };
 
@@ -70,7 +70,7 @@ Description description_in(const std::string& text) {
     if ((key == "slicethickness" || key == "spacing") && three &&
         std::all_of(numbers.begin(), numbers.end(),
                     [](double x) { return x > 0 && std::isfinite(x); })) {
-      result.spacing = Vec3{numbers[0], numbers[1], numbers[2]};
+      result.spacing = {numbers[0], numbers[1], numbers[2]};
     }
     if (key == "format" || key == "type") result.type = type_word(value);
     if (key == "byte order" || key == "endianness") {
@@ -94,7 +94,7 @@ DescribedRaw raw_from(const Description& description, fs::path data, const fs::p
                    .endian = description.endian.value_or(Endian::kLittle)};
   raw.header.dims = *description.dims;
   raw.header.type = *description.type;
-  set_box_axes(raw.header, {0, 0, 0}, description.spacing.value_or(Vec3{1, 1, 1}));
+  set_box_axes(raw.header, kNotStated, description.spacing);
   check_header(described_by, raw.header);
   return raw;
 }
@@ -105,8 +105,8 @@ void add_spacing_beside(const fs::path& file, DescribedRaw& raw) {
   std::error_code error;
   if (beside == file || !fs::is_regular_file(beside, error)) return;
   const Description description = description_of(beside);
-  if (!description.spacing) return;
-  set_box_axes(raw.header, {0, 0, 0}, *description.spacing);
+  if (description.spacing == kNotStated) return;
+  set_box_axes(raw.header, kNotStated, description.spacing);
   raw.source += " and '" + beside.filename().string() + "'";
 }
 
@@ -144,7 +144,6 @@ std::optional<DescribedRaw> counts_in_front(const fs::path& file) {
         packed_length && *packed_length == static_cast<std::uint32_t>(unpacked);
     if (samples == 0 || !(fits_plain || fits_packed)) continue;
     raw.begins_packed = !fits_plain && samples_packed;
-    set_box_axes(raw.header, {0, 0, 0}, {1, 1, 1});
     check_header(file, raw.header);
     return raw;
   }
@@ -164,7 +163,6 @@ std::optional<DescribedRaw> layout_from_name(const fs::path& file) {
   for (std::size_t axis = 0; axis < 3; ++axis)
     raw.header.dims[axis] = std::stoll(match[axis + 1].str());
   raw.header.type = *type;
-  set_box_axes(raw.header, {0, 0, 0}, {1, 1, 1});
   check_header(file, raw.header);
   return raw;
 }
@@ -173,13 +171,7 @@ std::optional<DescribedRaw> layout_from_name(const fs::path& file) {
 
 StoredVolume open_raw(const fs::path& file, const RawLayout& layout) {
   ImageHeader header{.type = layout.type};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    header.dims[axis] = layout.dims[axis];
-    if (layout.spacing[axis] > 0) continue;
-    fail_reading(file, "the given spacing " + std::to_string(layout.spacing[axis]) + " is invalid",
-                 "Spacings must be greater than 0");
-  }
-  set_box_axes(header, {0, 0, 0}, layout.spacing);
+  for (std::size_t axis = 0; axis < 3; ++axis) header.dims[axis] = layout.dims[axis];
   check_header(file, header);
   const std::uint64_t found = InputFile(file).size();
   const std::uint64_t needed = header.volume_bytes();

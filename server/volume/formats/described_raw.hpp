@@ -20,7 +20,6 @@ struct RawLayout {
   StoredType type = StoredType::kU8;
   Endian endian = Endian::kLittle;
   std::uint64_t header_bytes = 0;  // Bytes before the first sample.
-  Vec3 spacing = {1, 1, 1};        // World units between samples, > 0.
 };
 
 // Opens a file of samples, optionally compressed by gzip or bzip2. Throws VolumeFileError unless

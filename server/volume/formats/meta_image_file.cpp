@@ -91,23 +91,24 @@ std::optional<std::vector<double>> numbers_of(const fs::path& file, const MetaHe
 }
 
 void place_meta_image(const fs::path& file, const MetaHeader& header, std::size_t axes,
-                      const std::vector<double>& spacing, const std::vector<double>& origin,
-                      ImageHeader& image) {
+                      const std::optional<std::vector<double>>& spacing,
+                      const std::optional<std::vector<double>>& origin, ImageHeader& image) {
   const auto matrix =
       numbers_of(file, header, {"TransformMatrix", "Rotation", "Orientation"}, axes * axes);
   std::array<Vec3, 3> steps = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
-  Vec3 first{};
+  StatedNumbers first = kNotStated;
   const std::size_t of_space = std::min<std::size_t>(axes, 3);
   for (std::size_t axis = 0; axis < of_space; ++axis) {
-    first[axis] = origin[axis];
+    if (origin) first[axis] = (*origin)[axis];
     for (std::size_t row = 0; row < of_space; ++row) {
       steps[axis][row] = (matrix        ? (*matrix)[axis * axes + row]
                           : axis == row ? 1
                                         : 0) *
-                         spacing[axis];
+                         (spacing ? (*spacing)[axis] : 1);
     }
   }
   set_axes(image, steps, first);
+  if (!spacing) image.geometry.spacing = kNotStated;
   const std::string orientation = header.value({"AnatomicalOrientation"}).substr(0, 3);
   if (orientation.size() == 3 && orientation.find_first_not_of("RLAPIS") == std::string::npos) {
     image.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}};
@@ -189,10 +190,8 @@ StoredVolume open_meta_image(const fs::path& path, const VolumeChoice& choice) {
   }
   const auto count = static_cast<std::size_t>(axes);
   const auto sizes = numbers_of(path, header, {"DimSize"}, count);
-  const auto spacing = numbers_of(path, header, {"ElementSpacing", "ElementSize"}, count)
-                           .value_or(std::vector<double>(count, 1));
-  const auto origin = numbers_of(path, header, {"Offset", "Position", "Origin"}, count)
-                          .value_or(std::vector<double>(count, 0));
+  const auto spacing = numbers_of(path, header, {"ElementSpacing", "ElementSize"}, count);
+  const auto origin = numbers_of(path, header, {"Offset", "Position", "Origin"}, count);
   if (!sizes) fail_reading(path, "it has no DimSize", "Correct the header");
 
   StoredVolume volume;
@@ -213,8 +212,11 @@ StoredVolume open_meta_image(const fs::path& path, const VolumeChoice& choice) {
   if (dims[3] > std::int64_t{kMaxSourceMembers}) {
     fail_reading(path, "it has " + std::to_string(dims[3]) + " volumes", "Give fewer at a time");
   }
-  volume.contents.times =
-      axes == 4 ? even_times(dims[3], origin[3], spacing[3], /*unit=*/"") : SourceTimes();
+  volume.contents.times.count = dims[3];
+  if (axes == 4 && spacing) {
+    volume.contents.times =
+        even_times(dims[3], origin ? (*origin)[3] : 0, (*spacing)[3], /*unit=*/"");
+  }
   volume.slices = meta_slices(path, header, choice.allow_external_files, dims[3],
                               chosen_time(path, dims[3], choice), volume.header);
   return volume;

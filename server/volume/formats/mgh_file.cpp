@@ -48,8 +48,8 @@ StoredVolume open_mgh(const std::filesystem::path& path, const VolumeChoice& cho
   ImageHeader header{.dims = {integer(4), integer(8), integer(12)},
                      .type = *mgh_type(bytes.at<std::int32_t>(20)),
                      .meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}}};
-  // Voxel size, directions of the three axes, and center of the volume. The default is coronal
-  // slices of 1 mm.
+  // Voxel size, directions of the three axes, and center of the volume. Without them FreeSurfer
+  // takes coronal slices of 1 mm.
   const bool has_geometry = bytes.at<std::int16_t>(28) == 1;
   std::array<Vec3, 3> steps = {Vec3{-1, 0, 0}, Vec3{0, 0, -1}, Vec3{0, 1, 0}};
   Vec3 origin{};
@@ -63,7 +63,8 @@ StoredVolume open_mgh(const std::filesystem::path& path, const VolumeChoice& cho
     }
   }
   ras_to_lps(steps, origin);
-  set_axes(header, steps, origin);
+  set_axes(header, steps, stated(origin));
+  if (!has_geometry) header.geometry.spacing = header.geometry.origin = kNotStated;
   check_header(path, header);
   const std::int64_t frames = integer(16);
   const std::int64_t frame = chosen_time(path, frames, choice);

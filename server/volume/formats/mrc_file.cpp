@@ -66,11 +66,11 @@ StoredVolume open_mrc(const fs::path& path) {
     const std::size_t along = cell_axis[axis];
     const std::int32_t intervals = integer(28 + 4 * along);
     const double length = real(40 + 4 * along);
-    const double step = intervals > 0 && length > 0 ? length / intervals : 1;
+    const double step = intervals > 0 && length > 0 ? length / intervals : 0;
     steps[axis][along] = step;
     if (!has_origin) origin[along] = step * integer(16 + 4 * axis);
   }
-  set_axes(header, steps, origin);
+  set_axes(header, steps, stated(origin));
   check_header(path, header);
   const std::int32_t extended = integer(92);
   if (extended < 0) fail_damaged(path, "its extended header has a negative length");

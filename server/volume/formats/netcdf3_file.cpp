@@ -155,8 +155,9 @@ void set_values(const NetcdfVariable& variable, ImageHeader& header) {
   header.meaning.value_unit = unit_from(units_of(variable));
   header.slope = number_of(variable, "scale_factor").value_or(1);
   header.intercept = number_of(variable, "add_offset").value_or(0);
-  header.missing = number_of(variable, "_FillValue");
-  if (!header.missing) header.missing = number_of(variable, "missing_value");
+  for (const char* name : {"_FillValue", "missing_value"}) {
+    if (const auto number = number_of(variable, name)) header.missing.push_back(*number);
+  }
 }
 
 // Returns the distance in bytes between the entries of each dimension.

@@ -203,18 +203,15 @@ void place(const NiftiHeader& nifti, bool resampled, ImageHeader& header) {
   const int unit = nifti.units & 7;
   header.meaning.length_unit = unit == 1 ? "m" : unit == 2 ? "mm" : unit == 3 ? "µm" : "";
   if (nifti.sform <= 0 && nifti.qform <= 0) {
-    Vec3 spacing{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double step = std::abs(nifti.pixdim[axis + 1]);
-      spacing[axis] = step == 0 ? 1 : step;  // The field was not filled in.
-    }
-    return set_box_axes(header, {0, 0, 0}, spacing);
+    StatedNumbers spacing;
+    for (std::size_t axis = 0; axis < 3; ++axis) spacing[axis] = std::abs(nifti.pixdim[axis + 1]);
+    return set_box_axes(header, kNotStated, spacing);
   }
   header.meaning.space = WorldSpace::kLps;
   if (header.meaning.length_unit.empty()) header.meaning.length_unit = "mm";
   const auto set = [&](Axes axes) {
     ras_to_lps(axes.steps, axes.origin);
-    set_axes(header, axes.steps, axes.origin);
+    set_axes(header, axes.steps, stated(axes.origin));
   };
   if (nifti.sform > 0) set(axes_of_sform(nifti));
   const bool is_usable = nifti.sform > 0 && (resampled || has_right_angles(header));

@@ -96,16 +96,13 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
   }
   ImageHeader header{.type = found->type};
   const std::size_t spatial = std::min<std::size_t>(shape.size(), 3);
-  std::array<Vec3, 3> steps = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
   for (std::size_t axis = 0; axis < spatial; ++axis) {
     const std::size_t d = is_fortran ? axis : shape.size() - 1 - axis;
     header.dims[axis] = shape[d];
-    if (is_fortran) {
-      steps[axis] = {0, 0, 0};
-      steps[axis][spatial - 1 - axis] = 1;
-    }
+    if (!is_fortran) continue;
+    header.geometry.axes[axis] = {0, 0, 0};
+    header.geometry.axes[axis][spatial - 1 - axis] = 1;
   }
-  set_axes(header, steps, {0, 0, 0});
   check_header(path, header);
   VolumeContents contents;
   std::int64_t time = 0;

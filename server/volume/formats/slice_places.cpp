@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -46,14 +47,14 @@ std::array<double, 2> SlicePlaces::fit_grid() {
 }
 
 bool has_right_angles(const ImageHeader& header) {
-  const std::array<Vec3, 3>& steps = header.index_to_world.columns;
+  const std::array<Vec3, 3>& steps = header.geometry.axes;
   return std::all_of(kPairs.begin(), kPairs.end(), [&](const auto& pair) {
     return are_at_right_angles(steps[pair.first], steps[pair.second]);
   });
 }
 
 void check_right_angles(const std::filesystem::path& file, const ImageHeader& header) {
-  const std::array<Vec3, 3>& steps = header.index_to_world.columns;
+  const std::array<Vec3, 3>& steps = header.geometry.axes;
   for (const auto& [a, b] : kPairs) {
     if (are_at_right_angles(steps[a], steps[b])) continue;
     fail_reading(file,
@@ -64,7 +65,7 @@ void check_right_angles(const std::filesystem::path& file, const ImageHeader& he
 }
 
 SlicePlaces straighten(ImageHeader& header) {
-  std::array<Vec3, 3>& steps = header.index_to_world.columns;
+  std::array<Vec3, 3>& steps = header.geometry.axes;
   const auto part_along = [](const Vec3& step, const Vec3& axis) {
     return dot(step, axis) / squared_length(axis);
   };
@@ -82,9 +83,12 @@ SlicePlaces straighten(ImageHeader& header) {
     places.shift.push_back({slice * step_shift[0], slice * step_shift[1]});
   }
   const std::array<double, 2> low = places.fit_grid();
-  Vec3& origin = header.index_to_world.translation;
-  for (std::size_t axis = 0; axis < 2; ++axis) origin = moved(origin, low[axis], steps[axis]);
-  for (std::size_t axis = 0; axis < 3; ++axis) header.spacing[axis] = length(steps[axis]);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::optional<double>& origin = header.geometry.origin[axis];
+    if (origin) *origin += low[0] * steps[0][axis] + low[1] * steps[1][axis];
+    std::optional<double>& spacing = header.geometry.spacing[axis];
+    if (spacing) spacing = length(steps[axis]);
+  }
   return places;
 }
 

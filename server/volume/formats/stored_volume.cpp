@@ -12,11 +12,8 @@
 #include "common/base/vec3.hpp"
 
 namespace multitetra {
-namespace {
 
 namespace fs = std::filesystem;
-
-}  // namespace
 
 void fail_reading(const fs::path& file, const std::string& problem, const std::string& remedy) {
   constexpr std::size_t kMaxBytes = 4000;
@@ -75,39 +72,23 @@ void check_header(const fs::path& file, const ImageHeader& header) {
                      rounded_text(header.intercept) + " are invalid",
                  "Correct the header: the slope must not be 0, and both must be finite");
   }
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (std::isfinite(header.spacing[axis]) && header.spacing[axis] > 0) continue;
-    fail_reading(file,
-                 "its spacing along axis " + std::to_string(axis + 1) + " is " +
-                     rounded_text(header.spacing[axis]),
-                 "Correct the header: spacings must be positive numbers");
-  }
-  const double volume = header.index_to_world.determinant();
-  const Vec3& origin = header.index_to_world.translation;
-  if (!std::isfinite(volume) || volume == 0 || !std::isfinite(origin[0] + origin[1] + origin[2])) {
+  const auto& [x, y, z] = header.geometry.axes;
+  const double volume = dot(cross(x, y), z);
+  if (!std::isfinite(volume) || volume == 0) {
     fail_reading(file, "its axis directions are linearly dependent",
                  "Correct the header: the three directions must be independent");
   }
 }
 
-void set_box_axes(ImageHeader& header, const Vec3& origin, const Vec3& spacing) {
-  header.index_to_world = {};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    header.spacing[axis] = std::abs(spacing[axis]);
-    header.index_to_world.columns[axis] = {0, 0, 0};
-    header.index_to_world.columns[axis][axis] = spacing[axis];
-  }
-  header.index_to_world.translation = origin;
+std::string choice_notice(const fs::path& file, std::size_t count, const std::string& kind,
+                          const std::string& used, const std::string& option) {
+  return "'" + without_password(file.string()) + "': of its " + std::to_string(count) + " " + kind +
+         ", " + used + " is used; select another with " + option + ".";
 }
 
-void set_axes(ImageHeader& header, const std::array<Vec3, 3>& steps, const Vec3& origin) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    header.spacing[axis] = length(steps[axis]);
-    for (std::size_t row = 0; row < 3; ++row) {
-      header.index_to_world.columns[axis][row] = steps[axis][row] + 0.0;  // Turns -0 into 0.
-    }
-  }
-  header.index_to_world.translation = origin;
+std::string unread_notice(const fs::path& file, std::uint64_t bytes) {
+  return "'" + without_password(file.string()) + "': " + std::to_string(bytes) +
+         (bytes == 1 ? " byte" : " bytes") + " behind its samples are not read.";
 }
 
 void ras_to_lps(std::array<Vec3, 3>& steps, Vec3& origin) {
@@ -115,34 +96,6 @@ void ras_to_lps(std::array<Vec3, 3>& steps, Vec3& origin) {
     (*vector)[0] = 0 - (*vector)[0];
     (*vector)[1] = 0 - (*vector)[1];
   }
-}
-
-std::string unit_from(std::string_view text) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 18> kSymbols = {
-      {{"millimeter", "mm"},
-       {"millimetre", "mm"},
-       {"micrometer", "µm"},
-       {"micrometre", "µm"},
-       {"micron", "µm"},
-       {"um", "µm"},
-       {"\xce\xbcm", "µm"},  // With a Greek mu instead of the micro sign.
-       {"nanometer", "nm"},
-       {"nanometre", "nm"},
-       {"meter", "m"},
-       {"metre", "m"},
-       {"centimeter", "cm"},
-       {"centimetre", "cm"},
-       {"angstrom", "Å"},
-       {"kilometer", "km"},
-       {"kilometre", "km"},
-       {"ångström", "Å"},
-       {"pixel", ""}}};
-  std::string_view one = text;
-  if (one.size() > 2 && one.ends_with('s')) one.remove_suffix(1);
-  for (const auto& [word, symbol] : kSymbols) {
-    if (text == word || one == word) return std::string(symbol);
-  }
-  return is_unit_text(text) ? std::string(text) : std::string();
 }
 
 fs::path named_data_file(const fs::path& header, const std::string& name,

@@ -2,6 +2,7 @@
 // format returns one; streamed_volume.hpp converts it to a VolumeSource.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -13,10 +14,11 @@
 #include <string_view>
 #include <vector>
 
-#include "common/base/affine.hpp"
+#include "common/dataset/length_units.hpp"
 #include "common/dataset/physical_meaning.hpp"
 #include "common/image/stored_type.hpp"
 #include "server/volume/formats/slice_places.hpp"
+#include "server/volume/formats/stated_geometry.hpp"
 #include "server/volume/formats/volume_contents.hpp"
 
 namespace multitetra {
@@ -37,16 +39,24 @@ class VolumeFileError : public std::runtime_error {
 struct ImageHeader {
   std::array<std::int64_t, 3> dims = {1, 1, 1};  // The file's, not validated.
   StoredType type = StoredType::kU8;
-  Vec3 spacing = {1, 1, 1};
-  Affine index_to_world = {};
-  PhysicalMeaning meaning = {};
-  std::int64_t components = 1;  // Interleaved numbers per sample.
+  StatedGeometry geometry = {};
+  PhysicalMeaning meaning = {};  // `geometry` and `assumed` are set when the volume is settled.
+  std::int64_t components = 1;   // Interleaved numbers per sample.
   // value = slope * stored + intercept; slope is not 0, both are finite.
   double slope = 1;
   double intercept = 0;
   // Number of bits in use, if an integer is guaranteed to use fewer than its type has; 0 means all.
   int stored_bits = 0;
-  std::optional<double> missing = std::nullopt;  // The stored number that means void.
+  // Stored numbers that mean void: these, and those outside of the valid range.
+  std::vector<double> missing = {};
+  std::optional<std::array<double, 2>> valid_range = std::nullopt;
+  std::vector<Contradiction> contradictions = {};
+
+  [[nodiscard]] bool has_void() const { return !missing.empty() || valid_range; }
+  [[nodiscard]] bool is_void(double number) const {
+    return std::find(missing.begin(), missing.end(), number) != missing.end() ||
+           (valid_range && !(number >= (*valid_range)[0] && number <= (*valid_range)[1]));
+  }
 
   // Returns the stored bytes of a slice. Requires dims and components within their limits.
   [[nodiscard]] std::size_t slice_bytes() const {
@@ -93,6 +103,16 @@ struct ComponentChoice {
   friend bool operator==(const ComponentChoice&, const ComponentChoice&) = default;
 };
 
+// What the user states about a file, so that the file need not: readers do not refuse it, nor warn,
+// for the lack or the strangeness of these.
+struct GivenFacts {
+  bool spacing = false;
+  bool origin = false;
+  bool length_unit = false;
+
+  friend bool operator==(const GivenFacts&, const GivenFacts&) = default;
+};
+
 // Selects a volume in a source with several.
 struct VolumeChoice {
   std::string array = {};  // Path or name of an array in the source.
@@ -107,6 +127,7 @@ struct VolumeChoice {
   bool nearest = false;   // Takes the nearest sample for that, as labels require; 0 outside.
   // Takes the first of several if none is chosen; for listing contents.
   bool first = false;
+  GivenFacts given = {};
 
   friend bool operator==(const VolumeChoice&, const VolumeChoice&) = default;
 };
@@ -136,22 +157,21 @@ inline constexpr const char* kChooseChannel =
 inline constexpr std::int64_t kMaxSide = (std::int64_t{1} << 14) + 1;
 inline constexpr std::int64_t kMaxComponents = 64;
 
-// Throws VolumeFileError unless dims, components and stored bits are within limits, and slope,
-// intercept, spacing and directions are finite and nondegenerate.
+// Throws VolumeFileError unless dims, components and stored bits are within limits, slope and
+// intercept are finite, and axes are not degenerate.
 void check_header(const std::filesystem::path& file, const ImageHeader& header);
 
-// Sets index_to_world from an origin and orthogonal axes of length `spacing`.
-void set_box_axes(ImageHeader& header, const Vec3& origin, const Vec3& spacing);
+// The notice of a choice that nobody made, for StoredVolume::notices: "'a.vti': of its 3 arrays,
+// 'p' is used; select another with --array."
+[[nodiscard]] std::string choice_notice(const std::filesystem::path& file, std::size_t count,
+                                        const std::string& kind, const std::string& used,
+                                        const std::string& option);
 
-// Sets spacing and index_to_world from the steps between samples in world coordinates.
-void set_axes(ImageHeader& header, const std::array<Vec3, 3>& steps, const Vec3& origin);
+// The notice of bytes that follow what is read of a file.
+[[nodiscard]] std::string unread_notice(const std::filesystem::path& file, std::uint64_t bytes);
 
 // Converts a placement from RAS to LPS.
 void ras_to_lps(std::array<Vec3, 3>& steps, Vec3& origin);
-
-// Returns `text` if it can be a unit, else nothing. Replaces common spellings of lengths by symbols
-// ("millimeter" or "millimeters": "mm", "um" or "microns": "µm").
-[[nodiscard]] std::string unit_from(std::string_view text);
 
 // Returns the data file `name`, relative to the header's folder. Throws if it is outside of that
 // folder (unless `allow_external_files`) or is not a regular file.

@@ -71,7 +71,7 @@ TiffDescription description_of(const fs::path& file, const TiffPages& tiff, std:
 void place_pages(const TiffPages& tiff, const TiffDescription& description, ImageHeader& header) {
   const TiffPages::Resolution& resolution = tiff.resolution();
   std::array<double, 2> pixels = {resolution.x, resolution.y};
-  Vec3 spacing = {1, 1, 1};
+  StatedNumbers spacing = kNotStated;
   const bool is_screen = resolution.unit_mm == 25.4 && (pixels[0] == 72 || pixels[0] == 96);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (description.spacing[axis]) {
@@ -86,7 +86,7 @@ void place_pages(const TiffPages& tiff, const TiffDescription& description, Imag
     }
   }
   if (!description.length_unit.empty()) header.meaning.length_unit = description.length_unit;
-  set_box_axes(header, {0, 0, 0}, spacing);
+  set_box_axes(header, kNotStated, spacing);
 }
 
 std::vector<SourceField> fields_of_channels(const TiffDescription& description) {

@@ -73,7 +73,12 @@ std::string contents_text(const VolumeContents& contents) {
     labels.push_back({label.value, label.name,
                       label.color ? ContentsJson(*label.color) : ContentsJson(), stored, layer});
   }
+  ContentsJson entries = ContentsJson::array();
+  for (const auto& [kind, name, detail, option] : contents.entries) {
+    entries.push_back({kind, name, detail, option});
+  }
   return json_text(ContentsJson{
+      {"entries", std::move(entries)},
       {"times", contents.times.count},
       {"at", contents.times.at},
       {"unit", contents.times.unit},
@@ -100,6 +105,10 @@ VolumeContents contents_from(std::string_view text) {
   if (const ContentsJson& window = json.at("window"); !window.is_null()) {
     contents.display_window = {.low = window.at(0).get<double>(),
                                .high = window.at(1).get<double>()};
+  }
+  for (const ContentsJson& entry : json.at("entries")) {
+    contents.entries.push_back({entry.at(0).get<std::string>(), entry.at(1).get<std::string>(),
+                                entry.at(2).get<std::string>(), entry.at(3).get<std::string>()});
   }
   for (const ContentsJson& field : json.at("fields")) {
     contents.fields.push_back(

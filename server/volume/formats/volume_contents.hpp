@@ -46,11 +46,23 @@ struct SourceLabel {
   friend bool operator==(const SourceLabel&, const SourceLabel&) = default;
 };
 
+// Something else in the source that can be chosen, not necessarily on the same grid.
+struct SourceEntry {
+  std::string kind;    // "array", "image", "series", "volume", "segment".
+  std::string name;    // Its name or number in the source.
+  std::string detail;  // Such as "8 x 6 x 5 u16"; may be empty.
+  std::string option;  // That chooses it: "--array /a/b".
+
+  friend bool operator==(const SourceEntry&, const SourceEntry&) = default;
+};
+
 struct VolumeContents {
   SourceTimes times = {};
   std::vector<SourceField> fields = {};  // In the source's order; empty if there is only one.
   // Samples may have others. Overlapping segments are in several layers, one component each.
   std::vector<SourceLabel> labels = {};
+  // All that can be chosen by an option; empty if there is only one.
+  std::vector<SourceEntry> entries = {};
   // Fields whose names are invalid.
   std::vector<std::string> unnamed = {};
   // The isovalue that the authors of the source recommend.

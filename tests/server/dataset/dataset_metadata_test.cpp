@@ -28,12 +28,16 @@ TEST(DatasetMetadata, RoundTripsExactly) {
 
 TEST(DatasetMetadata, RoundTripsOptionalSpaceAndUnits) {
   DatasetMetadata metadata = small_prepared().metadata;
-  metadata.info.meaning = {.space = WorldSpace::kRas, .length_unit = "µm", .value_unit = "kg/m³"};
+  metadata.info.meaning = {.space = WorldSpace::kRas,
+                           .length_unit = "µm",
+                           .value_unit = "kg/m³",
+                           .geometry = GeometryBasis::kPartly,
+                           .assumed = "spacing along z, origin"};
   std::string text = metadata_text(metadata);
   const auto result = parse_metadata(text);
   ASSERT_TRUE(result) << result.error().text;
   EXPECT_EQ(result->info.meaning, metadata.info.meaning);
-  for (const char* key : {"\"space\":", "\"length_unit\":", "\"value_unit\":"}) {
+  for (const char* key : {"\"space\":", "\"length_unit\":", "\"value_unit\":", "\"geometry\":", "\"assumed\":"}) {
     text.replace(text.find(key), std::string(key).size(), "\"x\":");
   }
   const auto older = parse_metadata(text);

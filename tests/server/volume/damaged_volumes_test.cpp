@@ -138,9 +138,10 @@ TEST_F(VolumeFileRobustness, ReportsTheLargestRoundingError) {
   numbers[4] = 9007199254740993.0;  // Already rounded to 2^53 as a double.
   numbers[5] = 16777217;            // Not a float: off by one.
   std::vector<std::string> notices;
-  const fs::path file = folder_.file(
-      "v.nrrd", nrrd("type: int64\ndimension: 3\nsizes: 4 3 2\nencoding: raw\nendian: little\n",
-                     packed<std::int64_t>(numbers)));
+  const fs::path file =
+      folder_.file("v.nrrd", nrrd("type: int64\ndimension: 3\nsizes: 4 3 2\nspacings: 1 1 "
+                                  "1\nencoding: raw\nendian: little\n",
+                                  packed<std::int64_t>(numbers)));
   (void)read_volume(file, {.notice = [&](const std::string& text) { notices.push_back(text); }});
   ASSERT_EQ(notices.size(), 1u);
   expect_contains(notices[0], "i64 become f32, with errors of at most 1");

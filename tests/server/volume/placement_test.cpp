@@ -1,5 +1,6 @@
 #include "server/volume/placement.hpp"
 
+#include <limits>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -13,8 +14,8 @@ namespace {
 
 // Spacings of 2 and 3 mm along axes that are rotated by a quarter turn around z, in LPS.
 ImageHeader turned_header() {
-  ImageHeader header{.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = ""}};
-  set_axes(header, {Vec3{0, 2, 0}, Vec3{-3, 0, 0}, Vec3{0, 0, 1}}, {10, 20, 30});
+  ImageHeader header{.meaning = {.space = WorldSpace::kLps, .length_unit = "mm"}};
+  set_axes(header, {Vec3{0, 2, 0}, Vec3{-3, 0, 0}, Vec3{0, 0, 1}}, stated({10, 20, 30}));
   return header;
 }
 
@@ -22,44 +23,44 @@ TEST(Placement, ReplacesOnlyGivenValues) {
   const ImageHeader before = turned_header();
   ImageHeader header = before;
   place(header, {});
-  EXPECT_EQ(header.index_to_world, before.index_to_world);
+  EXPECT_EQ(header.geometry.axes, before.geometry.axes);
+  EXPECT_EQ(header.geometry.origin, before.geometry.origin);
   EXPECT_EQ(header.meaning, before.meaning);
   place(header, {.length_unit = "µm"});
-  EXPECT_EQ(header.index_to_world, before.index_to_world);
+  EXPECT_EQ(header.geometry.axes, before.geometry.axes);
+  EXPECT_EQ(header.geometry.origin, before.geometry.origin);
   EXPECT_EQ(header.meaning.length_unit, "µm");
 }
 
 TEST(Placement, KeepsDirectionsAndOriginWithASpacing) {
   ImageHeader header = turned_header();
   place(header, {.spacing = Vec3{0.5, 0.25, 4}});
-  EXPECT_EQ(header.spacing, (Vec3{0.5, 0.25, 4}));
-  EXPECT_EQ(header.index_to_world.columns[0], (Vec3{0, 0.5, 0}));
-  EXPECT_EQ(header.index_to_world.columns[1], (Vec3{-0.25, 0, 0}));
-  EXPECT_EQ(header.index_to_world.translation, (Vec3{10, 20, 30}));
+  EXPECT_EQ(header.geometry.spacing, stated({0.5, 0.25, 4}));
+  EXPECT_EQ(header.geometry.axes[0], (Vec3{0, 0.5, 0}));
+  EXPECT_EQ(header.geometry.axes[1], (Vec3{-0.25, 0, 0}));
+  EXPECT_EQ(header.geometry.origin, stated({10, 20, 30}));
 }
 
 TEST(Placement, SuppliesAMissingSpacing) {
   ImageHeader header;
-  header.spacing = {0, 0, 0};
-  header.index_to_world.columns = {};
-  for (Vec3& column : header.index_to_world.columns) column = {0, 0, 0};
+  EXPECT_EQ(header.geometry.spacing, kNotStated);
   place(header, {.spacing = Vec3{1, 2, 3}});
   EXPECT_NO_THROW(check_header("lacking", header));
-  EXPECT_EQ(header.index_to_world.columns[2], (Vec3{0, 0, 3}));
+  EXPECT_EQ(header.geometry.axes[2], (Vec3{0, 0, 3}));
 }
 
 TEST(Placement, RotatesAllWorldCoordinatesWithOrient) {
   ImageHeader header = turned_header();
   // Directions along y become -z, and directions along z become y.
   place(header, {.orient = axis_directions_from("x,-z,y")});
-  EXPECT_EQ(header.index_to_world.columns[0], (Vec3{0, 0, -2}));
-  EXPECT_EQ(header.index_to_world.columns[1], (Vec3{-3, 0, 0}));
-  EXPECT_EQ(header.index_to_world.columns[2], (Vec3{0, 1, 0}));
-  EXPECT_EQ(header.index_to_world.translation, (Vec3{10, 30, -20}));
-  EXPECT_EQ(header.spacing, (Vec3{2, 3, 1}));
+  EXPECT_EQ(header.geometry.axes[0], (Vec3{0, 0, -2}));
+  EXPECT_EQ(header.geometry.axes[1], (Vec3{-3, 0, 0}));
+  EXPECT_EQ(header.geometry.axes[2], (Vec3{0, 1, 0}));
+  EXPECT_EQ(header.geometry.origin, stated({10, 30, -20}));
+  EXPECT_EQ(header.geometry.spacing, stated({2, 3, 1}));
   place(header, {.orient = axis_directions_from("x,z,-y"), .origin = Vec3{1, 2, 3}});
-  EXPECT_EQ(header.index_to_world.columns, turned_header().index_to_world.columns);
-  EXPECT_EQ(header.index_to_world.translation, (Vec3{1, 2, 3})) << "an origin is not turned";
+  EXPECT_EQ(header.geometry.axes, turned_header().geometry.axes);
+  EXPECT_EQ(header.geometry.origin, stated({1, 2, 3})) << "an origin is not turned";
 }
 
 TEST(AxisDirections, ContainEachAxisOnce) {
@@ -88,8 +89,50 @@ TEST(Placement, ConvertsRasToLpsIncludingTheOrigin) {
   ImageHeader header;
   place(header, {.origin = Vec3{1, 2, 3}, .space = WorldSpace::kRas});
   EXPECT_EQ(header.meaning.space, WorldSpace::kLps);
-  EXPECT_EQ(header.index_to_world.columns[0], (Vec3{-1, 0, 0}));
-  EXPECT_EQ(header.index_to_world.translation, (Vec3{-1, -2, 3}));
+  EXPECT_EQ(header.geometry.axes[0], (Vec3{-1, 0, 0}));
+  EXPECT_EQ(header.geometry.origin, stated({-1, -2, 3}));
+}
+
+TEST(Placement, SettlesWhatNobodyStatesAndNamesIt) {
+  ImageHeader header{.dims = {4, 3, 2}, .meaning = {.length_unit = "mm"}};
+  EXPECT_EQ(settled(header).meaning.geometry, GeometryBasis::kAssumed);
+  EXPECT_EQ(settled(header).meaning.assumed, "spacing along x, y and z, origin");
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  set_box_axes(header, {0.5, -1, kNan}, {2, -0.5, 0});
+  const VolumeHeader partly = settled(header);
+  EXPECT_EQ(partly.spacing, (Vec3{2, 0.5, 1}));
+  EXPECT_EQ(partly.index_to_world({1, 1, 1}), (Vec3{2.5, -1.5, 1}));
+  EXPECT_EQ(geometry_text(partly.meaning), "partly (spacing along z, origin are assumed)");
+  EXPECT_EQ(fact_notices("v.x", header),
+            std::vector<std::string>{"'v.x': the file states no spacing along z; 1 mm is assumed. "
+                                     "Give it with --spacing."});
+  place(header, {.spacing = Vec3{2, 2, 2}, .origin = Vec3{0, 0, 0}});
+  EXPECT_EQ(geometry_text(settled(header).meaning), "stated");
+  EXPECT_TRUE(fact_notices("v.x", header).empty());
+  ImageHeader one_slice{.dims = {4, 3, 1}};
+  set_box_axes(one_slice, {0, 0, std::nullopt}, {1, 1, std::nullopt});
+  EXPECT_EQ(settled(one_slice).meaning.geometry, GeometryBasis::kStated) << "one slice has no step";
+}
+
+TEST(Placement, TellsContradictionsUnlessTheFactIsGiven) {
+  ImageHeader header{.dims = {1, 1, 1}};
+  header.contradictions = {{Fact::kSpacing, "it says 1 and 2"}, {Fact::kSign, "it says both"}};
+  EXPECT_EQ(fact_notices("v.x", header).size(), 2U);
+  place(header, {.spacing = Vec3{1, 1, 1}});
+  EXPECT_EQ(fact_notices("v.x", header), std::vector<std::string>{"'v.x': it says both."});
+}
+
+TEST(Placement, ConvertsAxesOfDifferentUnitsToOne) {
+  ImageHeader header{.dims = {2, 2, 2}};
+  set_box_axes(header, {1, 1, 1}, {2, 2, 2});
+  set_units_of_axes(header, {"um", "nanometer", ""});
+  EXPECT_EQ(header.meaning.length_unit, "µm");
+  EXPECT_DOUBLE_EQ(*header.geometry.spacing[1], 2e-3);
+  EXPECT_DOUBLE_EQ(header.geometry.axes[1][1], 2e-3);
+  EXPECT_DOUBLE_EQ(*header.geometry.origin[1], 1e-3);
+  set_units_of_axes(header, {"mm", "degree", "mm"});
+  EXPECT_EQ(header.meaning.length_unit, "");
+  ASSERT_EQ(header.contradictions.size(), 1U);
 }
 
 TEST(Placement, AppliesToFilesOfAnyFormat) {

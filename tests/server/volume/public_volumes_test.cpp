@@ -81,13 +81,12 @@ INSTANTIATE_TEST_SUITE_P(
         PublicVolume{"head_128x128x112.dat",
                      {128, 128, 112},
                      kU16,
-                     {2, 2, 2},
+                     {1, 1, 1},
                      0,
                      3272,
                      RawLayout{.dims = {128, 128, 112},
                                .type = StoredType::kU16,
-                               .header_bytes = 6,
-                               .spacing = {2, 2, 2}}}),
+                               .header_bytes = 6}}),
     [](const ::testing::TestParamInfo<PublicVolume>& volume) {
       std::string label = volume.param.file;
       std::replace_if(

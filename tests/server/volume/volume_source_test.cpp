@@ -219,9 +219,10 @@ TEST_F(VolumeSources, PrintNoticesOnce) {
   std::vector<double> numbers = values();
   numbers[5] = numbers[20] = std::numeric_limits<double>::infinity();
   std::vector<std::string> notices;
-  const auto source = open_volume(
-      nrrd_file("v.nrrd", "double", "encoding: raw\nendian: little\n", packed<double>(numbers)),
-      {.notice = [&](const auto& text) { notices.push_back(text); }});
+  const auto source =
+      open_volume(nrrd_file("v.nrrd", "double", "encoding: raw\nendian: little\nspacings: 1 1 1\n",
+                            packed<double>(numbers)),
+                  {.notice = [&](const auto& text) { notices.push_back(text); }});
   Samples slab;
   source->read(1, 1, slab);
   source->read(1, 1, slab);

@@ -24,8 +24,8 @@ std::optional<double> even_step(const std::vector<double>& values) {
 void place_by_coordinates(const std::filesystem::path& path,
                           const std::array<AxisCoordinates, 3>& coordinates, std::size_t axes,
                           ImageHeader& header, std::vector<std::string>& notices) {
-  Vec3 origin{};
-  Vec3 spacing = {1, 1, 1};
+  StatedNumbers origin = kNotStated;
+  StatedNumbers spacing = kNotStated;
   std::set<std::string> units;
   for (std::size_t axis = 0; axis < axes; ++axis) {
     const auto& [values, unit, step] = coordinates[axis];
@@ -37,7 +37,7 @@ void place_by_coordinates(const std::filesystem::path& path,
         units.emplace();
         notices.push_back("'" + path.string() + "': the coordinates along " +
                           std::string(1, "xyz"[axis]) +
-                          " are not evenly spaced; a spacing of 1 is used.");
+                          " are not evenly spaced.");
         continue;
       }
       spacing[axis] = *even;

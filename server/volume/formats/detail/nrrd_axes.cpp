@@ -81,15 +81,15 @@ Vec3 turned(const Vec3& vector, const std::optional<Vec3>& signs) {
   return {vector[0] * (*signs)[0], vector[1] * (*signs)[1], vector[2] * (*signs)[2]};
 }
 
-// Returns the center of the first sample from the minima of the axes; 0 unless all have one.
-Vec3 origin_by_mins(const NrrdHeader& header, const NrrdAxes& axes,
+// Returns the center of the first sample from the minima of the axes, if all have one.
+StatedNumbers origin_by_mins(const NrrdHeader& header, const NrrdAxes& axes,
                     const std::vector<std::int64_t>& sizes, const std::array<Vec3, 3>& steps) {
   const auto words = [&](std::string_view field) { return header.axis_words(field, sizes.size()); };
   const std::vector<std::string> mins = words("axis mins");
   const std::vector<std::string> maxs = words("axis maxs");
   const std::vector<std::string> spacings = words("spacings");
   const std::vector<std::string> centers = words("centers");
-  Vec3 origin{};
+  StatedNumbers origin = kNotStated;
   if (mins.empty()) return origin;
   for (std::size_t i = 0; i < axes.space.size(); ++i) {
     const std::size_t axis = axes.space[i];
@@ -164,25 +164,19 @@ void place_nrrd(const fs::path& file, const NrrdHeader& header, const NrrdAxes& 
   const std::vector<std::string> spacings = words("spacings");
   const std::optional<Vec3> signs = patient_signs(file, header.field("space"));
   const bool only_spacings = directions.empty() && !spacings.empty();
-  std::array<Vec3, 3> steps = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
-  bool is_flat = true;  // All directions have two components.
+  std::array<Vec3, 3> steps{};
   for (std::size_t i = 0; i < axes.space.size(); ++i) {
     const std::size_t axis = axes.space[i];
     if (!directions.empty()) {
       const std::optional<Vec3> direction = vector_from(directions[axis]);
       if (direction) steps[i] = turned(*direction, signs);
-      is_flat = is_flat && finite_numbers(directions[axis]).size() < 3;
     } else if (!spacings.empty()) {
-      steps[i][i] = finite_number(spacings[axis]).value_or(1);
+      steps[i][i] = finite_number(spacings[axis]).value_or(0);
     }
-  }
-  if (axes.space.size() == 2 && !is_flat) {
-    const Vec3 normal = cross(steps[0], steps[1]);
-    if (length(normal) > 0) steps[2] = scaled(normal, 1 / length(normal));
   }
   const std::optional<Vec3> origin = vector_from(header.field("space origin"));
   if (origin && !only_spacings) {
-    set_axes(image, steps, turned(*origin, signs));
+    set_axes(image, steps, stated(turned(*origin, signs)));
   } else {
     set_axes(image, steps, origin_by_mins(header, axes, sizes, steps));
   }

@@ -366,7 +366,7 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
     header.intercept = first.intercept;
     header.stored_bits = first.stored_bits;
   }
-  set_axes(header, grid.steps, grid.origin);
+  set_axes(header, grid.steps, stated(grid.origin));
   check_header(place, header);
   volume.slices = std::make_unique<DicomSlices>(stack, header, rescale);
   volume.resampled = grid.resampled;

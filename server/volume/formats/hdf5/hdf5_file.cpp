@@ -332,7 +332,7 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   if (!slope.empty()) header.slope = slope[0];
   if (!offset.empty()) header.intercept = offset[0];
   const std::vector<double> fill = hdf5_numbers(dataset.get(), "_FillValue", 1);
-  if (!fill.empty()) header.missing = fill[0];
+  if (!fill.empty()) header.missing = fill;
   check_header(path, header);
   std::vector<hsize_t> at(dims.size(), 0);
   if (!imaris) {

@@ -157,7 +157,7 @@ std::vector<double> read_grid(const fs::path& path, VtkLines& lines, bool is_tex
     header.dims[axis] = std::max<std::int64_t>(header.dims[axis] - 1, 1);
     origin[axis] += spacing[axis] / 2;
   }
-  set_box_axes(header, origin, spacing);
+  set_box_axes(header, stated(origin), stated(spacing));
   return times;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -151,10 +152,10 @@ StoredVolume open_pvti(const fs::path& path, const VolumeChoice& choice) {
   ImageHeader& header = volume.header;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     header.dims[axis] = parsed->extent[2 * axis + 1] - parsed->extent[2 * axis] + !of_cells;
-    const Vec3 step = header.index_to_world.columns[axis];
+    const Vec3& step = header.geometry.axes[axis];
     for (std::size_t row = 0; row < 3; ++row) {
-      header.index_to_world.translation[row] -=
-          step[row] * static_cast<double>(pieces.front().at[axis]);
+      std::optional<double>& origin = header.geometry.origin[row];
+      if (origin) *origin -= step[row] * static_cast<double>(pieces.front().at[axis]);
     }
   }
   check_header(path, header);

@@ -104,7 +104,7 @@ VtiPiece open_vti_piece(const fs::path& path, const VolumeChoice& choice) {
       origin[row] += steps[axis][row] * first;
     }
   }
-  set_axes(header, steps, origin);
+  set_axes(header, steps, stated(origin));
   check_header(path, header);
   auto bytes = arrays->open(array, static_cast<std::uint64_t>(header.dims[0]) *
                                        static_cast<std::uint64_t>(header.dims[1]) *

@@ -25,8 +25,9 @@ struct Placement {
   // Names of dimensions: "t", "c", "z", "y", "x"; empty if unknown.
   std::vector<std::string> names;
   std::vector<std::string> units = {};
-  std::vector<double> scale = {};
-  std::vector<double> translation = {};
+  // Absent where the metadata do not state them.
+  std::vector<std::optional<double>> scale = {};
+  std::vector<std::optional<double>> translation = {};
   std::string value_unit = {};
 };
 
@@ -108,11 +109,13 @@ void apply(const Json& transformations, Placement& placement, const std::filesys
     }
     for (std::size_t d = 0; d < dimensions; ++d) {
       const double number = numbers[d].get<double>();
+      std::optional<double>& scale = placement.scale[d];
+      std::optional<double>& translation = placement.translation[d];
       if (is_scale) {
-        placement.scale[d] *= number;
-        placement.translation[d] *= number;
+        scale = scale.value_or(1) * number;
+        if (translation) *translation *= number;
       } else {
-        placement.translation[d] += number;
+        translation = translation.value_or(0) + number;
       }
     }
   }
@@ -151,8 +154,8 @@ std::optional<ImageLevel> image_level(const Json& attributes, const VolumeChoice
   }
   if (result.placement.names.size() > 8)
     fail_reading(place, "it has too many axes", "Correct its metadata");
-  result.placement.scale.assign(result.placement.names.size(), 1);
-  result.placement.translation.assign(result.placement.names.size(), 0);
+  result.placement.scale.resize(result.placement.names.size());
+  result.placement.translation.resize(result.placement.names.size());
   apply(chosen.value("coordinateTransformations", Json()), result.placement, place);
   apply(image.value("coordinateTransformations", Json()), result.placement, place);
   return result;
@@ -162,8 +165,8 @@ std::optional<ImageLevel> image_level(const Json& attributes, const VolumeChoice
 Placement placement_of(const ArrayLayout& array, const Json& attributes) {
   Placement placement{.names = array.dimension_names};
   const std::size_t dimensions = array.shape.size();
-  placement.scale.assign(dimensions, 1);
-  placement.translation.assign(dimensions, 0);
+  placement.scale.resize(dimensions);
+  placement.translation.resize(dimensions);
   if (!attributes.is_object()) return placement;
   const Json unit = attributes.value("units", Json());
   if (unit.is_string()) placement.value_unit = unit.get<std::string>();
@@ -199,10 +202,12 @@ Placement placement_of(const ArrayLayout& array, const Json& attributes) {
 }
 
 SourceTimes times_along(const Placement& placement, std::size_t d, std::int64_t count) {
-  if (d >= placement.scale.size() || d >= placement.units.size() || placement.units[d].empty()) {
-    return {.count = count};  // A scale of 1 without a unit is no time.
+  const bool has_unit = d < placement.units.size() && !placement.units[d].empty();
+  if (d >= placement.scale.size() || !placement.scale[d] || !has_unit) {
+    return {.count = count};  // A scale without a unit is no time.
   }
-  return even_times(count, placement.translation[d], placement.scale[d], placement.units[d]);
+  return even_times(count, placement.translation[d].value_or(0), *placement.scale[d],
+                    placement.units[d]);
 }
 
 // Selects the dimensions x, y, z, and the position of the volume along the others. Adds times,
@@ -258,8 +263,8 @@ VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
 ImageHeader header_of(const ArrayLayout& array, const Placement& placement,
                       const VolumeInArray& volume, const std::filesystem::path& place) {
   ImageHeader header{.type = array.type};
-  Vec3 origin{};
-  Vec3 spacing = {1, 1, 1};
+  StatedNumbers origin = kNotStated;
+  StatedNumbers spacing = kNotStated;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto d = volume.axes[axis];
     if (!d) continue;
@@ -308,8 +313,8 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
   Placement placement = image ? std::move(image->placement) : placement_of(*array, attributes);
   if (image && placement.names.empty()) {  // From before axes had names: always t, c, z, y, x.
     placement.names = {"t", "c", "z", "y", "x"};
-    placement.scale.assign(5, 1);
-    placement.translation.assign(5, 0);
+    placement.scale.resize(5);
+    placement.translation.resize(5);
   }
   if (image && placement.names.size() != array->shape.size()) {
     fail_reading(place,

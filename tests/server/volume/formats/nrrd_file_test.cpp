@@ -58,10 +58,8 @@ TEST_F(NrrdFile, ConvertsPatientSpacesToLps) {
     EXPECT_EQ(lps.meaning.space, WorldSpace::kLps);
     EXPECT_EQ(lps.meaning.length_unit, "mm");
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      EXPECT_EQ(lps.index_to_world.columns[axis][axis],
-                signs[axis] * (1.0 + static_cast<double>(axis)));
-      EXPECT_EQ(lps.index_to_world.translation[axis],
-                signs[axis] * 10 * (1.0 + static_cast<double>(axis)));
+      EXPECT_EQ(lps.geometry.axes[axis][axis], signs[axis] * (1.0 + static_cast<double>(axis)));
+      EXPECT_EQ(lps.geometry.origin[axis], signs[axis] * 10 * (1.0 + static_cast<double>(axis)));
     }
   };
   check("LPS", {1, 1, 1});
@@ -73,21 +71,20 @@ TEST_F(NrrdFile, ConvertsPatientSpacesToLps) {
   for (const char* space : {"scanner-xyz", "3D-right-handed", "3D-left-handed"}) {
     const ImageHeader own = header("space: " + std::string(space) + "\n" + place);
     EXPECT_EQ(own.meaning, PhysicalMeaning());
-    EXPECT_EQ(own.index_to_world.translation, (Vec3{10, 20, 30}));
+    EXPECT_EQ(own.geometry.origin, stated({10, 20, 30}));
   }
   expect_contains(refusal(kBytes + "space: up-down-strange\n" + place), "'up-down-strange'");
 }
 
 TEST_F(NrrdFile, AcceptsALateOrMissingSpace) {
   const std::string directions = "space directions: (1,0,0) (0,2,0) (0,0,3)\n";
-  EXPECT_EQ(header(directions + "space origin: (1, 2, 3)\nspace: RAS\n").index_to_world.translation,
-            (Vec3{-1, -2, 3}));
-  EXPECT_EQ(header(directions + "space origin: (1, 2, 3)\n").index_to_world.translation,
-            (Vec3{1, 2, 3}));
+  EXPECT_EQ(header(directions + "space origin: (1, 2, 3)\nspace: RAS\n").geometry.origin,
+            stated({-1, -2, 3}));
+  EXPECT_EQ(header(directions + "space origin: (1, 2, 3)\n").geometry.origin, stated({1, 2, 3}));
   const ImageHeader spacings = header("spacings: 1 2 3\nspace: RAS\nspace origin: (7,7,7)\n");
   EXPECT_EQ(spacings.meaning, PhysicalMeaning());
-  EXPECT_EQ(spacings.index_to_world.translation, (Vec3{0, 0, 0}));
-  EXPECT_EQ(spacings.spacing, (Vec3{1, 2, 3}));
+  EXPECT_EQ(spacings.geometry.origin, kNotStated);
+  EXPECT_EQ(spacings.geometry.spacing, stated({1, 2, 3}));
 }
 
 TEST_F(NrrdFile, AppliesSpaceUnitsAndAxisMinimums) {
@@ -99,13 +96,11 @@ TEST_F(NrrdFile, AppliesSpaceUnitsAndAxisMinimums) {
   for (const std::string lines : {"space dimension: 3\nspace units: \"um\" \"um\" \"um\"\nspace "
                                   "directions: (1,0,0) (0,2,0) (0,0,3)\n",
                                   "spacings: 1 2 3\nunits: \"um\" \"um\" \"um\"\n"}) {
-    EXPECT_EQ(header(lines).meaning, (PhysicalMeaning{.length_unit = "µm", .value_unit = {}}))
-        << lines;
+    EXPECT_EQ(header(lines).meaning, (PhysicalMeaning{.length_unit = "µm"})) << lines;
   }
   const std::string mins = "spacings: 1 2 3\naxis mins: 10 20 30\n";
-  EXPECT_EQ(header(mins).index_to_world.translation, (Vec3{10.5, 21, 31.5}));
-  EXPECT_EQ(header(mins + "centers: node node node\n").index_to_world.translation,
-            (Vec3{10, 20, 30}));
+  EXPECT_EQ(header(mins).geometry.origin, stated({10.5, 21, 31.5}));
+  EXPECT_EQ(header(mins + "centers: node node node\n").geometry.origin, stated({10, 20, 30}));
 }
 
 TEST_F(NrrdFile, ReadsComponentsFirstOrLast) {

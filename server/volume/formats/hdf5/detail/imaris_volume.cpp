@@ -113,10 +113,10 @@ std::optional<ImarisVolume> imaris_volume(const fs::path& path, hid_t file,
     const std::string number = std::to_string(axis);
     const auto low = imaris_number(info.get(), "ExtMin" + number);
     const auto high = imaris_number(info.get(), "ExtMax" + number);
-    const bool has_geometry = low && high && *high > *low;
-    volume.spacing[axis] =
-        has_geometry ? (*high - *low) / static_cast<double>(volume.dims[axis]) : 1;
-    volume.origin[axis] = has_geometry ? *low + volume.spacing[axis] / 2 : 0;
+    if (!low || !high || !(*high > *low)) continue;
+    const double spacing = (*high - *low) / static_cast<double>(volume.dims[axis]);
+    volume.spacing[axis] = spacing;
+    volume.origin[axis] = *low + spacing / 2;
   }
   volume.unit = unit_from(hdf5_text(info.get(), "Unit"));
   return volume;

@@ -14,8 +14,8 @@ struct ImarisVolume {
   // Size of the image; the dataset may be padded.
   std::array<std::int64_t, 3> dims{};
   // The first sample: the center of a voxel.
-  Vec3 origin{};
-  Vec3 spacing{};
+  StatedNumbers origin = kNotStated;
+  StatedNumbers spacing = kNotStated;
   std::string unit = {};
   VolumeContents contents = {};
 };
