@@ -1,5 +1,6 @@
 // The physical meaning of a dataset's numbers: the anatomical directions of the world axes, the
-// units of lengths and values, and what of the placement is known. For information only: nothing is converted.
+// units of lengths and values, and what of the placement is known. For information only: nothing is
+// converted.
 #pragma once
 
 #include <cstddef>
@@ -41,6 +42,11 @@ inline constexpr std::size_t kMaxUnitBytes = 64;
 
 // Returns the basis with what is assumed: "partly (spacing along z is assumed)"; empty if unknown.
 [[nodiscard]] std::string geometry_text(const PhysicalMeaning& meaning);
+
+// Returns whether a spacing is assumed, so that lengths in world units are not those of the object.
+[[nodiscard]] inline bool has_assumed_spacing(const PhysicalMeaning& meaning) {
+  return meaning.assumed.starts_with("spacing");
+}
 
 // Returns whether a text is a valid unit: UTF-8, at most kMaxUnitBytes, no control characters.
 [[nodiscard]] bool is_unit_text(std::string_view text);

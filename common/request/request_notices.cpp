@@ -110,6 +110,10 @@ std::vector<std::string> request_notices(const IsosurfaceRequest& request,
                                          const DatasetInfo& info) {
   std::vector<std::string> notices;
   if (is_outside_values(request, info)) notices.push_back(empty_surface_text(request, info));
+  if (request.unit == ErrorUnit::kWorld && has_assumed_spacing(info.meaning)) {
+    notices.push_back("Lengths are not measured: the source of \"" + info.name +
+                      "\" does not state all of them (assumed: " + info.meaning.assumed + ").");
+  }
   const LocalThresholds& thresholds = request.thresholds;
   const bool is_world = thresholds.coordinates == CoordinateSystem::kWorld;
   const IsApart is_apart(data_box(info), is_world ? info.index_to_world : Affine{});

@@ -260,17 +260,28 @@ std::string digests_text(const CertifiedFiles& files) {
   return rows.empty() ? "" : "\n" + text_table(rows);
 }
 
+// "partly (spacing along z is assumed)"; null: unknown.
+Json geometry_json(const PhysicalMeaning& meaning) {
+  const std::string text = geometry_text(meaning);
+  return text.empty() ? Json(nullptr) : Json(text);
+}
+
 }  // namespace
 
 std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
                     const CertifyOptions& options) {
   const Lengths lengths(certificate.grid);
+  std::vector<std::vector<std::string>> rows = {
+      {"  error", error_line(certificate, options, lengths)},
+      {"  topology", topology_line(certificate, options)}};
+  if (has_assumed_spacing(certificate.grid.meaning)) {
+    rows.push_back({"  geometry", printable(geometry_text(certificate.grid.meaning)) +
+                                      ": lengths are not measured"});
+  }
   return std::string(headline(certificate)) + printable(files.mesh) + ", for the surface of " +
          printable(files.volume) + " at isovalue " + shortest_text(options.isovalue) + ".\n" +
-         text_table({{"  error", error_line(certificate, options, lengths)},
-                     {"  topology", topology_line(certificate, options)}}) +
-         "\n" + distances_text(certificate, lengths) + "\n" + topology_text(certificate) +
-         digests_text(files) + hint(certificate, options);
+         text_table(rows) + "\n" + distances_text(certificate, lengths) + "\n" +
+         topology_text(certificate) + digests_text(files) + hint(certificate, options);
 }
 
 Json json_of(const Certificate& certificate, const CertifiedFiles& files,
@@ -290,6 +301,7 @@ Json json_of(const Certificate& certificate, const CertifiedFiles& files,
                {"mesh_sha256", digest_json(files.mesh_sha256)},
                {"volume_sha256", digest_json(files.volume_sha256)},
                {"isovalue", options.isovalue},
+               {"geometry", geometry_json(certificate.grid.meaning)},
                {"error", error_json(certificate, options, voxel)},
                {"topology_kept", certificate.keeps_topology()},
                {"orientation_kept", certificate.keeps_orientation()},

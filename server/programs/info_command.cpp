@@ -1,15 +1,20 @@
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <string>
+#include <system_error>
+#include <vector>
 
 #include "common/base/address_text.hpp"
 #include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
+#include "common/base/open_file.hpp"
 #include "common/base/utf8.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
+#include "common/cli/terminal.hpp"
 #include "server/core/spectrum/isovalue_bins.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/prepared_file.hpp"
@@ -17,6 +22,8 @@
 #include "server/programs/commands.hpp"
 #include "server/programs/dataset_folder.hpp"
 #include "server/programs/label_volume_text.hpp"
+#include "server/volume/formats/recognition.hpp"
+#include "server/volume/volume_files.hpp"
 
 namespace multitetra {
 namespace {
@@ -147,7 +154,93 @@ int info_of_folder(const InfoArguments& arguments) {
   return code;
 }
 
+// ---- sources: volume files that are not prepared
+
+Json json_of(const VolumeSource& source) {
+  const VolumeHeader& header = source.header();
+  const VolumeContents& contents = source.contents();
+  Json entries = Json::array();
+  for (const SourceEntry& entry : contents.entries) {
+    entries.push_back({{"kind", entry.kind},
+                       {"name", entry.name},
+                       {"detail", entry.detail},
+                       {"option", entry.option}});
+  }
+  Json fields = Json::array();
+  for (const SourceField& field : contents.fields) fields.push_back(field.name);
+  Json labels = Json::array();
+  for (const SourceLabel& label : contents.labels) {
+    labels.push_back({{"value", label.label.value}, {"name", label.label.name}});
+  }
+  return {{"dims", header.dims},
+          {"type", name(header.type)},
+          {"spacing", header.spacing},
+          {"origin", header.index_to_world.translation},
+          {"space", name(header.meaning.space)},
+          {"length_unit", header.meaning.length_unit},
+          {"value_unit", header.meaning.value_unit},
+          {"geometry", name(header.meaning.geometry)},
+          {"assumed", header.meaning.assumed},
+          {"times", contents.times.count},
+          {"fields", std::move(fields)},
+          {"labels", std::move(labels)},
+          {"entries", std::move(entries)}};
+}
+
+void print_source(const std::string& place, const VolumeSource& source) {
+  const VolumeHeader& header = source.header();
+  const VolumeContents& contents = source.contents();
+  std::vector<std::vector<std::string>> rows = {
+      {"  samples", sides_text(header.dims) + " " + std::string(name(header.type))},
+      {"  spacing", with_unit(vector_text(header.spacing), header.meaning.length_unit)},
+      {"  origin", vector_text(header.index_to_world.translation)},
+      {"  geometry", geometry_text(header.meaning)}};
+  if (contents.times.count > 1) {
+    rows.push_back({"  times", std::to_string(contents.times.count) + " (--time, --all-times)"});
+  }
+  for (const SourceField& field : contents.fields) {
+    rows.push_back({"  field", field.name + " (--field)"});
+  }
+  for (const SourceLabel& label : contents.labels) {
+    rows.push_back({"  label", human_number(label.label.value) + " " + label.label.name});
+  }
+  for (const SourceEntry& entry : contents.entries) {
+    rows.push_back({"  " + entry.kind, entry.name + (entry.detail.empty() ? "" : ", ") +
+                                           entry.detail + " (" + entry.option + ")"});
+  }
+  for (auto& row : rows) row[1] = printable(row[1], /*keeps_lines=*/false);
+  std::cout << printable(without_password(place), /*keeps_lines=*/false) << "\n"
+            << text_table(rows);
+}
+
+// Returns whether it exists here and is a volume rather than a dataset or a folder of some.
+bool is_source(const std::string& file) {
+  std::error_code error;
+  const std::filesystem::path path = file.substr(0, file.rfind(":/"));
+  if (std::filesystem::is_directory(path, error)) return recognized_format(path).has_value();
+  return std::filesystem::is_regular_file(path, error) && OpenFile(path).content(4) != "\x89MTD";
+}
+
+int info_of_source(const InfoArguments& arguments) {
+  const auto notice = [&](const std::string& text) {
+    if (!arguments.json) std::cerr << printable(text, /*keeps_lines=*/false) << "\n";
+  };
+  try {
+    const auto source = open_volume(
+        arguments.file, {.choice = {.resample = true, .first = true}, .notice = notice});
+    if (arguments.json) {
+      std::cout << text_of(json_of(*source));
+    } else {
+      print_source(arguments.file, *source);
+    }
+  } catch (const VolumeFileError& problem) {
+    throw ExitError(kUsage, problem.what());
+  }
+  return kOk;
+}
+
 int info(const InfoArguments& arguments) {
+  if (is_source(arguments.file)) return info_of_source(arguments);
   if (is_folder_of_datasets(arguments.file)) return info_of_folder(arguments);
   const PreparedFile file(arguments.file);
   if (arguments.json) {
@@ -162,19 +255,22 @@ int info(const InfoArguments& arguments) {
 
 void add_info_command(Command& program, Run& run) {
   const auto arguments = std::make_shared<InfoArguments>();
-  Command* command = program.add_subcommand("info", "Print the properties of a dataset");
+  Command* command = program.add_subcommand(
+      "info",
+      "Print the properties of a dataset or of a volume file, with all that can be chosen in it");
   command
       ->add_option(
           "file", arguments->file,
           "Dataset: a file (.mtd) or the address of a dataset (https://, s3://bucket/key); a "
-          "local folder or one in a bucket: all of its datasets")
+          "local folder or one in a bucket: all of its datasets; or a volume file")
       ->required()
       ->type_name("DATASET");
   command->add_flag("--json", arguments->json, "Print JSON, with the histogram");
   command->footer(
       "Examples:\n"
       "  multitetra-server info head.mtd\n"
-      "  multitetra-server info head.mtd --json | jq .suggested_isovalues");
+      "  multitetra-server info head.mtd --json | jq .suggested_isovalues\n"
+      "  multitetra-server info run.h5");
   command->callback([arguments, &run] { run = [arguments] { return info(*arguments); }; });
 }
 

@@ -78,6 +78,20 @@ class FolderStore : public ObjectStore {
     return bytes;
   }
 
+  [[nodiscard]] std::vector<std::string> names(const std::string& key) override {
+    constexpr std::size_t kMaxNames = 10'000;
+    std::vector<std::string> names;
+    const std::optional<fs::path> path = path_of(key);
+    std::error_code error;
+    if (!path) return names;
+    for (fs::directory_iterator entry(*path, error), end;
+         !error && entry != end && names.size() < kMaxNames; entry.increment(error)) {
+      names.push_back(entry->path().filename().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
   [[nodiscard]] fs::path place(const std::string& key) const override { return folder_ / key; }
   [[nodiscard]] std::size_t parallel_requests() const override {
     return std::clamp(std::thread::hardware_concurrency(), 1u, 32u);

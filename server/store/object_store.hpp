@@ -29,6 +29,9 @@ class ObjectStore {
   [[nodiscard]] virtual std::optional<std::vector<std::byte>> get_range(const std::string& key,
                                                                         std::uint64_t offset,
                                                                         std::uint64_t length) = 0;
+  // Returns the names below a key that is empty or ends with '/', sorted; none if the store cannot
+  // list them, as servers cannot.
+  [[nodiscard]] virtual std::vector<std::string> names(const std::string& /*key*/) { return {}; }
   // Returns the object's location for messages.
   [[nodiscard]] virtual std::filesystem::path place(const std::string& key) const = 0;
   // Returns a useful number of concurrent requests.

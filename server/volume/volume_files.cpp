@@ -26,7 +26,7 @@
 #include "server/volume/formats/meta_image_file.hpp"
 #include "server/volume/formats/mgh_file.hpp"
 #include "server/volume/formats/mrc_file.hpp"
-#include "server/volume/formats/netcdf3_file.hpp"
+#include "server/volume/formats/netcdf_file.hpp"
 #include "server/volume/formats/nifti_file.hpp"
 #include "server/volume/formats/npy_file.hpp"
 #include "server/volume/formats/nrrd_file.hpp"
@@ -132,8 +132,8 @@ StoredVolume open_format(const fs::path& path, VolumeFormat format, const Volume
       return open_zarr(path.string(), choice);
     case VolumeFormat::kHdf5:
       return open_hdf5(path, choice);
-    case VolumeFormat::kNetcdf3:
-      return open_netcdf3(path, choice);
+    case VolumeFormat::kNetcdf:
+      return open_netcdf(path, choice);
     case VolumeFormat::kNpy:
       return open_npy(path, choice);
     case VolumeFormat::kMgh:
@@ -178,7 +178,7 @@ void check_choice(const fs::path& path, std::optional<VolumeFormat> format,
   };
   const bool has_arrays = format == VolumeFormat::kVti || format == VolumeFormat::kPvti ||
                           format == VolumeFormat::kZarr || format == VolumeFormat::kHdf5 ||
-                          format == VolumeFormat::kNetcdf3;
+                          format == VolumeFormat::kNetcdf;
   if (!choice.array.empty() && !has_arrays) refuse("--array", "named arrays");
   const bool has_levels = format == VolumeFormat::kZarr || format == VolumeFormat::kHdf5;
   if (choice.level && !has_levels) refuse("--level", "resolution levels");

@@ -16,7 +16,7 @@
 #include "server/volume/formats/hdf5/hdf5_file.hpp"
 #include "server/volume/formats/jpeg_file.hpp"
 #include "server/volume/formats/mgh_file.hpp"
-#include "server/volume/formats/netcdf3_file.hpp"
+#include "server/volume/formats/netcdf_file.hpp"
 #include "server/volume/formats/npy_file.hpp"
 #include "server/volume/formats/png_file.hpp"
 #include "server/volume/formats/tiff_file.hpp"
@@ -94,7 +94,7 @@ std::optional<StoredVolume> opened_further(int format, std::string_view bytes,
     case 2:
       return open_mgh(folder.file("v.mgz", gzipped(bytes)), choice);
     case 3:
-      return open_netcdf3(folder.file("v.nc", bytes), choice);
+      return open_netcdf(folder.file("v.nc", bytes), choice);
     case 4: {
       const std::string_view whole = taken_part(bytes);
       folder.file("piece.vti", bytes);

@@ -1,6 +1,6 @@
-// Compressed samples in formats whose libraries read the rest: LZF of HDF5, and the pixel data of
-// DICOM (raw, RLE, fragments of JPEG, deflated as a whole), which must be complete or rejected. The
-// first byte selects the kind.
+// Compressed samples in formats whose libraries read the rest: the pixel data of DICOM (raw, RLE,
+// fragments of JPEG, deflated as a whole), which must be complete or rejected. The first byte
+// selects the kind.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -10,28 +10,12 @@
 
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/dicom/detail/dicom_pixels.hpp"
-#include "server/volume/formats/hdf5/detail/hdf5_lzf.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 #include "tests/fuzz/require.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
 namespace {
-
-// The first two bytes are the size of the output buffer.
-void check_lzf(std::string_view bytes) {
-  if (bytes.size() < 2) return;
-  const std::size_t room = static_cast<unsigned char>(bytes[0]) +
-                           256 * std::size_t{static_cast<unsigned char>(bytes[1])};
-  const auto* const in = reinterpret_cast<const unsigned char*>(bytes.data()) + 2;
-  std::vector<unsigned char> out(room);
-  const std::size_t done = unpack_lzf(in, bytes.size() - 2, out.data(), room);
-  require(done <= room);
-  std::vector<unsigned char> again(done);
-  require(unpack_lzf(in, bytes.size() - 2, again.data(), done) == done);
-  out.resize(done);
-  require(again == out);
-}
 
 // Four bytes give frames, samples and bits; the file follows, beginning with the element's head.
 void check_pixels(std::string_view bytes, std::string_view syntax, const TemporaryFolder& folder) {
@@ -64,9 +48,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
   try {
     switch (data[0] % 8) {
-      case 0:
-        check_lzf(bytes);
-        break;
       case 1:
         check_pixels(bytes, "1.2.840.10008.1.2.1", folder);
         break;

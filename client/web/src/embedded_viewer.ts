@@ -116,7 +116,7 @@ export class EmbeddedViewer {
   private summaryOf(info: DatasetInfo): EmbeddedDataset {
     return {
       name: info.name, dims: [...info.dims], spacing: [...info.spacing], min: info.min, max: info.max,
-      lengthUnit: info.lengthUnit, valueUnit: info.valueUnit, suggestedIsovalues: [...info.suggestedIsovalues],
+      lengthUnit: info.lengthUnit, assumed: info.assumed, valueUnit: info.valueUnit, suggestedIsovalues: [...info.suggestedIsovalues],
       member: memberOf(info), times: this.viewer.times?.all ?? [],
     };
   }

@@ -15,7 +15,7 @@
 #include "server/volume/formats/hdf5/hdf5_file.hpp"
 #include "server/volume/formats/mgh_file.hpp"
 #include "server/volume/formats/mrc_file.hpp"
-#include "server/volume/formats/netcdf3_file.hpp"
+#include "server/volume/formats/netcdf_file.hpp"
 #include "server/volume/formats/nifti_file.hpp"
 #include "server/volume/formats/npy_file.hpp"
 #include "server/volume/formats/zarr/zarr_volume.hpp"
@@ -38,7 +38,7 @@ constexpr std::array kFormats = {
     FormatDescription{"MGH", ".mgh, .mgz", "volumes of FreeSurfer; --time"},
     FormatDescription{"DICOM", "a folder, a pattern, .dcm",
                       "slices or frames, all compressions of GDCM; --series, --time, --resample"},
-    FormatDescription{"OME-Zarr 0.4 and 0.5", "a folder, .zip, http(s)://, s3://",
+    FormatDescription{"OME-Zarr 0.1 to 0.6", "a folder, .zip, http(s)://, s3://",
                       "blosc, lz4, zstd, gzip, zlib, bz2; shards; --level, --channel, --time"},
     FormatDescription{"Zarr 2 and 3, N5", "a folder, http(s)://, s3://",
                       "the same codecs; --array"},
@@ -50,10 +50,11 @@ constexpr std::array kFormats = {
                       "--time, --component"},
     FormatDescription{"PNG, JPEG", ".png, .jpg, a folder, a pattern",
                       "a file for each slice; --component"},
-    FormatDescription{"HDF5 and NetCDF-4", ".h5:/path, .nc:/path",
-                      "the filters of libhdf5, and LZF; --time, --channel"},
+    FormatDescription{"HDF5", ".h5:/path, .mnc, .vtkhdf, .nxs, .emd",
+                      "plain, MINC 2, VTKHDF, NXdata, EMD, openPMD, axistags, BigDataViewer, "
+                      "DREAM.3D; the filters of libhdf5, and LZF; --time, --channel"},
     FormatDescription{"Imaris", ".ims", "--level, --time, --channel"},
-    FormatDescription{"NetCDF-3", ".nc, .nc:/name", "classic, 64-bit; --time, --channel"},
+    FormatDescription{"NetCDF 3 and 4", ".nc, .nc:/name", "CF, MINC 1; --time, --channel"},
     FormatDescription{"NumPy", ".npy", "2 to 4 dimensions; --time"},
     FormatDescription{
         "MRC and CCP4", ".mrc, .map, .ccp4",
@@ -92,7 +93,7 @@ std::optional<VolumeFormat> by_content(std::string_view bytes) {
     return is_parallel ? VolumeFormat::kPvti : VolumeFormat::kVti;
   }
   if (is_hdf5(bytes)) return VolumeFormat::kHdf5;
-  if (is_netcdf3(bytes)) return VolumeFormat::kNetcdf3;
+  if (is_classic_netcdf(bytes)) return VolumeFormat::kNetcdf;
   if (is_npy(bytes)) return VolumeFormat::kNpy;
   if (is_dicom(bytes)) return VolumeFormat::kDicom;
   if (is_nifti(bytes)) return VolumeFormat::kNifti;
@@ -131,13 +132,13 @@ std::optional<VolumeFormat> format_of_folder(const fs::path& folder) {
   std::error_code error;
   bool has_tiff = false;
   bool has_picture = false;  // PNG or JPEG.
-  bool has_dicom = false;  // Directly in this folder: those below may belong to several volumes.
+  bool has_dicom = false;    // Directly in this folder: those below may belong to several volumes.
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
     const std::string name = lower_case_name_of(entry->path());
     has_tiff = has_tiff || name.ends_with(".tif") || name.ends_with(".tiff");
-    has_picture = has_picture || name.ends_with(".png") || name.ends_with(".jpg") ||
-                  name.ends_with(".jpeg");
+    has_picture =
+        has_picture || name.ends_with(".png") || name.ends_with(".jpg") || name.ends_with(".jpeg");
     std::error_code ignored;
     has_dicom = has_dicom || name == "dicomdir" ||
                 (entry->is_regular_file(ignored) && !name.starts_with('.') &&

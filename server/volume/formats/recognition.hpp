@@ -20,7 +20,7 @@ enum class VolumeFormat {
   kDicom,
   kZarr,  // OME-Zarr, Zarr and N5; also in a zip archive.
   kHdf5,
-  kNetcdf3,
+  kNetcdf,
   kNpy,
   kMgh,
   kMrc,

@@ -2,6 +2,7 @@
 // with an error message.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -11,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "server/volume/formats/recognition.hpp"
 #include "server/volume/volume_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -39,6 +41,24 @@ std::vector<Fields> written_volumes(const std::string& script, const fs::path& f
     volumes.pop_back();
   }
   return volumes;
+}
+
+// Parses "0.5:1.5:2".
+Vec3 vector_from(std::string text) {
+  Vec3 numbers{};
+  std::replace(text.begin(), text.end(), ':', ' ');
+  std::istringstream(text) >> numbers[0] >> numbers[1] >> numbers[2];
+  return numbers;
+}
+
+Placement placement_from(const std::string& options) {
+  Placement placement;
+  std::istringstream words(options);
+  for (std::string word; std::getline(words, word, ',');) {
+    if (word.starts_with("spacing=")) placement.spacing = vector_from(word.substr(8));
+    if (word.starts_with("origin=")) placement.origin = vector_from(word.substr(7));
+  }
+  return placement;
 }
 
 // Parses a choice such as "resample,follow,time=1,array=name".
@@ -71,6 +91,7 @@ void expect_read(const Fields& fields) {
   try {
     volume = read_volume(fields[2],
                          {.choice = choice_from(fields[3]),
+                          .placement = placement_from(fields[3]),
                           .notice = [&](const std::string& text) { notices += text + "\n"; }});
   } catch (const VolumeFileError& problem) {
     ADD_FAILURE() << problem.what();
@@ -112,9 +133,9 @@ void expect_refused(const Fields& fields) {
   }
 }
 
-TEST(VolumeFileVariants, ReadAsWritten) {
+void expect_as_written(const std::string& script) {
   const TemporaryFolder folder;
-  const std::vector<Fields> volumes = written_volumes("write_odd_volumes.py", folder.path());
+  const std::vector<Fields> volumes = written_volumes(script, folder.path());
   if (volumes.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
   for (const Fields& fields : volumes) {
     SCOPED_TRACE(fields.at(1));
@@ -123,6 +144,33 @@ TEST(VolumeFileVariants, ReadAsWritten) {
     } else {
       expect_refused(fields);
     }
+  }
+}
+
+TEST(VolumeFileVariants, ReadAsWritten) { expect_as_written("write_odd_volumes.py"); }
+
+TEST(VolumeConventions, ReadAsWritten) { expect_as_written("write_conventions.py"); }
+
+// A new format needs a line in write_unstated.py: a file that states no spacing, or why there is
+// none.
+TEST(EveryFormat, SaysWhatItDoesNotKnow) {
+  const TemporaryFolder folder;
+  const std::vector<Fields> lines = written_volumes("write_unstated.py", folder.path());
+  if (lines.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
+  ASSERT_EQ(lines.size(), static_cast<std::size_t>(VolumeFormat::kRaw) + 1);
+  for (const Fields& line : lines) {
+    if (line[0] == "reason") continue;
+    SCOPED_TRACE(line.at(2));
+    EXPECT_EQ(recognized_format(line[2]), static_cast<VolumeFormat>(std::stoi(line[1])));
+    std::string notices;
+    const auto source =
+        open_volume(line[2], {.notice = [&](const std::string& text) { notices += text + "\n"; }});
+    EXPECT_NE(source->header().meaning.geometry, GeometryBasis::kStated);
+    EXPECT_TRUE(has_assumed_spacing(source->header().meaning)) << source->header().meaning.assumed;
+    EXPECT_NE(notices.find("the file states no spacing along x, y and z; 1"), std::string::npos)
+        << notices;
+    const auto settled = open_volume(line[2], {.placement = {.spacing = Vec3{1, 2, 3}}});
+    EXPECT_FALSE(has_assumed_spacing(settled->header().meaning));
   }
 }
 

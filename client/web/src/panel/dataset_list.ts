@@ -68,7 +68,8 @@ export class DatasetList {
         "aria-pressed": "false",
         "data-tip":
           `${million} samples of type ${sampleTypeName(info.type)}, spacing ` +
-          `${info.spacing.map((s) => inDigits(s, 3)).join(" × ")}, values ` +
+          `${info.spacing.map((s) => inDigits(s, 3)).join(" × ")} ${info.lengthUnit}`.trimEnd() +
+          `${info.assumed ? ` (assumed: ${info.assumed})` : ""}, values ` +
           `${inDigits(info.min)} to ${inDigits(info.max)}`,
       },
       h("img", { alt: "", src: blank, width: "64", height: "48" }),

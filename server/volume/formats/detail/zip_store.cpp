@@ -1,16 +1,15 @@
 #include "server/volume/formats/detail/zip_store.hpp"
 
-#include <zlib.h>
+#include <zip.h>
 
 #include <algorithm>
-#include <cstring>
 #include <map>
+#include <mutex>
+#include <set>
 #include <string>
 #include <utility>
 
-#include "server/volume/formats/detail/header_bytes.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
-#include "server/volume/formats/detail/unpacking.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
@@ -18,55 +17,65 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMaxDirectoryBytes = std::uint64_t{1} << 28;
-constexpr std::uint32_t kInZip64 = 0xFFFFFFFF;
-
-struct ZipEntry {
-  bool is_deflated = false;
-  std::uint32_t crc = 0;
-  std::uint64_t packed = 0;
-  std::uint64_t plain = 0;
-  std::uint64_t header = 0;  // Offset of the local header.
-};
+using OpenEntry = std::unique_ptr<zip_file_t, decltype(&zip_fclose)>;
 
 class ZipStore : public ObjectStore {
  public:
-  explicit ZipStore(const fs::path& file) : file_(file) {
-    read_directory();
+  explicit ZipStore(const fs::path& file) : file_(file), archive_(nullptr, &zip_discard) {
+    const InputFile input(file);  // Reports errors of the file itself.
+    archive_.reset(zip_open(file.c_str(), ZIP_RDONLY, nullptr));
+    if (!archive_) fail("", "it is not a complete zip archive");
+    const zip_int64_t count = zip_get_num_entries(archive_.get(), 0);
+    for (zip_uint64_t i = 0; i < static_cast<zip_uint64_t>(std::max<zip_int64_t>(count, 0)); ++i) {
+      const char* const name = zip_get_name(archive_.get(), i, ZIP_FL_ENC_RAW);
+      if (name != nullptr && !std::string_view(name).ends_with('/')) entries_[name] = i;
+    }
     find_prefix();
   }
 
   std::optional<std::vector<std::byte>> get(const std::string& key, std::uint64_t most) override {
-    const ZipEntry* const entry = find(key);
-    if (entry == nullptr) return std::nullopt;
-    if (entry->plain > most) {
-      fail(key, "it has " + std::to_string(entry->plain) + " bytes; the limit is " +
-                    std::to_string(most));
+    const auto entry = entries_.find(prefix_ + key);
+    if (entry == entries_.end()) return std::nullopt;
+    const std::lock_guard lock(mutex_);
+    const std::uint64_t size = size_of(key, entry->second);
+    if (size > most) {
+      fail(key, "it has " + std::to_string(size) + " bytes; the limit is " + std::to_string(most));
     }
-    return whole(key, *entry);
+    return part(key, opened(key, entry->second), size);
   }
 
   std::optional<std::vector<std::byte>> get_range(const std::string& key, std::uint64_t offset,
                                                   std::uint64_t length) override {
-    const ZipEntry* const entry = find(key);
-    if (entry == nullptr) return std::nullopt;
-    length = std::min(length, entry->plain);
-    if (offset == kFromEnd) offset = entry->plain - length;
-    length = offset > entry->plain ? 0 : std::min(length, entry->plain - offset);
-    if (entry->is_deflated) {
-      constexpr std::uint64_t kMaxUnpackedBytes = std::uint64_t{1} << 28;
-      if (entry->plain > kMaxUnpackedBytes)
-        fail(key, "it is a large deflated shard, which is not supported");
-      const std::vector<std::byte> all = whole(key, *entry);
-      const auto begin = all.begin() + static_cast<std::ptrdiff_t>(offset);
-      return std::vector<std::byte>(begin, begin + static_cast<std::ptrdiff_t>(length));
+    const auto entry = entries_.find(prefix_ + key);
+    if (entry == entries_.end()) return std::nullopt;
+    const std::lock_guard lock(mutex_);
+    const std::uint64_t size = size_of(key, entry->second);
+    length = std::min(length, size);
+    if (offset == kFromEnd) offset = size - length;
+    length = offset > size ? 0 : std::min(length, size - offset);
+    OpenEntry stream = opened(key, entry->second);
+    if (zip_fseek(stream.get(), static_cast<zip_int64_t>(std::min(offset, size)), SEEK_SET) == 0) {
+      return part(key, std::move(stream), length);
     }
-    std::vector<std::byte> bytes(length);
-    file_.read(data_of(key, *entry) + offset, bytes);
-    return bytes;
+    constexpr std::uint64_t kMaxUnpackedBytes = std::uint64_t{1} << 28;
+    if (size > kMaxUnpackedBytes) fail(key, "it is a large deflated shard, which is not supported");
+    const std::vector<std::byte> all = part(key, opened(key, entry->second), size);
+    const auto begin = all.begin() + static_cast<std::ptrdiff_t>(std::min(offset, size));
+    return std::vector<std::byte>(begin, begin + static_cast<std::ptrdiff_t>(length));
   }
 
-  [[nodiscard]] fs::path place(const std::string& key) const override { return file_.path() / key; }
+  [[nodiscard]] std::vector<std::string> names(const std::string& key) override {
+    const std::string prefix = prefix_ + key;
+    std::set<std::string> names;
+    for (auto entry = entries_.lower_bound(prefix);
+         entry != entries_.end() && entry->first.starts_with(prefix); ++entry) {
+      const std::string rest = entry->first.substr(prefix.size());
+      names.insert(rest.substr(0, rest.find('/')));
+    }
+    return {names.begin(), names.end()};
+  }
+
+  [[nodiscard]] fs::path place(const std::string& key) const override { return file_ / key; }
   [[nodiscard]] std::size_t parallel_requests() const override { return 4; }
 
  private:
@@ -74,84 +83,42 @@ class ZipStore : public ObjectStore {
     fail_reading(place(key), problem, "Get a complete copy of the archive");
   }
 
-  HeaderBytes bytes_at(std::uint64_t offset, std::size_t count) const {
-    std::string bytes(count, '\0');
-    file_.read(offset, std::as_writable_bytes(std::span(bytes)));
-    return {std::move(bytes), Endian::kLittle};
+  [[nodiscard]] OpenEntry opened(const std::string& key, zip_uint64_t entry) const {
+    OpenEntry stream(zip_fopen_index(archive_.get(), entry, 0), &zip_fclose);
+    if (stream) return stream;
+    fail(key, std::string("it cannot be read: ") + zip_strerror(archive_.get()));
   }
 
-  void read_directory() {
-    constexpr std::size_t kEndBytes = 22;
-    constexpr std::size_t kMaxCommentBytes = 65535;
-    const auto count = static_cast<std::size_t>(
-        std::min<std::uint64_t>(file_.size(), kEndBytes + kMaxCommentBytes));
-    std::string tail(count, '\0');
-    file_.read(file_.size() - count, std::as_writable_bytes(std::span(tail)));
-    const std::size_t found = tail.rfind(std::string_view("PK\5\6", 4));
-    if (found == std::string::npos || tail.size() - found < kEndBytes) {
-      fail("", "it is not a complete zip archive");
+  [[nodiscard]] std::uint64_t size_of(const std::string& key, zip_uint64_t entry) const {
+    zip_stat_t stat{};
+    constexpr zip_uint64_t kSizes = ZIP_STAT_SIZE | ZIP_STAT_COMP_SIZE;
+    const bool is_known =
+        zip_stat_index(archive_.get(), entry, 0, &stat) == 0 && (stat.valid & kSizes) == kSizes;
+    // Deflate compresses at most about a thousandfold.
+    if (!is_known || stat.size / 1100 > stat.comp_size) {
+      fail(key, "its sizes in the archive are invalid");
     }
-    const std::uint64_t end = file_.size() - count + found;
-    const HeaderBytes record = bytes_at(end, kEndBytes);
-    std::uint64_t size = record.at<std::uint32_t>(12);
-    std::uint64_t offset = record.at<std::uint32_t>(16);
-    if (offset == kInZip64 || record.at<std::uint16_t>(10) == 0xFFFF) {
-      if (end < 20) fail("", "it is not a complete zip archive");
-      const std::uint64_t large = bytes_at(end - 20, 20).at<std::uint64_t>(8);
-      const HeaderBytes long_record = bytes_at(large, 56);
-      size = long_record.at<std::uint64_t>(40);
-      offset = long_record.at<std::uint64_t>(48);
-    }
-    if (size > kMaxDirectoryBytes || offset > file_.size() || size > file_.size() - offset) {
-      fail("", "the directory of this zip archive is damaged");
-    }
-    std::string directory(size, '\0');
-    file_.read(offset, std::as_writable_bytes(std::span(directory)));
-    std::string_view rest = directory;
-    while (!rest.empty()) read_entry(rest);
+    return stat.size;
   }
 
-  // Parses an entry of the directory and removes it from `rest`.
-  void read_entry(std::string_view& rest) {
-    constexpr std::size_t kHeadBytes = 46;
-    if (rest.size() < kHeadBytes || !rest.starts_with(std::string_view("PK\1\2", 4))) {
-      fail("", "the directory of this zip archive is damaged");
+  // Reads `length` bytes; at the end of an entry that is read whole, checks its checksum.
+  [[nodiscard]] std::vector<std::byte> part(const std::string& key, OpenEntry stream,
+                                            std::uint64_t length) const {
+    std::vector<std::byte> bytes(length);
+    std::uint64_t done = 0;
+    zip_int64_t count = 1;
+    while (done < length && count > 0) {
+      count = zip_fread(stream.get(), bytes.data() + done, length - done);
+      done += static_cast<std::uint64_t>(std::max<zip_int64_t>(count, 0));
     }
-    const HeaderBytes head(std::string(rest.substr(0, kHeadBytes)), Endian::kLittle);
-    const std::size_t name_bytes = head.at<std::uint16_t>(28);
-    const std::size_t extra_bytes = head.at<std::uint16_t>(30);
-    const std::size_t all = kHeadBytes + name_bytes + extra_bytes + head.at<std::uint16_t>(32);
-    if (rest.size() < all) fail("", "the directory of this zip archive is damaged");
-    const std::string name(rest.substr(kHeadBytes, name_bytes));
-    ZipEntry entry{.is_deflated = head.at<std::uint16_t>(10) == 8,
-                   .crc = head.at<std::uint32_t>(16),
-                   .packed = head.at<std::uint32_t>(20),
-                   .plain = head.at<std::uint32_t>(24),
-                   .header = head.at<std::uint32_t>(42)};
-    read_large_sizes(rest.substr(kHeadBytes + name_bytes, extra_bytes), entry);
-    const auto method = head.at<std::uint16_t>(10);
-    if ((head.at<std::uint16_t>(8) & 1) != 0 || (method != 0 && method != 8)) {
-      fail(name, "it is encrypted, or compressed with a method other than deflate");
+    std::byte none{};
+    if (done == length) count = zip_fread(stream.get(), &none, 1);
+    const zip_error_t* const error = zip_file_get_error(stream.get());
+    if (count < 0 && zip_error_code_zip(error) == ZIP_ER_CRC) {
+      fail(key, "its checksum (CRC-32) does not match");
     }
-    if (!name.ends_with('/')) entries_[name] = entry;
-    rest.remove_prefix(all);
-  }
-
-  static void read_large_sizes(std::string_view extra, ZipEntry& entry) {
-    while (extra.size() >= 4) {
-      const HeaderBytes head(std::string(extra.substr(0, 4)), Endian::kLittle);
-      const std::size_t size = head.at<std::uint16_t>(2);
-      if (extra.size() < 4 + size) return;
-      if (head.at<std::uint16_t>(0) == 1) {
-        std::string_view numbers = extra.substr(4, size);
-        for (std::uint64_t* number : {&entry.plain, &entry.packed, &entry.header}) {
-          if (*number != kInZip64 || numbers.size() < 8) continue;
-          std::memcpy(number, numbers.data(), 8);  // Requires a little-endian host.
-          numbers.remove_prefix(8);
-        }
-      }
-      extra.remove_prefix(4 + size);
-    }
+    if (done < length || count < 0) fail(key, "its bytes in the archive are damaged");
+    return bytes;
   }
 
   void find_prefix() {
@@ -169,46 +136,11 @@ class ZipStore : public ObjectStore {
     }
   }
 
-  [[nodiscard]] const ZipEntry* find(const std::string& key) const {
-    const auto found = entries_.find(prefix_ + key);
-    return found == entries_.end() ? nullptr : &found->second;
-  }
-
-  [[nodiscard]] std::uint64_t data_of(const std::string& key, const ZipEntry& entry) const {
-    if (entry.header > file_.size()) fail(key, "it begins beyond the end of the archive");
-    const HeaderBytes local = bytes_at(entry.header, 30);
-    if (local.at<std::uint32_t>(0) != 0x04034B50) fail(key, "its header in the archive is damaged");
-    const std::uint64_t data =
-        entry.header + 30 + local.at<std::uint16_t>(26) + local.at<std::uint16_t>(28);
-    if (data > file_.size() || entry.packed > file_.size() - data) {
-      fail(key, "it begins beyond the end of the archive");
-    }
-    return data;
-  }
-
-  [[nodiscard]] std::vector<std::byte> whole(const std::string& key, const ZipEntry& entry) const {
-    const std::uint64_t data = data_of(key, entry);
-    // Deflate compresses at most about a thousandfold.
-    if (entry.plain / 1100 > entry.packed || (!entry.is_deflated && entry.plain != entry.packed)) {
-      fail(key, "its sizes in the archive are invalid");
-    }
-    std::vector<std::byte> plain(entry.plain);
-    if (entry.is_deflated) {
-      std::vector<std::byte> packed(entry.packed);
-      file_.read(data, packed);
-      if (!unpack(Packing::kDeflate, packed, plain)) fail(key, "its compressed bytes are damaged");
-    } else {
-      file_.read(data, plain);
-    }
-    const auto crc =
-        ::crc32_z(0, reinterpret_cast<const unsigned char*>(plain.data()), plain.size());
-    if (crc != entry.crc) fail(key, "its checksum (CRC-32) does not match");
-    return plain;
-  }
-
-  InputFile file_;
-  std::map<std::string, ZipEntry> entries_;
-  std::string prefix_;  // Prefix of all keys.
+  fs::path file_;
+  std::mutex mutex_;  // Guards archive_.
+  std::unique_ptr<zip_t, decltype(&zip_discard)> archive_;
+  std::map<std::string, zip_uint64_t> entries_;  // Files by name.
+  std::string prefix_;                           // Prefix of all keys.
 };
 
 }  // namespace

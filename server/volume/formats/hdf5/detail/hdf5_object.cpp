@@ -250,6 +250,45 @@ std::string hdf5_text(hid_t object, const char* name) {
   return text.substr(0, text.find('\0'));
 }
 
+std::vector<std::string> hdf5_texts(hid_t object, const char* name) {
+  constexpr hssize_t kMaxTexts = 1024;
+  constexpr std::size_t kMaxTextBytes = std::size_t{1} << 16;
+  if (H5Aexists(object, name) <= 0) return {};
+  const Hdf5Id attribute(H5Aopen(object, name, H5P_DEFAULT), &H5Aclose);
+  const Hdf5Id type(H5Aget_type(attribute.get()), &H5Tclose);
+  const Hdf5Id space(H5Aget_space(attribute.get()), &H5Sclose);
+  const hssize_t count = H5Sget_simple_extent_npoints(space.get());
+  if (H5Tget_class(type.get()) != H5T_STRING || count < 1 || count > kMaxTexts) return {};
+  const auto texts_count = static_cast<std::size_t>(count);
+  std::vector<std::string> texts;
+  if (H5Tis_variable_str(type.get()) > 0) {
+    std::vector<char*> pointers(texts_count, nullptr);
+    if (H5Aread(attribute.get(), type.get(), pointers.data()) < 0) return {};
+    for (char* const text : pointers) {
+      texts.emplace_back(text == nullptr ? "" : text);
+      H5free_memory(text);
+    }
+    return texts;
+  }
+  const std::size_t size = H5Tget_size(type.get());
+  if (size == 0 || size > kMaxTextBytes) return {};
+  std::string all(texts_count * size, '\0');
+  if (H5Aread(attribute.get(), type.get(), all.data()) < 0) return {};
+  for (std::size_t i = 0; i < texts_count; ++i) {
+    const std::string text = all.substr(i * size, size);
+    texts.push_back(text.substr(0, text.find('\0')));
+  }
+  return texts;
+}
+
+Hdf5Id open_hdf5_object(const fs::path& file, hid_t in, const std::string& name,
+                        bool allow_external_files) {
+  LinkGuard guard{.file = file, .allow_external_files = allow_external_files};
+  const Hdf5Id access(H5Pcreate(H5P_LINK_ACCESS), &H5Pclose);
+  H5Pset_elink_cb(access.get(), &guard_link, &guard);
+  return {H5Oopen(in, name.c_str(), access.get()), &H5Oclose};
+}
+
 Hdf5Id open_hdf5_file(const fs::path& file) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   const InputFile input(file);  // Reports errors of the file itself.

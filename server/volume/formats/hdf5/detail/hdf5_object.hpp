@@ -62,6 +62,14 @@ struct Hdf5Mapping {
 // Returns a text attribute, possibly stored as an array of characters (Imaris); empty if missing.
 [[nodiscard]] std::string hdf5_text(hid_t object, const char* attribute);
 
+// Returns the texts of an attribute with one or several; none if it is missing.
+[[nodiscard]] std::vector<std::string> hdf5_texts(hid_t object, const char* attribute);
+
+// Opens a group or a dataset of `file`, also through links that open_hdf5_dataset() would follow.
+// Invalid if there is none, or a link is not permitted.
+[[nodiscard]] Hdf5Id open_hdf5_object(const std::filesystem::path& file, hid_t in,
+                                      const std::string& name, bool allow_external_files);
+
 // Opens a file for reading, without locks. Throws VolumeFileError with the reason from libhdf5.
 [[nodiscard]] Hdf5Id open_hdf5_file(const std::filesystem::path& file);
 

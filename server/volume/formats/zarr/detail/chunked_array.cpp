@@ -5,9 +5,11 @@
 #include <cstring>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "common/base/json.hpp"
+#include "common/base/parse_number.hpp"
 #include "server/volume/formats/zarr/detail/zarr_json.hpp"
 
 namespace multitetra {
@@ -75,8 +77,21 @@ void put_number(std::vector<std::byte>& into, Number number) {
   std::memcpy(into.data(), &number, sizeof(number));
 }
 
+// The bits of a number in hexadecimal, "0x7fc00000"; none for other values.
+template <typename Number>
+std::optional<Number> number_of_bits(const Json& value) {
+  const std::string text = value.is_string() ? value.get<std::string>() : std::string();
+  if (!text.starts_with("0x") || text.size() != 2 + 2 * sizeof(Number)) return std::nullopt;
+  const auto bits = parse_number<std::uint64_t>(std::string_view(text).substr(2), 16);
+  if (!bits) return std::nullopt;
+  Number number;
+  std::memcpy(&number, &*bits, sizeof number);  // Requires a little-endian host.
+  return number;
+}
+
 template <typename Number>
 void put_json_number(std::vector<std::byte>& into, const Json& value) {
+  if (const auto number = number_of_bits<Number>(value)) return put_number(into, *number);
   if constexpr (std::is_floating_point_v<Number>) {
     if (value == "NaN") return put_number(into, std::numeric_limits<Number>::quiet_NaN());
     if (value == "Infinity") return put_number(into, std::numeric_limits<Number>::infinity());

@@ -1,25 +1,14 @@
 // The slices of a volume within a chunked array.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "server/store/object_store.hpp"
-#include "server/volume/formats/stored_volume.hpp"
+#include "server/volume/formats/arrays/array_volume.hpp"
 #include "server/volume/formats/zarr/detail/chunked_array.hpp"
 
 namespace multitetra {
-
-// The array's dimensions that are the volume's axes x, y and z (without z: one slice), and the
-// position along the others.
-struct VolumeInArray {
-  std::array<std::optional<std::size_t>, 3> axes;
-  std::vector<std::int64_t> at;  // One per dimension; ignored for the axes.
-};
 
 // `path` is the array's key prefix in the store, empty or ending with '/'. Fetches and unpacks
 // chunks in parallel. Keeps a layer of chunks, so that reading slices in order fetches each chunk

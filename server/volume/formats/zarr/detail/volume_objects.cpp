@@ -31,6 +31,9 @@ class VolumeObjects : public ObjectStore {
                                                   std::uint64_t length) override {
     return rethrow_as_volume_error([&] { return store_->get_range(key, offset, length); });
   }
+  [[nodiscard]] std::vector<std::string> names(const std::string& key) override {
+    return rethrow_as_volume_error([&] { return store_->names(key); });
+  }
   [[nodiscard]] std::filesystem::path place(const std::string& key) const override {
     return store_->place(key);
   }

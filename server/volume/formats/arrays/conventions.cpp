@@ -1,0 +1,180 @@
+#include "server/volume/formats/arrays/conventions.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/base/text.hpp"
+#include "server/volume/formats/arrays/conventions/known_conventions.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::array kConventions = {
+    ArrayConvention{"MINC", &minc_arrays, &describe_minc},
+    ArrayConvention{"VTKHDF", &vtkhdf_arrays, &describe_vtkhdf},
+    ArrayConvention{"openPMD", &openpmd_arrays, &describe_openpmd},
+    ArrayConvention{"NeXus NXdata", &nexus_arrays, &describe_nexus},
+    ArrayConvention{"EMD", &emd_arrays, &describe_emd},
+    ArrayConvention{"BigDataViewer", &big_data_viewer_arrays, &describe_big_data_viewer},
+    ArrayConvention{"axistags", &axistags_arrays, &describe_axistags},
+    ArrayConvention{"DREAM.3D", &dream3d_arrays, &describe_dream3d},
+};
+
+// Returns the distance of evenly spaced values; nullopt for others.
+std::optional<double> even_step(const std::vector<double>& values) {
+  const double step = (values.back() - values.front()) / static_cast<double>(values.size() - 1);
+  if (!std::isfinite(step) || step == 0) return std::nullopt;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double expected = values.front() + step * static_cast<double>(i);
+    if (!(std::abs(values[i] - expected) <= 1e-3 * std::abs(step))) return std::nullopt;
+  }
+  return step;
+}
+
+void set_times(const AxisCoordinates& coordinates, SourceTimes& times) {
+  const std::vector<double>& values = coordinates.values;
+  times.count = std::ssize(values);
+  const bool are_times =
+      std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  if (values.size() < 2 || values.size() > kMaxSourceMembers || !are_times) return;
+  times.at = values;
+  times.unit = time_unit_from(coordinates.unit);
+}
+
+// The conventions of NetCDF, which others use too: coordinates of dimensions, packing attributes.
+void describe_plainly(const ArrayContainer& file, const std::string& array, ArrayMeaning& meaning) {
+  const std::vector<std::int64_t> shape = file.shape(array);
+  meaning.roles = roles_from(file.dimension_names(array));
+  meaning.are_roles_by_place = meaning.roles.empty();
+  if (meaning.roles.empty()) meaning.roles = roles_by_place(shape);
+  std::vector<AxisCoordinates> coordinates(shape.size());
+  for (std::size_t d = 0; d < shape.size(); ++d) {
+    const std::string along = file.coordinates(array, d);
+    if (along.empty()) continue;
+    coordinates[d] = {.values = file.values(along), .unit = file.text(along, "units")};
+    if (std::ssize(coordinates[d].values) != shape[d]) coordinates[d] = {};
+  }
+  place_by_coordinates(coordinates, meaning);
+  // Microscopes write it (z, y, x).
+  const std::vector<double> element = file.numbers(array, "element_size_um");
+  if (element.size() != 3) return;
+  set_box_axes(
+      meaning.header, meaning.header.geometry.origin,
+      {stated_spacing(element[2]), stated_spacing(element[1]), stated_spacing(element[0])});
+  meaning.header.meaning.length_unit = "µm";
+}
+
+}  // namespace
+
+std::span<const ArrayConvention> array_conventions() { return kConventions; }
+
+std::vector<std::string> offered_arrays(const ArrayContainer& file, const VolumeChoice& choice) {
+  for (const ArrayConvention& convention : kConventions) {
+    std::vector<std::string> offered = convention.arrays(file, choice);
+    if (!offered.empty()) return offered;
+  }
+  return file.arrays();
+}
+
+ArrayMeaning meaning_of(const ArrayContainer& file, const std::string& array) {
+  for (const ArrayConvention& convention : kConventions) {
+    ArrayMeaning meaning{.name = std::string(convention.name)};
+    if (convention.describe(file, array, meaning)) return meaning;
+  }
+  ArrayMeaning meaning;
+  describe_plainly(file, array, meaning);
+  unpack_by_attributes(file, array, meaning);
+  return meaning;
+}
+
+StoredType unsigned_type(StoredType type) {
+  const std::string name(multitetra::name(type));
+  return name[0] == 'i' ? stored_type_from("u" + name.substr(1)).value_or(type) : type;
+}
+
+std::vector<DimensionRole> roles_from(const std::vector<std::string>& names) {
+  std::vector<DimensionRole> roles;
+  for (const std::string& written : names) {
+    const std::string name = lower_case(written);
+    roles.push_back(name == "x"                        ? DimensionRole::kX
+                    : name == "y"                      ? DimensionRole::kY
+                    : name == "z"                      ? DimensionRole::kZ
+                    : name == "t" || name == "time"    ? DimensionRole::kTime
+                    : name == "c" || name == "channel" ? DimensionRole::kChannel
+                                                       : DimensionRole::kOther);
+  }
+  const auto count = [&](DimensionRole role) {
+    return std::count(roles.begin(), roles.end(), role);
+  };
+  const bool is_complete = count(DimensionRole::kX) == 1 && count(DimensionRole::kY) == 1 &&
+                           count(DimensionRole::kZ) <= 1 && count(DimensionRole::kTime) <= 1 &&
+                           count(DimensionRole::kChannel) <= 1;
+  return is_complete ? roles : std::vector<DimensionRole>();
+}
+
+std::vector<DimensionRole> roles_by_place(const std::vector<std::int64_t>& shape) {
+  std::size_t rank = shape.size();
+  std::vector<DimensionRole> roles(rank, DimensionRole::kOther);
+  if (rank >= 4 && shape.back() == 1) roles[--rank] = DimensionRole::kComponent;
+  for (std::size_t axis = 0; axis < std::min<std::size_t>(rank, 3); ++axis) {
+    roles[rank - 1 - axis] = static_cast<DimensionRole>(axis);
+  }
+  if (rank >= 4) roles[0] = DimensionRole::kTime;
+  if (rank >= 5) roles[1] = DimensionRole::kChannel;
+  return roles;
+}
+
+void place_by_coordinates(const std::vector<AxisCoordinates>& coordinates, ArrayMeaning& meaning) {
+  StatedNumbers origin = kNotStated;
+  StatedNumbers steps = kNotStated;
+  std::array<std::string, 3> units;
+  for (std::size_t d = 0; d < coordinates.size(); ++d) {
+    const auto& [values, unit] = coordinates[d];
+    if (meaning.roles[d] == DimensionRole::kTime) set_times(coordinates[d], meaning.times);
+    if (values.empty() || meaning.roles[d] > DimensionRole::kZ) continue;
+    const auto axis = static_cast<std::size_t>(meaning.roles[d]);
+    origin[axis] = values.front();
+    units[axis] = unit;
+    if (values.size() < 2) continue;
+    steps[axis] = even_step(values);
+    if (steps[axis]) continue;
+    origin[axis].reset();
+    units[axis].clear();
+    meaning.header.contradictions.push_back(
+        {Fact::kSpacing,
+         "its coordinates along " + std::string(1, "xyz"[axis]) + " are not evenly spaced"});
+  }
+  set_box_axes(meaning.header, origin, steps);
+  set_units_of_axes(meaning.header, units);
+}
+
+void unpack_by_attributes(const ArrayContainer& file, const std::string& array,
+                          ArrayMeaning& meaning) {
+  ImageHeader& header = meaning.header;
+  header.meaning.value_unit = unit_from(file.text(array, "units"));
+  header.slope = file.number(array, "scale_factor", 1);
+  header.intercept = file.number(array, "add_offset", 0);
+  meaning.is_unsigned = lower_case(file.text(array, "_Unsigned")) == "true";
+  // Attributes have the stored type: -1 is 255 of unsigned bytes.
+  const StoredType type = file.type(array).value_or(StoredType::kF64);
+  const double wrap = meaning.is_unsigned ? std::ldexp(1, static_cast<int>(8 * bytes_of(type))) : 0;
+  const auto as_stored = [&](double number) { return number < 0 ? number + wrap : number; };
+  for (const char* attribute : {"_FillValue", "missing_value"}) {
+    for (const double number : file.numbers(array, attribute)) {
+      header.missing.push_back(as_stored(number));
+    }
+  }
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::vector<double> range = file.numbers(array, "valid_range");
+  if (range.size() != 2) {
+    range = {file.number(array, "valid_min", -kInfinity),
+             file.number(array, "valid_max", kInfinity)};
+  }
+  for (double& end : range) end = as_stored(end);
+  if (range[0] <= range[1] && (range[0] > -kInfinity || range[1] < kInfinity)) {
+    header.valid_range = {range[0], range[1]};
+  }
+}
+
+}  // namespace multitetra

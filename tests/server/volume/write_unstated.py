@@ -1,0 +1,103 @@
+"""Writes a volume in each format that states no spacing, and prints the number of the format in VolumeFormat, and its path; or why a
+file of this format cannot be without."""
+import json
+import struct
+
+import numpy
+
+from volume_writing import folder, write
+
+volume = numpy.arange(24, dtype="<i2").reshape(2, 3, 4)
+samples = volume.tobytes()
+
+
+def nrrd():
+    return write("v.nrrd", b"NRRD0005\ntype: int16\ndimension: 3\nsizes: 4 3 2\nendian: little\nencoding: raw\n\n" + samples)
+
+
+def meta_image():
+    return write("v.mha", b"NDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nElementDataFile = LOCAL\n" + samples)
+
+
+def nifti():
+    header = bytearray(352)
+    struct.pack_into("<i", header, 0, 348)
+    struct.pack_into("<8h", header, 40, 3, 4, 3, 2, 1, 1, 1, 1)
+    struct.pack_into("<2h", header, 70, 4, 16)
+    struct.pack_into("<f", header, 108, 352)
+    header[344:348] = b"n+1\0"
+    return write("v.nii", bytes(header) + samples)
+
+
+def tiff():
+    import tifffile
+    tifffile.imwrite(folder / "v.tif", volume.astype("u2"), photometric="minisblack", metadata=None)
+    return folder / "v.tif"
+
+
+def image_stack():
+    from PIL import Image
+    (folder / "stack").mkdir()
+    for z in range(2):
+        Image.fromarray(volume[z].astype("u1")).save(folder / f"stack/{z}.png")
+    return folder / "stack"
+
+
+def zarr():
+    write("v.zarr/.zarray", json.dumps({
+        "zarr_format": 2, "shape": volume.shape, "chunks": volume.shape, "dtype": "<i2", "compressor": None, "fill_value": 0, "order": "C",
+        "filters": None}).encode())
+    return write("v.zarr/0.0.0", samples).parent
+
+
+def hdf5():
+    import h5py
+    with h5py.File(folder / "v.h5", "w") as file:
+        file["v"] = volume
+    return folder / "v.h5"
+
+
+def netcdf():
+    import netCDF4
+    with netCDF4.Dataset(folder / "v.nc", "w", format="NETCDF3_CLASSIC") as file:
+        for name, size in zip("zyx", volume.shape):
+            file.createDimension(name, size)
+        file.createVariable("v", "i2", tuple("zyx"))[:] = volume
+    return folder / "v.nc"
+
+
+def npy():
+    numpy.save(folder / "v.npy", volume)
+    return folder / "v.npy"
+
+
+def mgh():
+    return write("v.mgh", struct.pack(">7ih", 1, 4, 3, 2, 1, 4, 0, 0).ljust(284, b"\0") + volume.astype(">i2").tobytes())
+
+
+def mrc():
+    header = bytearray(1024)
+    struct.pack_into("<4i", header, 0, 4, 3, 2, 1)
+    struct.pack_into("<3i", header, 64, 1, 2, 3)
+    header[208:216] = b"MAP DD\0\0"
+    return write("v.mrc", bytes(header) + samples)
+
+
+def raw_description():
+    write("described.raw", samples)
+    return write("v.dat", b"ObjectFileName: described.raw\nResolution: 4 3 2\nFormat: SHORT\n")
+
+
+def raw():
+    return write("v_4x3x2_int16.raw", samples)
+
+
+FORMATS = [nrrd, meta_image, nifti, "legacy VTK means 1 without a spacing", tiff, image_stack, ".vti means 1 without a spacing",
+           ".pvti means 1 without a spacing", "DICOM: tests of its own", zarr, hdf5, netcdf, npy, mgh, mrc, "cube files have steps",
+           raw_description, raw]
+for number, writer in enumerate(FORMATS):
+    try:
+        print("reason" if isinstance(writer, str) else "file", number, writer if isinstance(writer, str) else writer(), sep="\t")
+    except ImportError as problem:
+        print("missing", problem.name, sep="\t")
+        print("reason", number, "not tested", sep="\t")
