@@ -15,9 +15,10 @@ struct LengthUnit {
   std::array<std::string_view, 5> words;  // In lower case and singular.
 };
 
-constexpr std::array<LengthUnit, 12> kUnits = {
+constexpr std::array<LengthUnit, 13> kUnits = {
     {{"m", 1, {"m", "meter", "metre"}},
      {"km", 1e3, {"km", "kilometer", "kilometre"}},
+     {"dm", 1e-1, {"dm", "decimeter", "decimetre"}},
      {"cm", 1e-2, {"cm", "centimeter", "centimetre"}},
      {"mm", 1e-3, {"mm", "millimeter", "millimetre"}},
      {"µm", 1e-6, {"um", "\xC2\xB5m", "\xCE\xBCm", "micrometer", "micrometre"}},  // Both mus.

@@ -40,8 +40,9 @@ std::string axes_without(const StatedNumbers& numbers, const ImageHeader& header
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!numbers[axis] && header.dims[axis] > 1) axes += "xyz"[axis];
   }
+  if (axes.size() == 3) return "x, y and z";
   if (axes.size() == 2) axes.insert(1, " and ");
-  return axes.size() < 3 ? axes : "x, y and z";
+  return axes;
 }
 
 // "-y"
@@ -134,9 +135,10 @@ std::vector<std::string> fact_notices(const std::filesystem::path& file,
   const std::string source = "'" + without_password(file.string()) + "': ";
   std::vector<std::string> notices;
   if (const std::string axes = axes_without(header.geometry.spacing, header); !axes.empty()) {
-    notices.push_back(source + "the file states no spacing along " + axes + "; " +
-                      (header.meaning.length_unit.empty() ? "1" : "1 " + header.meaning.length_unit) +
-                      " is assumed. Give it with --spacing.");
+    notices.push_back(
+        source + "the file states no spacing along " + axes + "; " +
+        (header.meaning.length_unit.empty() ? "1" : "1 " + header.meaning.length_unit) +
+        " is assumed. Give it with --spacing.");
   }
   for (const Contradiction& about : header.contradictions) {
     notices.push_back(source + about.text + ".");

@@ -116,7 +116,7 @@ StoredVolume open_format(const fs::path& path, VolumeFormat format, const Volume
     case VolumeFormat::kNifti:
       return open_nifti(path, choice);
     case VolumeFormat::kLegacyVtk:
-      return open_legacy_vtk(path);
+      return open_legacy_vtk(path, choice);
     case VolumeFormat::kTiff:
       return open_tiff(path, choice);
     case VolumeFormat::kImageStack:
@@ -139,7 +139,7 @@ StoredVolume open_format(const fs::path& path, VolumeFormat format, const Volume
     case VolumeFormat::kMgh:
       return open_mgh(path, choice);
     case VolumeFormat::kMrc:
-      return open_mrc(path);
+      return open_mrc(path, choice);
     case VolumeFormat::kCube:
       return open_cube(path);
     case VolumeFormat::kRawDescription:
@@ -176,13 +176,15 @@ void check_choice(const fs::path& path, std::optional<VolumeFormat> format,
                           : ""),
                  "Omit " + option);
   };
-  const bool has_arrays = format == VolumeFormat::kVti || format == VolumeFormat::kPvti ||
-                          format == VolumeFormat::kZarr || format == VolumeFormat::kHdf5 ||
-                          format == VolumeFormat::kNetcdf;
+  const bool has_arrays = format == VolumeFormat::kVti || format == VolumeFormat::kLegacyVtk ||
+                          format == VolumeFormat::kPvti || format == VolumeFormat::kZarr ||
+                          format == VolumeFormat::kHdf5 || format == VolumeFormat::kNetcdf;
   if (!choice.array.empty() && !has_arrays) refuse("--array", "named arrays");
   const bool has_levels = format == VolumeFormat::kZarr || format == VolumeFormat::kHdf5;
   if (choice.level && !has_levels) refuse("--level", "resolution levels");
-  if (!choice.series.empty() && format != VolumeFormat::kDicom) refuse("--series", "DICOM series");
+  if (!choice.series.empty() && format != VolumeFormat::kDicom && volume.series <= 1) {
+    refuse("--series", "series");
+  }
   if (choice.time.value_or(0) != 0 && volume.contents.times.count <= 1) refuse("--time", "times");
   if (choice.channel.value_or(0) != 0 && volume.channels <= 1) refuse("--channel", "channels");
   const bool is_first = choice.component.kind == ComponentChoice::Kind::kOnlyOne ||

@@ -182,7 +182,7 @@ StoredVolume open_raw(const fs::path& file, const RawLayout& layout) {
   }
   if (packing == Packing::kGzip || packing == Packing::kBzip2) {
     return {.header = header,
-            .slices = slices_in_file(file, layout.header_bytes, layout.endian, header)};
+            .slices = slices_in_file(file, layout.header_bytes, layout.endian, header, 0)};
   }
   fail_reading(file,
                "it has " + std::to_string(found) + " bytes, but the given layout requires " +
@@ -246,11 +246,12 @@ StoredVolume open_described(const DescribedRaw& raw) {
             .slices = slices_in_parts(
                 {.parts = {{.file = raw.file, .offset = raw.offset, .packing = Packing::kGzip}},
                  .part_bytes = raw.header.volume_bytes(),
-                 .endian = raw.endian},
+                 .endian = raw.endian,
+                 .known_behind = 0},
                 raw.header)};
   }
   return {.header = raw.header,
-          .slices = slices_in_file(raw.file, raw.offset, raw.endian, raw.header)};
+          .slices = slices_in_file(raw.file, raw.offset, raw.endian, raw.header, 0)};
 }
 
 }  // namespace multitetra

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <functional>
+#include <iterator>
+#include <map>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -76,6 +79,88 @@ StoredVolume open_slice(const fs::path& file) {
 std::string size_and_type(const ImageHeader& image) {
   return sides_text(image.dims) + " samples of " + std::to_string(bytes_of(image.type)) + " bytes";
 }
+
+// ---- gaps in the numbers of the files
+
+// A file name: its numbers, and the text around them with '#' in place of each.
+struct NumberedName {
+  std::string text;
+  std::vector<std::int64_t> numbers;
+};
+
+NumberedName numbered_name_of(const fs::path& file) {
+  constexpr std::size_t kMaxDigits = 18;
+  const std::string name = file.filename().string();
+  NumberedName result;
+  for (std::size_t at = 0; at < name.size();) {
+    const std::size_t digits = digits_at(name, at);
+    if (digits == 0 || digits > kMaxDigits) {
+      result.text += name.substr(at, std::max<std::size_t>(digits, 1));
+    } else {
+      result.text += '#';
+      result.numbers.push_back(std::stoll(name.substr(at, digits)));
+    }
+    at += std::max<std::size_t>(digits, 1);
+  }
+  return result;
+}
+
+// Returns the numbers that are missing between the first and the last, in steps of the most common
+// difference; at most kMaxListed + 1 of them.
+constexpr std::size_t kMaxListed = 20;
+std::vector<std::int64_t> missing_in(const std::set<std::int64_t>& numbers) {
+  std::map<std::int64_t, std::size_t> steps;
+  for (auto at = numbers.begin(); std::next(at) != numbers.end(); ++at) {
+    ++steps[*std::next(at) - *at];
+  }
+  const std::int64_t step = std::ranges::max_element(steps, {}, [](const auto& counted) {
+                              return counted.second;
+                            })->first;
+  std::vector<std::int64_t> missing;
+  for (auto at = numbers.begin(); std::next(at) != numbers.end(); ++at) {
+    for (std::int64_t number = *at + step; number < *std::next(at); number += step) {
+      if (missing.size() > kMaxListed) return missing;
+      missing.push_back(number);
+    }
+  }
+  return missing;
+}
+
+// Returns notices of files that numbers in the names suggest: missing ones, or several volumes.
+std::vector<std::string> numbering_notices(const fs::path& path,
+                                           const std::vector<fs::path>& files) {
+  std::vector<std::set<std::int64_t>> numbers;
+  std::string text;
+  for (const fs::path& file : files) {
+    const NumberedName name = numbered_name_of(file);
+    if (&file == &files.front()) text = name.text;
+    if (name.text != text) return {};  // The files are not numbered.
+    numbers.resize(name.numbers.size());
+    for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i].insert(name.numbers[i]);
+  }
+  std::erase_if(numbers, [](const auto& of_place) { return of_place.size() < 2; });
+  std::size_t product = 1;
+  for (const auto& of_place : numbers) product *= std::min(of_place.size(), files.size());
+  if (numbers.size() == 2 && product == files.size()) {
+    return {"'" + path.string() + "': the names of its images have two numbers, " +
+            std::to_string(numbers[0].size()) + " by " + std::to_string(numbers[1].size()) +
+            ", as for several channels or times; all are slices of one volume. Give a pattern for "
+            "the images of one."};
+  }
+  if (numbers.size() != 1) return {};
+  const std::vector<std::int64_t> missing = missing_in(numbers[0]);
+  if (missing.empty()) return {};
+  std::string list;
+  for (std::size_t i = 0; i < std::min(missing.size(), kMaxListed); ++i) {
+    list += (i == 0 ? "" : ", ") + std::to_string(missing[i]);
+  }
+  if (missing.size() > kMaxListed) list += " and more";
+  return {"'" + path.string() + "': in the numbers of its images, " + list +
+          (missing.size() == 1 ? " is" : " are") + " missing; the slices of its " +
+          std::to_string(files.size()) + " images follow each other without a gap."};
+}
+
+// ---- reading
 
 class StackSlices : public StoredSlices {
  public:
@@ -168,7 +253,10 @@ StoredVolume open_image_stack(const fs::path& path) {
   ImageHeader stack = first.header;
   stack.dims[2] = static_cast<std::int64_t>(files.size());
   check_header(path, stack);
-  return {.header = stack, .slices = std::make_unique<StackSlices>(std::move(files), first.header)};
+  std::vector<std::string> notices = numbering_notices(path, files);
+  return {.header = stack,
+          .slices = std::make_unique<StackSlices>(std::move(files), first.header),
+          .notices = std::move(notices)};
 }
 
 }  // namespace multitetra

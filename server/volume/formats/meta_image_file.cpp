@@ -167,7 +167,8 @@ std::unique_ptr<StoredSlices> meta_slices(const fs::path& file, const MetaHeader
   const bool is_big = header.is_true({"BinaryDataByteOrderMSB", "ElementByteOrderMSB"}, false);
   SampleParts samples{.part_bytes = all_bytes / files.size(),
                       .first_byte = skipped,
-                      .endian = is_big ? Endian::kBig : Endian::kLittle};
+                      .endian = is_big ? Endian::kBig : Endian::kLittle,
+                      .known_behind = 0};
   for (const fs::path& data : files) {
     samples.parts.push_back({.file = data,
                              .offset = is_packed && header_size < 0

@@ -12,7 +12,8 @@ namespace multitetra {
 [[nodiscard]] bool is_mrc(std::string_view beginning);
 
 // Lengths are in Å. Modes 0, 1, 2, 6 and 12 (8-bit and 16-bit integers, 32-bit and 16-bit floats).
-// Throws VolumeFileError, also for cells whose axes are not orthogonal.
-[[nodiscard]] StoredVolume open_mrc(const std::filesystem::path& file);
+// Bytes are signed unless IMOD wrote unsigned ones, or the range in the header is beyond signed
+// ones. choice.time selects one of a stack of volumes. Throws VolumeFileError.
+[[nodiscard]] StoredVolume open_mrc(const std::filesystem::path& file, const VolumeChoice& choice);
 
 }  // namespace multitetra

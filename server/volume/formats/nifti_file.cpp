@@ -314,8 +314,9 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
         (static_cast<std::uint64_t>(time) +
          static_cast<std::uint64_t>(i) * static_cast<std::uint64_t>(contents.times.count)) *
         one.volume_bytes();
-    slices.push_back(
-        slices_in_file(data, static_cast<std::uint64_t>(nifti.offset) + before, endian, one));
+    const std::uint64_t all = static_cast<std::uint64_t>(volumes * contents.times.count);
+    slices.push_back(slices_in_file(data, static_cast<std::uint64_t>(nifti.offset) + before, endian,
+                                    one, (all - 1) * one.volume_bytes() - before));
   }
   return {
       .header = header,

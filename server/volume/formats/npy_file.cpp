@@ -113,9 +113,11 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
   const std::uint64_t number_bytes = found->are_halves ? 2 : bytes_of(header.type);
   const std::uint64_t volume_bytes = header.volume_bytes() / bytes_of(header.type) * number_bytes;
   const std::uint64_t offset = text_at + length + static_cast<std::uint64_t>(time) * volume_bytes;
+  const std::uint64_t behind =
+      static_cast<std::uint64_t>(contents.times.count - 1 - time) * volume_bytes;
   const Endian endian = descr[1] == '>' ? Endian::kBig : Endian::kLittle;
   auto slices = found->are_halves ? halves_in_file(path, offset, endian, header)
-                                  : slices_in_file(path, offset, endian, header);
+                                  : slices_in_file(path, offset, endian, header, behind);
   return {.header = header, .slices = std::move(slices), .contents = std::move(contents)};
 }
 

@@ -22,6 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::int64_t kMaxSkip = std::int64_t{1} << 48;
 constexpr const char* kCheckHeader = "Correct the header";
 
 NrrdHeader read_nrrd_header(const fs::path& file) {
@@ -121,6 +122,13 @@ Packing packing_of(const fs::path& file, const std::string& encoding) {
                "Save it with encoding raw or gzip");
 }
 
+// Returns the size of a file, or of the stream in it after it is unpacked.
+std::uint64_t unpacked_size(const fs::path& data, const SamplePart& part) {
+  const InputFile file(data);
+  if (part.packing == Packing::kNone) return file.size();
+  return UnpackedStream(file, part.offset, part.packing).require_good_end();
+}
+
 // Returns the slices of `one` after `skipped_volumes` volumes of its size.
 std::unique_ptr<StoredSlices> slices_behind(const fs::path& file, const NrrdHeader& header,
                                             const std::vector<fs::path>& files,
@@ -153,19 +161,21 @@ std::unique_ptr<StoredSlices> slices_behind(const fs::path& file, const NrrdHead
   }
   SampleParts samples{.part_bytes = all_bytes / files.size(),
                       .first_byte = skipped_volumes * volume_bytes,
-                      .endian = endian == "big" ? Endian::kBig : Endian::kLittle};
+                      .endian = endian == "big" ? Endian::kBig : Endian::kLittle,
+                      .known_behind = bytes < 0 ? static_cast<std::uint64_t>(-1 - bytes) : 0};
   const Packing packing = packing_of(file, encoding);
-  if (lines < 0 || bytes < (packing == Packing::kNone ? -1 : 0)) {
+  if (lines < 0 || bytes < -kMaxSkip || (bytes < 0 && packing == Packing::kHex)) {
     fail_reading(file, "it skips a negative number of lines or bytes", kCheckHeader);
   }
   for (const fs::path& data : files) {
-    SamplePart part{.file = data, .offset = 0, .packing = packing};
-    if (bytes == -1) {  // The samples end the file.
-      const std::uint64_t size = InputFile(data).size();
-      part.offset = size < samples.part_bytes ? 0 : size - samples.part_bytes;
-    } else {
-      part.offset = begin(data);
-      (packing == Packing::kNone ? part.offset : part.skipped) += static_cast<std::uint64_t>(bytes);
+    SamplePart part{.file = data, .offset = begin(data), .packing = packing};
+    std::uint64_t& skipped = packing == Packing::kNone ? part.offset : part.skipped;
+    if (bytes >= 0) {
+      skipped += static_cast<std::uint64_t>(bytes);
+    } else {  // The samples end the file, but for the known bytes behind them.
+      const std::uint64_t size = unpacked_size(data, part);
+      const std::uint64_t wanted = samples.part_bytes + *samples.known_behind;
+      skipped = size < wanted ? 0 : size - wanted;
     }
     samples.parts.push_back(std::move(part));
   }
@@ -204,14 +214,7 @@ StoredVolume open_nrrd(const fs::path& path, const VolumeChoice& choice) {
   }
   if (has_layers) {
     volume.contents.labels = segments_in(header.text, volume.header.components);
-    if (volume.header.components > 1 && choice.component == ComponentChoice() && !choice.first) {
-      fail_reading(path,
-                   "it is a segmentation: " + std::to_string(volume.contents.labels.size()) +
-                       " segments in " + std::to_string(volume.header.components) +
-                       " layers, because some overlap",
-                   "Prepare each segment with --label all -o FOLDER/, or one layer with "
-                   "--component, from 0");
-    }
+    check_layers(path, volume.contents.labels, volume.header.components, choice);
   }
   const std::vector<fs::path> files = data_files(path, header, sizes, choice.allow_external_files);
   const auto count = static_cast<std::uint64_t>(others);

@@ -36,18 +36,21 @@ constexpr std::array kFormats = {
     FormatDescription{"NIfTI 1 and 2, Analyze", ".nii, .nii.gz, .hdr, .img",
                       "all integers and floats, RGB; --time, --component"},
     FormatDescription{"MGH", ".mgh, .mgz", "volumes of FreeSurfer; --time"},
-    FormatDescription{"DICOM", "a folder, a pattern, .dcm",
-                      "slices or frames, all compressions of GDCM; --series, --time, --resample"},
+    FormatDescription{
+        "DICOM", "a folder, a pattern, .dcm",
+        "slices, frames, mosaics, SEG (--label), parametric maps; all compressions of GDCM; "
+        "--series, --time, --resample"},
     FormatDescription{"OME-Zarr 0.1 to 0.6", "a folder, .zip, http(s)://, s3://",
                       "blosc, lz4, zstd, gzip, zlib, bz2; shards; --level, --channel, --time"},
     FormatDescription{"Zarr 2 and 3, N5", "a folder, http(s)://, s3://",
                       "the same codecs; --array"},
     FormatDescription{"VTK image data", ".vti, .pvti, .pvd",
                       "text, base64, appended; zlib, LZ4; --array"},
-    FormatDescription{"legacy VTK", ".vtk", "structured points, text or binary; --component"},
+    FormatDescription{"legacy VTK", ".vtk",
+                      "structured points, text or binary; --array, --component"},
     FormatDescription{"TIFF", ".tif, a folder, a pattern",
-                      "pages (plain, ImageJ or OME-TIFF) or a file for each slice; --channel, "
-                      "--time, --component"},
+                      "pages (plain, ImageJ, OME-TIFF, MetaMorph) or a file for each slice; "
+                      "--series, --channel, --time, --component"},
     FormatDescription{"PNG, JPEG", ".png, .jpg, a folder, a pattern",
                       "a file for each slice; --component"},
     FormatDescription{"HDF5", ".h5:/path, .mnc, .vtkhdf, .nxs, .emd",
@@ -58,7 +61,8 @@ constexpr std::array kFormats = {
     FormatDescription{"NumPy", ".npy", "2 to 4 dimensions; --time"},
     FormatDescription{
         "MRC and CCP4", ".mrc, .map, .ccp4",
-        "modes 0, 1, 2, 6, 12; also gzipped; the contour level of an EMDB header beside it"},
+        "modes 0, 1, 2, 6, 12; also gzipped; stacks of volumes (--time); the contour level of an "
+        "EMDB header beside it"},
     FormatDescription{"cube", ".cube, .cub", "densities and orbitals; also gzipped; --component"},
     FormatDescription{"raw", ".raw, .raw.gz, .dat",
                       "with --dims; or described by a .dat or .txt beside it, three leading "

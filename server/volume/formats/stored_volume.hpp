@@ -83,6 +83,7 @@ struct StoredVolume {
   std::vector<std::string> notices = {};  // Notices about opening the volume.
   VolumeContents contents = {};
   std::int64_t channels = 1;  // Number of channels for VolumeChoice::channel.
+  std::int64_t series = 1;    // Number of series or images for VolumeChoice::series.
   // The component of the chosen time, if samples have a component for each time.
   std::optional<int> component_of_time = std::nullopt;
   // If present, slices of the header's dims are resampled to the grid of these places, whose axes
@@ -120,7 +121,8 @@ struct VolumeChoice {
   std::optional<std::int64_t> level = std::nullopt;
   std::optional<std::int64_t> time = std::nullopt;     // Counted from 0.
   std::optional<std::int64_t> channel = std::nullopt;  // Counted from 0.
-  std::string series = {};  // DICOM: UID of a series, or its number from 1.
+  // DICOM: UID of a series, or its number from 1. OME-TIFF: an image's name, or its number from 1.
+  std::string series = {};
   ComponentChoice component = {};
   bool allow_external_files = false;  // Allows data files outside the folder of their header.
   bool resample = false;  // Resamples uneven and tilted slices and sheared grids to an even grid.

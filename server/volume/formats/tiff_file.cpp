@@ -5,19 +5,23 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "common/base/text.hpp"
-#include "server/volume/formats/detail/plain_slices.hpp"
+#include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/detail/tiff_description.hpp"
 #include "server/volume/formats/detail/tiff_pages.hpp"
+#include "server/volume/formats/endian.hpp"
 
 namespace multitetra {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::uint64_t kMaxTagBytes = 4096;  // Bytes behind an image that tags may have.
 
 class TiffSlices : public StoredSlices {
  public:
@@ -48,45 +52,87 @@ class TiffSlices : public StoredSlices {
   ImageHeader header_;
 };
 
-TiffDescription plain_pages(const TiffPages& tiff) {
-  TiffDescription pages{.slices = static_cast<std::int64_t>(tiff.count())};
-  for (std::size_t page = 0; page < tiff.count(); ++page) pages.pages.push_back(page);
+// Images that follow each other in the file without directories of their own.
+class ImagesInOneDirectory : public StoredSlices {
+ public:
+  ImagesInOneDirectory(const fs::path& path, std::uint64_t offset, Endian endian,
+                       std::vector<std::size_t> images, const ImageHeader& header)
+      : file_(path), offset_(offset), endian_(endian), images_(std::move(images)), header_(header) {
+    const std::size_t last = *std::max_element(images_.begin(), images_.end());
+    const std::uint64_t end = offset_ + (last + 1) * header_.slice_bytes();
+    if (end <= file_.size()) return;
+    fail_damaged(path, "it ends too early: its images end at byte " + std::to_string(end) +
+                           ", but it has " + std::to_string(file_.size()) + " bytes");
+  }
+
+  void read(std::size_t first, std::size_t count, std::byte* into) override {
+    const std::size_t slice = header_.slice_bytes();
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::span<std::byte> image(into + i * slice, slice);
+      file_.read(offset_ + images_[first + i] * slice, image);
+      to_host_order(image, bytes_of(header_.type), endian_);
+    }
+  }
+
+ private:
+  InputFile file_;
+  std::uint64_t offset_;
+  Endian endian_;
+  std::vector<std::size_t> images_;  // The image of each slice.
+  ImageHeader header_;
+};
+
+TiffDescription plain_pages(std::int64_t count) {
+  TiffDescription pages{.slices = count};
+  for (std::int64_t page = 0; page < count; ++page) {
+    pages.pages.push_back(static_cast<std::size_t>(page));
+  }
   return pages;
 }
 
-TiffDescription description_of(const fs::path& file, const TiffPages& tiff, std::int64_t components,
+TiffDescription description_of(const fs::path& file, const TiffPages& tiff,
+                               const ImageHeader& header, const std::string& series,
                                bool is_slice) {
   const std::string& text = tiff.description();
+  const auto pages = static_cast<std::int64_t>(tiff.count());
+  const TiffDescription plain = plain_pages(pages == 1 ? tiff.images_in_first() : pages);
+  if (const auto shaped = parse_shape(text, {header.dims[0], header.dims[1]}, header.components)) {
+    const bool has_all = pages == 1 || shaped->pages.size() == tiff.count();
+    return has_all ? *shaped : plain;
+  }
   const bool is_imagej = text.starts_with("ImageJ=");
-  if (!is_imagej && text.find("<OME") == std::string::npos) return plain_pages(tiff);
+  if (!is_imagej && text.find("<OME") == std::string::npos) return plain;
   Result<TiffDescription> description =
-      is_imagej ? parse_imagej_description(text) : parse_ome_description(text, components);
-  if (is_slice && (!description || description->pages.size() != 1)) return plain_pages(tiff);
+      is_imagej ? parse_imagej_description(text)
+                : parse_ome_description(text, header.components, series);
+  if (is_slice && (!description || description->pages.size() != 1)) return plain;
   if (!description) {
-    fail_reading(file, description.error().text, "Save it again, or as plain pages");
+    fail_reading(file, description.error().text,
+                 series.empty()
+                     ? "Save it again, or as plain pages"
+                     : "Choose an image with --series, by its number from 1 or its name");
   }
   return *std::move(description);
 }
 
 void place_pages(const TiffPages& tiff, const TiffDescription& description, ImageHeader& header) {
   const TiffPages::Resolution& resolution = tiff.resolution();
-  std::array<double, 2> pixels = {resolution.x, resolution.y};
-  StatedNumbers spacing = kNotStated;
+  const std::array<double, 2> pixels = {resolution.x, resolution.y};
+  StatedNumbers spacing = description.spacing;
+  std::array<std::string, 3> units = description.units;
   const bool is_screen = resolution.unit_mm == 25.4 && (pixels[0] == 72 || pixels[0] == 96);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (description.spacing[axis]) {
-      spacing[axis] = *description.spacing[axis];
-    } else if (axis < 2 && std::isfinite(pixels[axis]) && pixels[axis] > 0) {
-      if (description.resolution_is_spacing) {
-        if (!description.length_unit.empty()) spacing[axis] = 1 / pixels[axis];
-      } else if (description.length_unit.empty() && resolution.unit_mm > 0 && !is_screen) {
-        spacing[axis] = resolution.unit_mm / pixels[axis];
-        header.meaning.length_unit = "mm";
-      }
+  const bool has_unit = units != std::array<std::string, 3>();
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    if (spacing[axis] || !std::isfinite(pixels[axis]) || pixels[axis] <= 0) continue;
+    if (description.resolution_is_spacing) {
+      if (has_unit) spacing[axis] = 1 / pixels[axis];
+    } else if (!has_unit && resolution.unit_mm > 0 && !is_screen) {
+      spacing[axis] = resolution.unit_mm / pixels[axis];
+      units[axis] = "mm";
     }
   }
-  if (!description.length_unit.empty()) header.meaning.length_unit = description.length_unit;
   set_box_axes(header, kNotStated, spacing);
+  set_units_of_axes(header, units);
 }
 
 std::vector<SourceField> fields_of_channels(const TiffDescription& description) {
@@ -104,14 +150,33 @@ std::vector<SourceField> fields_of_channels(const TiffDescription& description) 
   return fields;
 }
 
+// Returns the notice of the bytes behind the only image of a file, if they could be other images.
+std::vector<std::string> notices_behind(const fs::path& path, const TiffPages& tiff,
+                                        std::int64_t images, const ImageHeader& header) {
+  if (tiff.count() != 1 || !tiff.plain_offset() || tiff.has_other_directories()) return {};
+  const std::uint64_t end =
+      *tiff.plain_offset() + static_cast<std::uint64_t>(images) * header.slice_bytes();
+  const std::uint64_t size = InputFile(path).size();
+  const std::uint64_t behind = size - std::min(size, end);
+  if (behind < header.slice_bytes() || behind < kMaxTagBytes) return {};
+  return {unread_notice(path, behind)};
+}
+
 StoredVolume open_pages(const fs::path& path, const VolumeChoice& choice, bool is_slice) {
   TiffPages tiff(path);
   StoredVolume volume{.header = tiff.header(0)};
   ImageHeader& header = volume.header;
-  const TiffDescription description = description_of(path, tiff, header.components, is_slice);
+  const TiffDescription description = description_of(path, tiff, header, choice.series, is_slice);
   header.dims[2] = description.slices;
   place_pages(tiff, description, header);
   check_header(path, header);
+  if (description.images.size() > 1) {
+    volume.series = static_cast<std::int64_t>(description.images.size());
+    if (choice.series.empty()) {
+      volume.notices.push_back(choice_notice(path, description.images.size(), "images",
+                                             description.images.front(), "--series, from 1"));
+    }
+  }
   volume.contents = {.times = description.times, .fields = fields_of_channels(description)};
   volume.channels = description.channels;
   const FileEntries channels = {
@@ -124,18 +189,35 @@ StoredVolume open_pages(const fs::path& path, const VolumeChoice& choice, bool i
   const auto first =
       description.pages.begin() + (time * description.channels + channel) * description.slices;
   std::vector<std::size_t> pages(first, first + description.slices);
+  const auto all = static_cast<std::int64_t>(description.pages.size());
+  if (tiff.count() == 1 && all > 1 && description.images.empty()) {
+    // ImageJ, tifffile and MetaMorph write stacks as one page, followed by the samples of others.
+    if (!tiff.plain_offset()) {
+      fail_reading(
+          path,
+          "its only page has " + std::to_string(all) + " images, which are compressed or in tiles",
+          "Save it with a page for each image, or without compression");
+    }
+    volume.slices = std::make_unique<ImagesInOneDirectory>(
+        path, *tiff.plain_offset(), tiff.is_big_endian() ? Endian::kBig : Endian::kLittle,
+        std::move(pages), header);
+    return volume;
+  }
   const std::size_t last = *std::max_element(pages.begin(), pages.end());
   if (last >= tiff.count()) {
-    // ImageJ writes stacks beyond 4 GiB as one page, followed by the samples of the others.
-    if (tiff.count() != 1 || !description.resolution_is_spacing || !tiff.plain_offset() ||
-        description.channels > 1) {
-      fail_damaged(path, "its description refers to more than its " + std::to_string(tiff.count()) +
-                             " pages");
-    }
-    const std::uint64_t before = pages.front() * header.slice_bytes();
-    volume.slices = plain_slices(path, *tiff.plain_offset() + before,
-                                 tiff.is_big_endian() ? Endian::kBig : Endian::kLittle, header);
-    return volume;
+    fail_reading(path,
+                 "its description refers to page " + std::to_string(last + 1) + ", but it has " +
+                     std::to_string(tiff.count()) + " pages",
+                 "Get a complete copy of the file, or save it again as one file");
+  }
+  if (const std::size_t unread =
+          tiff.count() > description.pages.size() ? tiff.count() - description.pages.size() : 0;
+      unread > 0 && !is_slice && description.images.size() < 2) {
+    volume.notices.push_back("'" + path.string() + "': " + std::to_string(unread) +
+                             " of its pages are not in its description; they are not read.");
+  }
+  for (std::string& notice : notices_behind(path, tiff, all, header)) {
+    volume.notices.push_back(std::move(notice));
   }
   volume.slices = std::make_unique<TiffSlices>(path, std::move(tiff), std::move(pages), header);
   return volume;

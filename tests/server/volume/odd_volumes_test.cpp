@@ -57,6 +57,7 @@ Placement placement_from(const std::string& options) {
   for (std::string word; std::getline(words, word, ',');) {
     if (word.starts_with("spacing=")) placement.spacing = vector_from(word.substr(8));
     if (word.starts_with("origin=")) placement.origin = vector_from(word.substr(7));
+    if (word.starts_with("unit=")) placement.length_unit = unit_from(word.substr(5));
   }
   return placement;
 }
@@ -73,8 +74,21 @@ VolumeChoice choice_from(const std::string& options) {
     if (word.starts_with("channel=")) choice.channel = std::stoi(value);
     if (word.starts_with("level=")) choice.level = std::stoi(value);
     if (word.starts_with("array=")) choice.array = value;
+    if (word.starts_with("series=")) choice.series = value;
+    if (word.starts_with("component=")) choice.component = ComponentChoice::from(value).value();
   }
   return choice;
+}
+
+// "1:liver:FF0000:0;2:spleen:-:0": value, name, color and layer.
+std::string text_of(const std::vector<SourceLabel>& labels) {
+  std::ostringstream text;
+  for (const auto& [label, stored, layer] : labels) {
+    text << (text.tellp() > 0 ? ";" : "") << label.value << ":" << label.name << ":";
+    if (label.color) text << std::hex << std::uppercase << *label.color << std::dec;
+    text << ":" << layer;
+  }
+  return text.str();
 }
 
 std::vector<float> floats_of(const fs::path& file) {
@@ -106,7 +120,16 @@ void expect_read(const Fields& fields) {
     }
   }
   EXPECT_EQ(volume.meaning.length_unit, fields.at(20));
-  EXPECT_NE(notices.find(fields.at(21)), std::string::npos) << notices;
+  const std::string& notice = fields.at(21);  // Must not be there if it begins with '!'.
+  if (notice.starts_with('!')) {
+    EXPECT_EQ(notices.find(notice.substr(1)), std::string::npos) << notices;
+  } else {
+    EXPECT_NE(notices.find(notice), std::string::npos) << notices;
+  }
+  if (const std::string& labels = fields.at(22); !labels.empty()) {
+    const auto source = open_volume(fields[2], {.choice = choice_from(fields[3])});
+    EXPECT_EQ(text_of(source->contents().labels), labels);
+  }
   const std::vector<float> expected = floats_of(fields[4]);
   std::visit(
       [&](const auto& samples) {
@@ -130,6 +153,10 @@ void expect_refused(const Fields& fields) {
     ADD_FAILURE() << "it is read";
   } catch (const VolumeFileError& problem) {
     EXPECT_NE(std::string(problem.what()).find(fields.at(4)), std::string::npos) << problem.what();
+    if (fields.at(5).empty()) return;
+    const std::string option = "--" + fields[5].substr(0, fields[5].find('='));
+    EXPECT_NE(std::string(problem.what()).find(option), std::string::npos) << problem.what();
+    EXPECT_NO_THROW((void)read_volume(fields[2], {.choice = choice_from(fields[5])}));
   }
 }
 
@@ -172,6 +199,14 @@ TEST(EveryFormat, SaysWhatItDoesNotKnow) {
     const auto settled = open_volume(line[2], {.placement = {.spacing = Vec3{1, 2, 3}}});
     EXPECT_FALSE(has_assumed_spacing(settled->header().meaning));
   }
+}
+
+TEST(VolumeFileVariants, ReadTheConventionsOfDicom) {
+  expect_as_written("write_dicom_conventions.py");
+}
+
+TEST(VolumeFileVariants, ReadTheConventionsOfFiles) {
+  expect_as_written("write_file_conventions.py");
 }
 
 // Reads each kind of file in 60 variants of size, type, order, packing and placement. Another seed:

@@ -25,14 +25,17 @@ def run_with_packages(*writers):
 
 # ---- expectations, read by odd_volumes_test.cpp
 
-def expect_read(name, path, samples, origin=(0, 0, 0), steps=((1, 0, 0), (0, 1, 0), (0, 0, 1)), unit="", notice="", options=""):
+def expect_read(name, path, samples, origin=(0, 0, 0), steps=((1, 0, 0), (0, 1, 0), (0, 0, 1)), unit="", notice="", options="",
+                labels=""):
+    """`labels`: value:name:color:layer, separated by semicolons."""
     expected = write(f"expected/{name}", numpy.ascontiguousarray(samples).astype("<f4").tobytes())
     numbers = [*samples.shape[::-1], *origin, *(n for step in steps for n in step)]
-    print("read", name, path, options, expected, *numbers, unit, notice, sep="\t")
+    print("read", name, path, options, expected, *numbers, unit, notice, labels, sep="\t")
 
 
-def expect_refused(name, path, sentence, options=""):
-    print("refuse", name, path, options, sentence, sep="\t")
+def expect_refused(name, path, sentence, options="", remedy=""):
+    """With `remedy`, an option of VolumeChoice that the message names, the volume is read."""
+    print("refuse", name, path, options, sentence, remedy, sep="\t")
 
 
 def diagonal(sx, sy, sz):

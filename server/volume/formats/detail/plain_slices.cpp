@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -20,7 +21,7 @@ class OpenPart {
       : part_(part), part_bytes_(part_bytes), file_(part.file) {}
 
   // Throws if it is known that the part has fewer than `needed` bytes.
-  void check(std::uint64_t needed) const {
+  void check(std::uint64_t needed) {
     if (part_.packing != Packing::kNone) {
       if (part_.packing == Packing::kHex ||
           UnpackedStream::packing_at(file_, part_.offset) != Packing::kNone) {
@@ -29,7 +30,10 @@ class OpenPart {
       fail_damaged(part_.file, "its samples are not a gzip, zlib or bzip2 stream");
     }
     const std::uint64_t found = file_.size() < part_.offset ? 0 : file_.size() - part_.offset;
-    if (found >= needed) return;
+    if (found >= needed) {
+      behind_ = found - std::min(found, part_bytes_);
+      return;
+    }
     fail_damaged(part_.file, "it ends too early or is damaged; its header declares " +
                                  std::to_string(needed) + " bytes of samples, but it has " +
                                  std::to_string(found) + " bytes");
@@ -50,6 +54,10 @@ class OpenPart {
     if (at_ == part_.skipped + part_bytes_) require_end();
   }
 
+  // Returns the bytes behind the part, as far as they are known.
+  [[nodiscard]] std::uint64_t behind() const { return behind_; }
+  [[nodiscard]] const fs::path& file() const { return part_.file; }
+
  private:
   [[nodiscard]] Packing packing() const {
     return part_.packing == Packing::kHex ? part_.packing
@@ -67,7 +75,7 @@ class OpenPart {
   // Called after the last sample: other times may follow, but only the end of a stream proves that
   // its bytes are intact.
   void require_end() {
-    if (part_.packing != Packing::kHex) stream_->require_good_end();
+    if (part_.packing != Packing::kHex) behind_ = stream_->require_good_end();
     stream_.reset();
   }
 
@@ -77,6 +85,7 @@ class OpenPart {
   std::optional<UnpackedStream> stream_;
   // Position in the unpacked stream.
   std::uint64_t at_ = 0;
+  std::uint64_t behind_ = 0;
 };
 
 class SlicesInParts : public StoredSlices {
@@ -88,6 +97,7 @@ class SlicesInParts : public StoredSlices {
          ++i) {
       open(i);
       open_->check(std::min(samples_.part_bytes, end - i * samples_.part_bytes));
+      note_excess();
     }
   }
 
@@ -99,10 +109,23 @@ class SlicesInParts : public StoredSlices {
       const std::uint64_t in_part = at % samples_.part_bytes;
       const std::size_t bytes = std::min<std::uint64_t>(left.size(), samples_.part_bytes - in_part);
       open_->read(in_part, left.first(bytes));
+      note_excess();
       left = left.subspan(bytes);
       at += bytes;
     }
     to_host_order(all, bytes_of(header_.type), samples_.endian);
+  }
+
+  [[nodiscard]] std::vector<std::string> findings() const override {
+    if (excess_.empty()) return {};
+    const auto& [file, bytes] = *excess_.begin();
+    return {
+        "'" + file.string() + "'" +
+        (excess_.size() > 1 ? " and " + std::to_string(excess_.size() - 1) + " other files have "
+                            : " has ") +
+        std::to_string(bytes) +
+        " bytes more than the header declares. The last ones are ignored; if others come first, "
+        "correct the header (HeaderSize = -1 in MetaImage, byte skip: -1 in NRRD)."};
   }
 
  private:
@@ -113,8 +136,14 @@ class SlicesInParts : public StoredSlices {
     index_ = part;
   }
 
+  void note_excess() {
+    if (!samples_.known_behind || open_->behind() <= *samples_.known_behind) return;
+    excess_[open_->file()] = open_->behind() - *samples_.known_behind;
+  }
+
   SampleParts samples_;
   ImageHeader header_;
+  std::map<fs::path, std::uint64_t> excess_;  // Bytes that no header explains, by file.
   std::optional<OpenPart> open_;
   // Index of the open part.
   std::uint64_t index_ = 0;
@@ -138,6 +167,10 @@ class InterleavedSlices : public StoredSlices {
     }
   }
 
+  [[nodiscard]] std::vector<std::string> findings() const override {
+    return components_.front()->findings();
+  }
+
  private:
   std::vector<std::unique_ptr<StoredSlices>> components_;
   ImageHeader header_;
@@ -158,14 +191,17 @@ std::unique_ptr<StoredSlices> plain_slices(const fs::path& file, std::uint64_t o
 }
 
 std::unique_ptr<StoredSlices> slices_in_file(const fs::path& file, std::uint64_t offset,
-                                             Endian endian, const ImageHeader& header) {
+                                             Endian endian, const ImageHeader& header,
+                                             std::optional<std::uint64_t> known_behind) {
   const Packing packing = UnpackedStream::packing_at(InputFile(file), 0);
-  if (packing != Packing::kGzip && packing != Packing::kBzip2) {
-    return plain_slices(file, offset, endian, header);
-  }
-  return slices_in_parts({.parts = {{.file = file, .packing = packing, .skipped = offset}},
+  const bool is_stream = packing == Packing::kGzip || packing == Packing::kBzip2;
+  const SamplePart part = is_stream
+                              ? SamplePart{.file = file, .packing = packing, .skipped = offset}
+                              : SamplePart{.file = file, .offset = offset};
+  return slices_in_parts({.parts = {part},
                           .part_bytes = header.volume_bytes(),
-                          .endian = endian},
+                          .endian = endian,
+                          .known_behind = known_behind},
                          header);
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "server/volume/formats/detail/unpacking.hpp"
@@ -27,6 +28,8 @@ struct SampleParts {
   // Offset of the first slice, counted over all parts.
   std::uint64_t first_byte = 0;
   Endian endian = Endian::kLittle;
+  // Bytes that belong behind each part. A finding reports more; absent if anything may follow.
+  std::optional<std::uint64_t> known_behind = std::nullopt;
 };
 
 // Returns the slices of `header`, readable in any order. Streams are unpacked forward without a
@@ -41,9 +44,9 @@ struct SampleParts {
 
 // Returns the same for a file that may be a gzip or bzip2 stream, recognized by its first bytes;
 // `offset` counts unpacked bytes.
-[[nodiscard]] std::unique_ptr<StoredSlices> slices_in_file(const std::filesystem::path& file,
-                                                           std::uint64_t offset, Endian endian,
-                                                           const ImageHeader& header);
+[[nodiscard]] std::unique_ptr<StoredSlices> slices_in_file(
+    const std::filesystem::path& file, std::uint64_t offset, Endian endian,
+    const ImageHeader& header, std::optional<std::uint64_t> known_behind = std::nullopt);
 
 // Returns the slices of a volume whose components are stored as separate volumes. `header`
 // describes samples with all components.

@@ -75,4 +75,14 @@ std::vector<SourceLabel> segments_in(std::string_view header, std::int64_t max_l
   return labels;
 }
 
+void check_layers(const std::filesystem::path& file, const std::vector<SourceLabel>& labels,
+                  std::int64_t layers, const VolumeChoice& choice) {
+  if (layers == 1 || choice.component != ComponentChoice() || choice.first) return;
+  fail_reading(file,
+               "it is a segmentation: " + std::to_string(labels.size()) + " segments in " +
+                   std::to_string(layers) + " layers, because some overlap",
+               "Prepare each segment with --label all -o FOLDER/, or one layer with --component, "
+               "from 0");
+}
+
 }  // namespace multitetra

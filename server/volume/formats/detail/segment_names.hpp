@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <string_view>
 #include <vector>
 
@@ -16,5 +17,9 @@ namespace multitetra {
 // names and colors.
 [[nodiscard]] std::vector<SourceLabel> segments_in(std::string_view header,
                                                    std::int64_t max_layers = kMaxComponents);
+
+// Throws VolumeFileError if samples have several layers of these labels and none is chosen.
+void check_layers(const std::filesystem::path& file, const std::vector<SourceLabel>& labels,
+                  std::int64_t layers, const VolumeChoice& choice);
 
 }  // namespace multitetra

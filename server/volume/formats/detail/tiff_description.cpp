@@ -3,10 +3,12 @@
 #include <expat.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <utility>
 
+#include "common/base/json.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
 #include "server/volume/formats/detail/numbered_files.hpp"
@@ -76,6 +78,89 @@ std::string imagej_unit(std::string text) {
   return unit_from(text);
 }
 
+// An image of an OME document.
+struct OmeImage {
+  std::string id = {};
+  std::string name = {};
+  Values pixels = {};
+  std::vector<TiffChannel> channels = {};
+  std::vector<Values> blocks = {};  // Of pages.
+
+  [[nodiscard]] std::string unit_of(std::string_view attribute,
+                                    const std::string& otherwise) const {
+    const std::string unit = text_of_value(pixels, attribute);
+    return unit.empty() ? otherwise : unit;
+  }
+};
+
+std::int64_t count_of_first(const Values& values, std::string_view name) {
+  const std::string text = text_of_value(values, name);
+  return text.empty() ? 0 : integer(text).value_or(-1);
+}
+
+// Places the blocks of pages that specify their first page; others follow `first_page`.
+Result<void> place_blocks(const OmeImage& image, std::size_t first_page,
+                          TiffDescription& description) {
+  const std::vector<std::size_t> ordered = description.pages;
+  // Position of each page in the order.
+  std::vector<std::size_t> place_of(ordered.size());
+  for (std::size_t i = 0; i < ordered.size(); ++i) place_of[ordered[i]] = i;
+  for (std::size_t& page : description.pages) page += first_page;
+  for (const Values& block : image.blocks) {
+    if (!block.contains("IFD")) continue;
+    const std::int64_t z = count_of_first(block, "FirstZ");
+    const std::int64_t c = count_of_first(block, "FirstC");
+    const std::int64_t t = count_of_first(block, "FirstT");
+    const std::int64_t page = count_of_first(block, "IFD");
+    const std::int64_t count = block.contains("PlaneCount") ? count_of(block, "PlaneCount") : 1;
+    if (z < 0 || z >= description.slices || c < 0 || c >= description.channels || t < 0 ||
+        t >= description.times.count || page < 0 || page > kMaxTiffPages) {
+      return no_description("its description has pages of slices that do not exist");
+    }
+    const auto first =
+        static_cast<std::size_t>((t * description.channels + c) * description.slices + z);
+    // The block continues in the order of pages.
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+      if (ordered[first] + i >= ordered.size()) break;
+      description.pages[place_of[ordered[first] + i]] = static_cast<std::size_t>(page) + i;
+    }
+  }
+  return {};
+}
+
+// Describes an image whose pages begin at `first_page`, unless it says otherwise.
+Result<TiffDescription> described(const OmeImage& image, std::int64_t components,
+                                  std::size_t first_page) {
+  if (image.pixels.empty()) return no_description("its description has no Pixels");
+  TiffDescription description;
+  description.slices = count_of(image.pixels, "SizeZ");
+  description.channels = count_of(image.pixels, "SizeC");
+  // A page may contain several channels as components of its samples.
+  if (components > 1 && description.channels % components == 0) description.channels /= components;
+  description.times = even_times(count_of(image.pixels, "SizeT"), 0,
+                                 length_of(image.pixels, "TimeIncrement").value_or(0),
+                                 image.unit_of("TimeIncrementUnit", "s"));
+  const std::string order = image.unit_of("DimensionOrder", "XYZCT");
+  if (!order.starts_with("XY") || !std::ranges::is_permutation(order, std::string_view("XYZCT"))) {
+    return no_description("its DimensionOrder is neither XYZCT nor XY with another order of ZCT");
+  }
+  if (const auto done = order_pages(description, std::string_view(order).substr(2)); !done) {
+    return tl::unexpected(done.error());
+  }
+  if (static_cast<std::int64_t>(image.channels.size()) == description.channels) {
+    description.described_channels = image.channels;
+  }
+  if (const auto done = place_blocks(image, first_page, description); !done) {
+    return tl::unexpected(done.error());
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::string name = std::string("PhysicalSize") + "XYZ"[axis];
+    description.spacing[axis] = length_of(image.pixels, name);
+    if (description.spacing[axis]) description.units[axis] = image.unit_of(name + "Unit", "µm");
+  }
+  return description;
+}
+
 class OmeParser {
  public:
   OmeParser() : parser_(XML_ParserCreate(nullptr), &XML_ParserFree) {
@@ -85,36 +170,37 @@ class OmeParser {
     XML_SetEntityDeclHandler(parser_.get(), &on_entity);
   }
 
-  Result<TiffDescription> parse(std::string_view text, std::int64_t components) {
+  Result<TiffDescription> parse(std::string_view text, std::int64_t components,
+                                std::string_view wanted) {
     const auto status =
         XML_Parse(parser_.get(), text.data(), static_cast<int>(text.size()), XML_TRUE);
     if (!failure_.empty()) return no_description(failure_);
     if (status != XML_STATUS_OK) return no_description("the XML of its description is damaged");
-    if (pixels_.empty()) return no_description("its description has no Pixels");
-    TiffDescription description;
-    description.slices = count_of(pixels_, "SizeZ");
-    description.channels = count_of(pixels_, "SizeC");
-    // A page may contain several channels as components of its samples.
-    if (components > 1 && description.channels % components == 0) {
-      description.channels /= components;
+    std::vector<std::string> names;
+    std::size_t chosen = wanted.empty() ? 0 : images_.size();
+    for (std::size_t i = 0; i < images_.size(); ++i) {
+      const OmeImage& image = images_[i];
+      names.push_back(image.name.empty() ? image.id : image.name);
+      const bool is_wanted =
+          wanted == std::to_string(i + 1) || wanted == image.id || wanted == image.name;
+      if (is_wanted && chosen == images_.size()) chosen = i;
     }
-    description.times =
-        even_times(count_of(pixels_, "SizeT"), 0, length_of(pixels_, "TimeIncrement").value_or(0),
-                   unit_of("TimeIncrementUnit", "s"));
-    std::string order = text_of_value(pixels_, "DimensionOrder");
-    if (order.empty()) order = "XYZCT";
-    if (!order.starts_with("XY") ||
-        !std::ranges::is_permutation(order, std::string_view("XYZCT"))) {
-      return no_description("its DimensionOrder is neither XYZCT nor XY with another order of ZCT");
+    if (images_.empty()) return no_description("its description has no Pixels");
+    if (chosen == images_.size()) {
+      std::string list;
+      for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+      return no_description("it has no image " + std::string(wanted) + "; there are " + list);
     }
-    if (const auto done = order_pages(description, std::string_view(order).substr(2)); !done) {
-      return tl::unexpected(done.error());
+    // Images whose pages are not stated follow each other.
+    std::size_t first_page = 0;
+    for (std::size_t i = 0; i < chosen; ++i) {
+      const auto before = described(images_[i], components, 0);
+      if (before) first_page += before->pages.size();
     }
-    if (static_cast<std::int64_t>(channels_.size()) == description.channels) {
-      description.described_channels = channels_;
-    }
-    if (const auto done = place_blocks(description); !done) return tl::unexpected(done.error());
-    if (const auto done = set_spacing(description); !done) return tl::unexpected(done.error());
+    Result<TiffDescription> description = described(images_[chosen], components, first_page);
+    if (!description) return description;
+    description->images = std::move(names);
+    description->image = chosen;
     return description;
   }
 
@@ -144,13 +230,18 @@ class OmeParser {
 
   void start(std::string_view name, Values values) {
     name.remove_prefix(std::min(name.find(':') + 1, name.size()));  // "OME:Pixels"
-    if (name == "Image") ++images_;
-    if (images_ > 1) return;  // Images after the first are labels and overviews.
-    if (name == "Pixels") pixels_ = std::move(values);
-    if (name == "Channel") {
-      channels_.push_back({.name = text_of_value(values, "Name"), .color = ome_color(values)});
+    if (name == "Image" && images_.size() < kMaxImages) {
+      images_.push_back({.id = text_of_value(values, "ID"),
+                         .name = member_name_from(text_of_value(values, "Name"))});
     }
-    if (name == "TiffData") blocks_.push_back(std::move(values));
+    if (name == "Pixels" && images_.empty()) images_.emplace_back();
+    if (images_.empty()) return;
+    OmeImage& image = images_.back();
+    if (name == "Pixels") image.pixels = std::move(values);
+    if (name == "Channel") {
+      image.channels.push_back({.name = text_of_value(values, "Name"), .color = ome_color(values)});
+    }
+    if (name == "TiffData") image.blocks.push_back(std::move(values));
     if (name == "UUID" && values.contains("FileName")) {
       if (file_name_.empty()) file_name_ = values["FileName"];
       if (file_name_ != values["FileName"])
@@ -158,65 +249,11 @@ class OmeParser {
     }
   }
 
-  [[nodiscard]] std::string unit_of(std::string_view name, const std::string& otherwise) const {
-    const std::string unit = text_of_value(pixels_, name);
-    return unit.empty() ? otherwise : unit;
-  }
-
-  // Places the blocks of pages that specify their first page.
-  Result<void> place_blocks(TiffDescription& description) const {
-    const std::vector<std::size_t> ordered = description.pages;
-    // Position of each page in the order.
-    std::vector<std::size_t> place_of(ordered.size());
-    for (std::size_t i = 0; i < ordered.size(); ++i) place_of[ordered[i]] = i;
-    for (const Values& block : blocks_) {
-      if (!block.contains("IFD")) continue;
-      const std::int64_t z = count_of_first(block, "FirstZ");
-      const std::int64_t c = count_of_first(block, "FirstC");
-      const std::int64_t t = count_of_first(block, "FirstT");
-      const std::int64_t page = count_of_first(block, "IFD");
-      const std::int64_t count = block.contains("PlaneCount") ? count_of(block, "PlaneCount") : 1;
-      if (z < 0 || z >= description.slices || c < 0 || c >= description.channels || t < 0 ||
-          t >= description.times.count || page < 0 || page > kMaxTiffPages) {
-        return no_description("its description has pages of slices that do not exist");
-      }
-      const auto first =
-          static_cast<std::size_t>((t * description.channels + c) * description.slices + z);
-      // The block continues in the order of pages.
-      for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-        if (ordered[first] + i >= ordered.size()) break;
-        description.pages[place_of[ordered[first] + i]] = static_cast<std::size_t>(page) + i;
-      }
-    }
-    return {};
-  }
-
-  static std::int64_t count_of_first(const Values& values, std::string_view name) {
-    const std::string text = text_of_value(values, name);
-    return text.empty() ? 0 : integer(text).value_or(-1);
-  }
-
-  Result<void> set_spacing(TiffDescription& description) const {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::string name = std::string("PhysicalSize") + "XYZ"[axis];
-      description.spacing[axis] = length_of(pixels_, name);
-      if (!description.spacing[axis]) continue;
-      const std::string unit = unit_from(unit_of(name + "Unit", "µm"));
-      if (!description.length_unit.empty() && description.length_unit != unit) {
-        return no_description("its axes have different units, " + description.length_unit +
-                              " and " + unit);
-      }
-      description.length_unit = unit;
-    }
-    return {};
-  }
+  static constexpr std::size_t kMaxImages = 4096;
 
   std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser_;
   std::string failure_;
-  int images_ = 0;
-  Values pixels_;
-  std::vector<TiffChannel> channels_;
-  std::vector<Values> blocks_;
+  std::vector<OmeImage> images_;
   std::string file_name_;
 };
 
@@ -243,15 +280,65 @@ Result<TiffDescription> parse_imagej_description(std::string_view text) {
       even_times(frames, 0, length_of(values, "finterval").value_or(0),
                  text_of_value(values, "tunit").empty() ? "s" : text_of_value(values, "tunit"));
   description.times.count = frames;
-  description.length_unit = imagej_unit(text_of_value(values, "unit"));
+  description.units.fill(imagej_unit(text_of_value(values, "unit")));
   description.resolution_is_spacing = true;
-  description.spacing[2] = length_of(values, "spacing");
+  // ImageJ uses the absolute value.
+  const std::optional<double> spacing = finite_number(text_of_value(values, "spacing"));
+  if (spacing && *spacing != 0) description.spacing[2] = std::abs(*spacing);
   if (const auto done = order_pages(description, "CZT"); !done) return tl::unexpected(done.error());
   return description;
 }
 
-Result<TiffDescription> parse_ome_description(std::string_view text, std::int64_t components) {
-  return OmeParser().parse(text, components);
+Result<TiffDescription> parse_ome_description(std::string_view text, std::int64_t components,
+                                              std::string_view wanted) {
+  return OmeParser().parse(text, components, wanted);
+}
+
+std::optional<TiffDescription> parse_shape(std::string_view text,
+                                           std::array<std::int64_t, 2> image_size,
+                                           std::int64_t components) {
+  if (!trimmed(text).starts_with('{')) return std::nullopt;
+  const nlohmann::json json = parse_json(text);
+  const auto found = json.is_object() ? json.find("shape") : json.end();
+  if (found == json.end() || !found->is_array()) return std::nullopt;
+  std::vector<std::int64_t> shape;
+  for (const nlohmann::json& size : *found) {
+    if (!size.is_number_integer()) return std::nullopt;
+    shape.push_back(size.get<std::int64_t>());
+    if (shape.back() < 1 || shape.back() > kMaxTiffPages) return std::nullopt;
+  }
+  std::string axes;
+  if (const auto named = json.find("axes"); named != json.end() && named->is_string()) {
+    axes = named->get<std::string>();
+  }
+  if (axes.size() != shape.size()) axes.assign(shape.size(), 'Q');
+  if (components > 1 && !shape.empty() && shape.back() == components) shape.pop_back();
+  const std::size_t before = shape.size() < 2 ? 0 : shape.size() - 2;
+  if (shape.size() < 2 || shape[before] != image_size[1] || shape[before + 1] != image_size[0]) {
+    return std::nullopt;
+  }
+  TiffDescription description;
+  std::int64_t times = 1;
+  for (std::size_t i = 0; i < before; ++i) {
+    const bool is_last = i + 1 == before;
+    const bool is_slices = axes[i] == 'Z' || (is_last && axes[i] != 'C' && axes[i] != 'T');
+    (is_slices ? description.slices : axes[i] == 'C' ? description.channels : times) *= shape[i];
+  }
+  description.times.count = times;
+  // Pages are in the order of the axes, of which the last is the fastest.
+  std::string order;
+  for (std::size_t i = before; i-- > 0;) {
+    const bool is_last = i + 1 == before;
+    const char axis = axes[i] == 'C' || axes[i] == 'T' ? axes[i]
+                      : axes[i] == 'Z' || is_last      ? 'Z'
+                                                       : 'T';
+    if (order.find(axis) == std::string::npos) order += axis;
+  }
+  for (const char axis : {'Z', 'C', 'T'}) {
+    if (order.find(axis) == std::string::npos) order += axis;
+  }
+  if (!order_pages(description, order)) return std::nullopt;
+  return description;
 }
 
 }  // namespace multitetra

@@ -1,5 +1,5 @@
-// Parses the descriptions that microscopy programs write to TIFF files: the slice, channel and time
-// of each page, and the spacing of samples.
+// Parses the descriptions that programs write to TIFF files: the slice, channel and time of each
+// page, and the spacing of samples.
 #pragma once
 
 #include <array>
@@ -27,20 +27,32 @@ struct TiffDescription {
   std::int64_t channels = 1;
   SourceTimes times = {};
   std::array<std::optional<double>, 3> spacing = {};  // Along x, y, z, if given.
-  std::string length_unit = {};
+  std::array<std::string, 3> units = {};              // Of the axes; empty if unknown.
   // The resolution counts pixels per unit.
   bool resolution_is_spacing = false;
   std::vector<TiffChannel> described_channels = {};  // Empty, or one per channel.
   // Slice z, channel c and time t are page pages[(t * channels + c) * slices + z].
   std::vector<std::size_t> pages = {};
+  // The names of all images that the description has, of which this is the one numbered `image`.
+  std::vector<std::string> images = {};
+  std::size_t image = 0;
 };
 
 // Parses the description of an ImageJ hyperstack ("ImageJ=1.53..."). The file may have fewer pages:
 // stacks beyond 4 GiB have one page, followed by all samples.
 [[nodiscard]] Result<TiffDescription> parse_imagej_description(std::string_view text);
 
-// Parses the XML document of OME-TIFF. `components` is the number of components per sample.
+// Parses the XML document of OME-TIFF. `components` is the number of components per sample. Several
+// images are counted from 1; `wanted` is a number, an ID or a name, or empty for the first.
 [[nodiscard]] Result<TiffDescription> parse_ome_description(std::string_view text,
-                                                            std::int64_t components);
+                                                            std::int64_t components,
+                                                            std::string_view wanted = {});
+
+// Parses the shape that tifffile writes: {"shape": [5, 6, 8]}, slowest first, with `components`
+// last if there are several. The slices come last; axes before them are times, unless "axes" names
+// them C. Returns nothing for other text, or if an image has another size (columns and rows).
+[[nodiscard]] std::optional<TiffDescription> parse_shape(std::string_view text,
+                                                         std::array<std::int64_t, 2> image_size,
+                                                         std::int64_t components);
 
 }  // namespace multitetra

@@ -45,6 +45,7 @@ struct PageFormat {
   bool is_tiled = false;
   bool is_upside_down = false;
 
+  [[nodiscard]] bool is_half() const { return kind == SAMPLEFORMAT_IEEEFP && bits == 16; }
   // Bytes of a stored row, of one component if planar, else of all.
   [[nodiscard]] std::size_t row_bytes(std::size_t columns) const {
     return (columns * bits * (is_planar ? 1U : components) + 7) / 8;
@@ -91,7 +92,7 @@ void unpack_row(const PageFormat& format, std::span<const std::byte> row, std::s
         number = static_cast<std::uint16_t>(unsigned{number} << 1 | (byte >> (7 - bit % 8) & 1U));
       }
       std::memcpy(into, &number, width);  // Requires a little-endian host.
-    } else if (format.kind == SAMPLEFORMAT_IEEEFP && format.bits == 16) {
+    } else if (format.is_half()) {
       std::uint16_t half = 0;
       std::memcpy(&half, row.data() + 2 * i, sizeof(half));
       const float number = float_from_half(half);
@@ -129,6 +130,36 @@ namespace {
   fail_damaged(file, text);
 }
 
+// Returns the offset of the samples if they are uncompressed, and their strips follow each other.
+std::optional<std::uint64_t> plain_offset_of(TIFF* tiff) {
+  const PageFormat format = format_of(tiff);
+  std::uint64_t* offsets = nullptr;
+  if (format.is_tiled || format.is_planar || format.is_upside_down || format.bits % 8 != 0 ||
+      format.is_half() ||
+      tiff_field<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, 1) != COMPRESSION_NONE ||
+      TIFFGetField(tiff, TIFFTAG_STRIPOFFSETS, &offsets) != 1 || offsets == nullptr) {
+    return std::nullopt;
+  }
+  const std::uint64_t rows =
+      std::min(tiff_field<std::uint32_t>(tiff, TIFFTAG_ROWSPERSTRIP, format.height), format.height);
+  const std::uint64_t strip_bytes = rows * format.row_bytes(format.width);
+  const std::uint64_t strips = rows == 0 ? 0 : (format.height - 1) / rows + 1;
+  for (std::uint64_t i = 1; i < strips; ++i) {
+    if (offsets[i] != offsets[i - 1] + strip_bytes) return std::nullopt;
+  }
+  return offsets[0];
+}
+
+// MetaMorph's tag UIC2 has as many entries as the stack has images, of which the strips are the
+// first; a directory with a depth has the images of a volume.
+std::int64_t images_in_directory(TIFF* tiff) {
+  constexpr std::uint32_t kUic2Tag = 33629;
+  std::uint32_t count = 0;
+  void* values = nullptr;
+  if (TIFFGetField(tiff, kUic2Tag, &count, &values) == 1 && count > 1) return count;
+  return std::max<std::int64_t>(tiff_field<std::uint32_t>(tiff, TIFFTAG_IMAGEDEPTH, 1), 1);
+}
+
 }  // namespace
 
 TiffPages::TiffPages(std::filesystem::path file) : file_(std::move(file)) {
@@ -138,7 +169,11 @@ TiffPages::TiffPages(std::filesystem::path file) : file_(std::move(file)) {
   if (tiff == nullptr) fail_in_tiff(file_, "it is not a complete TIFF file");
   while (true) {
     const auto kind = tiff_field<std::uint32_t>(tiff, TIFFTAG_SUBFILETYPE, 0);
-    if ((kind & FILETYPE_REDUCEDIMAGE) == 0) pages_.push_back(TIFFCurrentDirOffset(tiff));
+    if ((kind & FILETYPE_REDUCEDIMAGE) == 0) {
+      pages_.push_back(TIFFCurrentDirOffset(tiff));
+    } else {
+      has_other_directories_ = true;
+    }
     if (TIFFLastDirectory(tiff) != 0) break;
     if (TIFFReadDirectory(tiff) == 0) {
       fail_in_tiff(file_, "its chain of pages leads outside the file or is circular");
@@ -154,12 +189,12 @@ TiffPages::TiffPages(std::filesystem::path file) : file_(std::move(file)) {
   resolution_.y = static_cast<double>(tiff_field<float>(tiff, TIFFTAG_YRESOLUTION, 0));
   const auto unit = tiff_field<std::uint16_t>(tiff, TIFFTAG_RESOLUTIONUNIT, RESUNIT_INCH);
   resolution_.unit_mm = unit == RESUNIT_INCH ? 25.4 : unit == RESUNIT_CENTIMETER ? 10 : 0;
-  const PageFormat format = format_of(tiff);
-  std::uint64_t* offsets = nullptr;
-  const bool is_plain = !format.is_tiled && !format.is_planar && format.bits % 8 == 0 &&
-                        tiff_field<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, 1) == COMPRESSION_NONE;
-  if (is_plain && TIFFGetField(tiff, TIFFTAG_STRIPOFFSETS, &offsets) == 1 && offsets != nullptr) {
-    plain_offset_ = offsets[0];
+  plain_offset_ = plain_offset_of(tiff);
+  images_in_first_ = images_in_directory(tiff);
+  std::uint16_t count = 0;
+  void* sub_directories = nullptr;
+  if (TIFFGetField(tiff, TIFFTAG_SUBIFD, &count, &sub_directories) == 1 && count > 0) {
+    has_other_directories_ = true;
   }
 }
 

@@ -37,6 +37,10 @@ class TiffPages {
   [[nodiscard]] const Resolution& resolution() const { return resolution_; }
   // Offset of the samples of the first page, if they are uncompressed and contiguous.
   [[nodiscard]] std::optional<std::uint64_t> plain_offset() const { return plain_offset_; }
+  // Images that the first directory has by its tags: of MetaMorph stacks, or its ImageDepth.
+  [[nodiscard]] std::int64_t images_in_first() const { return images_in_first_; }
+  // Whether the file has directories that are not pages: reduced copies, or those of other tags.
+  [[nodiscard]] bool has_other_directories() const { return has_other_directories_; }
   [[nodiscard]] bool is_big_endian() const;
 
   // Reads the samples of a page as stored, rows from the top, components interleaved. Requires
@@ -53,6 +57,8 @@ class TiffPages {
   std::string description_;
   Resolution resolution_;
   std::optional<std::uint64_t> plain_offset_;
+  std::int64_t images_in_first_ = 1;
+  bool has_other_directories_ = false;
 };
 
 }  // namespace multitetra

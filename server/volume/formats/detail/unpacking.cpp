@@ -307,10 +307,11 @@ std::size_t UnpackedStream::read_some(std::span<std::byte> into) {
   return wanted - into.size();
 }
 
-void UnpackedStream::require_good_end() {
+std::uint64_t UnpackedStream::require_good_end() {
   std::vector<std::byte> portion(kPackedPortionBytes);
-  while (read_some(portion) > 0) {
-  }
+  std::uint64_t length = 0;
+  while (const std::size_t count = read_some(portion)) length += count;
+  return length;
 }
 
 Packing UnpackedStream::packing_at(const InputFile& file, std::uint64_t offset) {

@@ -1,6 +1,5 @@
 #include "server/volume/formats/dicom/dicom_series.hpp"
 
-#include <gdcmImageReader.h>
 #include <gdcmTrace.h>
 
 #include <algorithm>
@@ -9,17 +8,20 @@
 #include <cstring>
 #include <map>
 #include <optional>
-#include <set>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
 
-#include "common/base/text.hpp"
 #include "common/base/number_text.hpp"
+#include "common/base/text.hpp"
 #include "common/base/vec3.hpp"
+#include "server/volume/formats/detail/header_bytes.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/dicom/detail/dicom_frames.hpp"
 #include "server/volume/formats/dicom/detail/dicom_grid.hpp"
 #include "server/volume/formats/dicom/detail/dicom_image.hpp"
+#include "server/volume/formats/dicom/detail/dicom_segmentation.hpp"
 
 namespace multitetra {
 namespace {
@@ -158,6 +160,55 @@ void note_origins(const fs::path& place, const std::vector<DicomImage>& images,
   }
 }
 
+// "2 mm apart (SliceThickness)"
+std::string slice_spacing_text(const DicomImage& image) {
+  const std::string source =
+      image.slice_spacing == SpacingSource::kSliceThickness  ? "SliceThickness"
+      : image.slice_spacing == SpacingSource::kBetweenSlices ? "SpacingBetweenSlices"
+                                                             : "no element states their distance";
+  return rounded_text(image.spacing[2]) + " mm apart (" + source + ")";
+}
+
+// Adds notices about how the images are placed.
+void note_places(const fs::path& place, const DicomImage& first,
+                 std::vector<std::string>& notices) {
+  const auto note = [&](const std::string& text) {
+    notices.push_back("'" + place.string() + "': " + text + ".");
+  };
+  if (first.plane_spacing == SpacingSource::kAtDetector) {
+    note(
+        "the distance of its columns and rows is that at the detector (ImagerPixelSpacing); in "
+        "the patient it is smaller");
+  }
+  if (first.plane_spacing == SpacingSource::kScannedFilm) {
+    note(
+        "the distance of its columns and rows is that on the scanned film "
+        "(NominalScannedPixelSpacing)");
+  }
+  if (first.frames > 1 && !first.has_own_place && first.slice_spacing != SpacingSource::kStated) {
+    note("its frames have no positions; they are placed " + slice_spacing_text(first));
+  }
+  if (first.is_projection) {
+    note(
+        "its frames are images of nuclear medicine that are not reconstructed: no slices of a "
+        "volume");
+  }
+}
+
+// Marks the spacings that no element of the files states.
+void mark_assumed(const std::vector<DicomImage>& stack, ImageHeader& header) {
+  const DicomImage& first = stack.front();
+  if (first.plane_spacing == SpacingSource::kNone) {
+    header.geometry.spacing[0] = std::nullopt;
+    header.geometry.spacing[1] = std::nullopt;
+  }
+  const bool is_placed =
+      stack.size() > 1 && first.has_position && (first.frames == 1 || first.has_own_place);
+  if (!is_placed && first.slice_spacing == SpacingSource::kNone) {
+    header.geometry.spacing[2] = std::nullopt;
+  }
+}
+
 // Returns one image per position, sorted by position: the chosen one if there are several.
 std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> images,
                                 const VolumeChoice& choice, std::vector<std::string>& notices,
@@ -166,7 +217,8 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
                    [](const DicomImage& image) { return image.has_position; })) {
     notices.push_back("'" + place.string() +
                       "': its slices have no positions; they are placed in the order of their "
-                      "numbers, one slice spacing apart.");
+                      "numbers, " +
+                      slice_spacing_text(images.front()) + ".");
     std::sort(images.begin(), images.end(), [](const DicomImage& a, const DicomImage& b) {
       return std::tie(a.number, a.file, a.frame) < std::tie(b.number, b.file, b.frame);
     });
@@ -229,46 +281,20 @@ class DicomSlices : public StoredSlices {
   void read(std::size_t first, std::size_t count, std::byte* into) override {
     for (std::size_t i = first; i < first + count; ++i, into += header_.slice_bytes()) {
       const DicomImage& image = stack_[i];
-      load(image);
-      const std::byte* const frame =
-          pixels_.data() + static_cast<std::size_t>(image.frame) * image.frame_bytes();
+      const std::span<const std::byte> samples = frames_.samples(image);
       if (rescale_) {
-        to_values(image, frame, into);
+        to_values(image, samples.data(), into);
       } else {
-        std::memcpy(into, frame, image.frame_bytes());
+        std::memcpy(into, samples.data(), samples.size());
       }
     }
   }
 
  private:
-  // Loads all frames of the image's file.
-  void load(const DicomImage& image) {
-    if (loaded_ == image.file) return;
-    gdcm::ImageReader reader;
-    reader.SetFileName(image.file.c_str());
-    if (!reader.Read()) {
-      fail_reading(image.file, "its image cannot be read",
-                   "Get a complete copy of the file, or decompress it first");
-    }
-    const gdcm::Image& pixels = reader.GetImage();
-    const std::size_t needed = static_cast<std::size_t>(image.frames) * image.frame_bytes();
-    if (pixels.GetBufferLength() != needed || dicom_type(pixels.GetPixelFormat()) != image.type) {
-      fail_damaged(image.file, "its image has " + std::to_string(pixels.GetBufferLength()) +
-                                   " bytes, but its header declares " + std::to_string(needed));
-    }
-    pixels_.resize(needed);
-    loaded_.clear();
-    if (!pixels.GetBuffer(reinterpret_cast<char*>(pixels_.data()))) {
-      fail_reading(image.file, "its pixels cannot be decompressed",
-                   "Decompress it first, for example with gdcmconv --raw");
-    }
-    loaded_ = image.file;
-  }
-
   // Converts slices with their own slope to values.
   void to_values(const DicomImage& image, const std::byte* from, std::byte* into) const {
-    const auto each = [&]<typename Number>(Number) {
-      const std::size_t count = header_.slice_bytes() / sizeof(float);
+    const std::size_t count = header_.slice_bytes() / sizeof(float);
+    with_number_type(image.type, [&]<typename Number>() {
       for (std::size_t i = 0; i < count; ++i) {
         Number number;
         std::memcpy(&number, from + i * sizeof(Number), sizeof(Number));
@@ -276,21 +302,55 @@ class DicomSlices : public StoredSlices {
             static_cast<float>(image.slope * static_cast<double>(number) + image.intercept);
         std::memcpy(into + i * sizeof(float), &value, sizeof(float));
       }
-    };
-    with_number_type(image.type, [&]<typename Number>() { each(Number{}); });
+    });
   }
 
   std::vector<DicomImage> stack_;
   ImageHeader header_;
   bool rescale_;
-  fs::path loaded_;  // File of pixels_; empty if there is none.
-  std::vector<std::byte> pixels_;
+  DicomFrames frames_;
 };
+
+// A data element at the beginning of a file without preamble.
+struct FirstElement {
+  std::uint16_t group = 0;
+  std::uint16_t element = 0;
+  std::size_t end = 0;  // Offset behind its value.
+};
+
+// Parses a little-endian element of group 2 or 8, with a type or without.
+std::optional<FirstElement> element_at(std::string_view bytes, std::size_t at) {
+  if (at + 12 > bytes.size()) return std::nullopt;
+  const HeaderBytes head(std::string(bytes.substr(at, 12)), Endian::kLittle);
+  FirstElement element{.group = head.at<std::uint16_t>(0), .element = head.at<std::uint16_t>(2)};
+  if (element.group != 2 && element.group != 8) return std::nullopt;
+  const std::string_view type = bytes.substr(at + 4, 2);
+  const bool has_type = type.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ") == std::string::npos;
+  constexpr std::string_view kShort = "AE AS CS DA DS DT IS LO PN SH TM UI UL US";
+  if (has_type && kShort.find(type) == std::string_view::npos) {
+    element.end = at + 12 + std::size_t{head.at<std::uint32_t>(8)};
+  } else if (has_type) {
+    element.end = at + 8 + std::size_t{head.at<std::uint16_t>(6)};
+  } else {
+    element.end = at + 8 + std::size_t{head.at<std::uint32_t>(4)};
+  }
+  return element.end % 2 == at % 2 && element.end - at < 0x10000 ? std::optional(element)
+                                                                 : std::nullopt;
+}
+
+// Returns whether the first two elements are valid, in order, and of the groups that come first.
+bool begins_with_elements(std::string_view bytes) {
+  const std::optional<FirstElement> first = element_at(bytes, 0);
+  const std::optional<FirstElement> second = first ? element_at(bytes, first->end) : std::nullopt;
+  return second &&
+         std::tie(first->group, first->element) < std::tie(second->group, second->element);
+}
 
 }  // namespace
 
 bool is_dicom(std::string_view beginning) {
-  return beginning.size() >= 132 && beginning.substr(128, 4) == "DICM";
+  return (beginning.size() >= 132 && beginning.substr(128, 4) == "DICM") ||
+         begins_with_elements(beginning);
 }
 
 std::vector<fs::path> dicom_files(const fs::path& folder) {
@@ -340,8 +400,12 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
   }
   StoredVolume volume;
   std::vector<DicomImage> images = chosen_series(place, all, choice.series);
+  if (images.front().segmentation != Segmentation::kNone) {
+    return open_dicom_segmentation(place, std::move(images), choice);
+  }
   note_origins(place, images, volume.notices);
   drop_outliers(place, images, volume.notices);
+  note_places(place, images.front(), volume.notices);
   if (images.front().frames > 1 && !images.front().has_own_place &&
       images.front().file != images.back().file) {
     fail_reading(place,
@@ -351,7 +415,7 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
   const std::vector<DicomImage> stack =
       stacked(place, std::move(images), choice, volume.notices, volume.contents.times);
   const DicomImage& first = stack.front();
-  const DicomGrid grid = dicom_grid(place, stack, choice.resample, volume.notices);
+  const DicomGrid grid = dicom_grid(place, stack, choice, volume.notices);
   const bool rescale = std::any_of(stack.begin(), stack.end(), [&](const DicomImage& image) {
     return image.slope != first.slope || image.intercept != first.intercept;
   });
@@ -366,7 +430,8 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
     header.intercept = first.intercept;
     header.stored_bits = first.stored_bits;
   }
-  set_axes(header, grid.steps, stated(grid.origin));
+  set_axes(header, grid.steps, first.has_origin ? stated(grid.origin) : kNotStated);
+  mark_assumed(stack, header);
   check_header(place, header);
   volume.slices = std::make_unique<DicomSlices>(stack, header, rescale);
   volume.resampled = grid.resampled;

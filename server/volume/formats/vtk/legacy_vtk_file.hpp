@@ -7,9 +7,10 @@
 
 namespace multitetra {
 
-// Opens the first array, text or binary: SCALARS, VECTORS, NORMALS, TENSORS or one of a FIELD.
-// Samples of CELL_DATA are at cell centers. A field TimeValue or TIME in front of them is the time.
-// Throws VolumeFileError.
-[[nodiscard]] StoredVolume open_legacy_vtk(const std::filesystem::path& file);
+// Opens the array choice.array, text or binary, or else the first one, with a notice if there are
+// several: SCALARS, VECTORS, NORMALS, TENSORS or those of a FIELD. Samples of CELL_DATA are at cell
+// centers. A field TimeValue or TIME in front of them is the time. Throws VolumeFileError.
+[[nodiscard]] StoredVolume open_legacy_vtk(const std::filesystem::path& file,
+                                           const VolumeChoice& choice);
 
 }  // namespace multitetra

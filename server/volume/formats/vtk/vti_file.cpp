@@ -1,6 +1,5 @@
 #include "server/volume/formats/vtk/vti_file.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -9,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/volume/formats/vtk/detail/array_choice.hpp"
 #include "server/volume/formats/vtk/vtk_arrays.hpp"
 
 namespace multitetra {
@@ -32,42 +32,6 @@ class VtiSlices : public StoredSlices {
   std::size_t slice_bytes_;
 };
 
-const VtiArray& chosen(const fs::path& file, const VtiHeader& header, const std::string& wanted) {
-  std::string names;
-  for (const VtiArray& array : header.arrays) names += (names.empty() ? "" : ", ") + array.name;
-  if (header.arrays.empty()) {
-    fail_reading(file, "it has no arrays of numbers", "Save it with point data");
-  }
-  const auto find = [&](const std::string& name, bool of_cells) {
-    return std::find_if(header.arrays.begin(), header.arrays.end(), [&](const VtiArray& array) {
-      return array.of_cells == of_cells && (name.empty() || array.name == name);
-    });
-  };
-  for (const bool of_cells : {false, true}) {
-    const std::string& scalars = of_cells ? header.cell_scalars : header.scalars;
-    auto found = find(wanted.empty() ? scalars : wanted, of_cells);
-    if (found == header.arrays.end() && wanted.empty()) found = find("", of_cells);
-    if (found != header.arrays.end()) return *found;
-  }
-  fail_reading(file, "it has no array '" + wanted + "'", "Its arrays are " + names);
-}
-
-// Returns the other arrays with as many samples as the chosen one.
-VolumeContents other_contents(const VtiHeader& header, const VtiArray& chosen) {
-  VolumeContents contents;
-  for (const VtiArray& array : header.arrays) {
-    if (array.of_cells != chosen.of_cells || contents.fields.size() == kMaxSourceMembers) continue;
-    const std::string name = member_name_from(array.name);
-    if (name.empty()) {
-      contents.unnamed.push_back(array.name);
-    } else {
-      contents.fields.push_back(
-          {.name = name, .array = array.name, .components = array.components});
-    }
-  }
-  return contents;
-}
-
 // Returns the time that the field data state; none if it is not a finite float.
 std::vector<double> time_of(const VtkArrays& arrays) {
   const std::optional<VtiArray>& array = arrays.header().time;
@@ -90,38 +54,38 @@ std::vector<double> time_of(const VtkArrays& arrays) {
 VtiPiece open_vti_piece(const fs::path& path, const VolumeChoice& choice) {
   auto arrays = std::make_unique<const VtkArrays>(path, VtkDataKind::kImageData);
   const VtiHeader& vti = arrays->header();
-  const VtiArray& array = chosen(path, vti, choice.array);
+  const VtiArray& array =
+      chosen_array(path, vti.arrays, {vti.scalars, vti.cell_scalars}, choice.array);
 
   ImageHeader header{.type = array.type, .components = array.components};
   std::array<Vec3, 3> steps{};
-  Vec3 origin = vti.origin;
+  const Vec3 spacing = vti.spacing.value_or(Vec3{1, 1, 1});
+  Vec3 origin = vti.origin.value_or(Vec3{});
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::int64_t low = vti.piece[2 * axis];
     header.dims[axis] = vti.piece[2 * axis + 1] - low + (array.of_cells ? 0 : 1);
     const double first = static_cast<double>(low) + (array.of_cells ? 0.5 : 0.0);
     for (std::size_t row = 0; row < 3; ++row) {
-      steps[axis][row] = vti.directions[axis][row] * vti.spacing[axis];
+      steps[axis][row] = vti.directions[axis][row] * spacing[axis];
       origin[row] += steps[axis][row] * first;
     }
   }
-  set_axes(header, steps, stated(origin));
+  set_axes(header, steps, vti.origin ? stated(origin) : kNotStated);
+  if (!vti.spacing) header.geometry.spacing = kNotStated;
   check_header(path, header);
   auto bytes = arrays->open(array, static_cast<std::uint64_t>(header.dims[0]) *
                                        static_cast<std::uint64_t>(header.dims[1]) *
                                        static_cast<std::uint64_t>(header.dims[2]) *
                                        static_cast<std::uint64_t>(header.components));
   const std::size_t slice_bytes = header.slice_bytes();
-  VtiPiece piece{
-      .volume = {.header = header, .slices = nullptr, .contents = other_contents(vti, array)},
-      .extent = vti.piece,
-      .of_cells = array.of_cells,
-      .is_part = vti.piece != vti.extent};
+  VtiPiece piece{.volume = {.header = header,
+                            .slices = nullptr,
+                            .notices = choice_notices(path, vti.arrays, array, choice.array),
+                            .contents = contents_beside(vti.arrays, array)},
+                 .extent = vti.piece,
+                 .of_cells = array.of_cells,
+                 .is_part = vti.piece != vti.extent};
   piece.volume.contents.times.at = time_of(*arrays);
-  if (vti.arrays.size() > 1 && choice.array.empty()) {
-    piece.volume.notices.push_back(
-        "'" + path.string() + "': of its " + std::to_string(vti.arrays.size()) + " arrays, '" +
-        array.name + "' is used; select another with --array, or prepare each with --field.");
-  }
   // Last, since this moves `arrays`, which owns the header.
   piece.volume.slices =
       std::make_unique<VtiSlices>(std::move(arrays), std::move(bytes), slice_bytes);

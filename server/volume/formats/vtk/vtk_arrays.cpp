@@ -34,6 +34,15 @@ class EncodedBytes {
     }
   }
 
+  // Returns whether the first `count` bytes are encoded apart from what follows: padding then fills
+  // their last group. Requires a count that is no multiple of 3, with other bytes behind it.
+  [[nodiscard]] bool ends_after(std::uint64_t count) const {
+    if (!is_base64_) return false;
+    std::array<std::byte, 4> group{};
+    file_->read(begin_ + count / 3 * 4, group);
+    return group[3] == std::byte{'='} && (group[2] == std::byte{'='}) == (count % 3 == 1);
+  }
+
   // Returns the bytes from `offset` on. With base64, a separately encoded run must begin there.
   [[nodiscard]] EncodedBytes after(std::uint64_t offset) const {
     return {*file_, begin_ + (is_base64_ ? (offset + 2) / 3 * 4 : offset), is_base64_};
@@ -51,6 +60,9 @@ class EncodedBytes {
       for (std::size_t i = 0; i < 4; ++i) bits = bits << 6 | digit(text[group + i], i);
       for (int shift = 16; shift >= 0; shift -= 8, ++at) {
         if (at < offset || at >= offset + into.size()) continue;
+        if (text[group + static_cast<std::size_t>(3 - shift / 8)] == std::byte{'='}) {
+          fail_in_base64();
+        }
         into[at - offset] = static_cast<std::byte>(bits >> shift & 0xFF);
       }
     }
@@ -64,7 +76,12 @@ class EncodedBytes {
     if (c == '+') return 62;
     if (c == '/') return 63;
     if (c == '=' && place >= 2) return 0;
-    fail_reading(file_->path(), "its base64 data contain an invalid byte",
+    fail_in_base64();
+  }
+
+  [[noreturn]] void fail_in_base64() const {
+    fail_reading(file_->path(),
+                 "its base64 data contain an invalid byte, or end within the samples",
                  "Save it again with appended raw data");
   }
 
@@ -106,7 +123,13 @@ class PlainSampleBytes : public SampleBytes {
     const Lengths lengths(bytes, header);
     skipped_ = lengths.width();
     const std::uint64_t found = lengths.read(0, 1)[0];
-    if (found == needed) return;
+    if (found == needed) {
+      // Writers encode the length and the samples together, as VTK does, or apart.
+      if (!bytes.ends_after(skipped_)) return;
+      bytes_ = bytes.after(skipped_);
+      skipped_ = 0;
+      return;
+    }
     fail_damaged(file.path(), "its header declares " + std::to_string(needed) +
                                   " bytes of samples, but the array has " + std::to_string(found));
   }

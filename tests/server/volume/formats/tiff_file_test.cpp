@@ -333,7 +333,6 @@ TEST(TiffDescription, AcceptsOmeBlocksStartingAnywhere) {
   EXPECT_FALSE(parsed(sizes,
                       "<TiffData><UUID FileName=\"a\"/></TiffData><TiffData><UUID "
                       "FileName=\"b\"/></TiffData>"));
-  EXPECT_FALSE(parsed("PhysicalSizeX=\"1\" PhysicalSizeY=\"1\" PhysicalSizeYUnit=\"nm\"", ""));
   EXPECT_FALSE(parse_ome_description("<OME>", 1));
 }
 

@@ -97,8 +97,8 @@ DicomGrid even_grid(const fs::path& place, const std::vector<DicomImage>& stack,
 
 }  // namespace
 
-DicomGrid dicom_grid(const fs::path& place, const std::vector<DicomImage>& stack, bool resample,
-                     std::vector<std::string>& notices) {
+DicomGrid dicom_grid(const fs::path& place, const std::vector<DicomImage>& stack,
+                     const VolumeChoice& choice, std::vector<std::string>& notices) {
   const DicomImage& first = stack.front();
   DicomGrid grid{
       .steps = {scaled(first.row, first.spacing[0]), scaled(first.column, first.spacing[1]),
@@ -115,18 +115,18 @@ DicomGrid dicom_grid(const fs::path& place, const std::vector<DicomImage>& stack
     largest = std::max(largest, length(difference(found, expected)));
   }
   const double step_length = length(step);
-  const bool is_even = largest <= kOnGrid * step_length;
+  const bool is_even = largest <= kOnGrid * step_length || choice.given.spacing;
   const bool is_tilted = std::abs(dot(step, first.row)) > kTilt * step_length ||
                          std::abs(dot(step, first.column)) > kTilt * step_length;
   if (is_even && !is_tilted) {
-    if (largest > kReportedDeviation * step_length) {
+    if (largest > kReportedDeviation * step_length && !choice.given.spacing) {
       notices.push_back("'" + place.string() + "': its slices are up to " + rounded_text(largest) +
                         " mm off an even grid with steps of " + rounded_text(step_length) +
                         " mm; the even grid is used.");
     }
     return grid;
   }
-  if (!resample) {
+  if (!choice.resample) {
     if (!is_even) fail_uneven(place, stack);
     fail_reading(place,
                  "its slices are shifted against each other, as by a tilted gantry: the step from "

@@ -21,10 +21,11 @@ struct DicomGrid {
 
 // Returns the grid of `stack`, which must be sorted along the normal and have one size and
 // orientation. Slices within a tenth of a step of an even grid are taken to be on it, with a notice
-// of the largest deviation. Others, and those of a tilted gantry, are resampled with a notice if
-// `resample` is set, else refused. Throws VolumeFileError.
+// of the largest deviation, and all slices if choice.given has a spacing. Others, and those of a
+// tilted gantry, are resampled with a notice if choice.resample is set, else refused. Throws
+// VolumeFileError.
 [[nodiscard]] DicomGrid dicom_grid(const std::filesystem::path& place,
-                                   const std::vector<DicomImage>& stack, bool resample,
+                                   const std::vector<DicomImage>& stack, const VolumeChoice& choice,
                                    std::vector<std::string>& notices);
 
 }  // namespace multitetra

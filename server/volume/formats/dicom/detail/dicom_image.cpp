@@ -4,242 +4,170 @@
 #include <gdcmMediaStorage.h>
 #include <gdcmPixelFormat.h>
 #include <gdcmReader.h>
-#include <gdcmSequenceOfItems.h>
 #include <gdcmUIDs.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
-#include <set>
+#include <memory>
+#include <string_view>
 #include <utility>
 
 #include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/dicom/detail/dicom_elements.hpp"
+#include "server/volume/formats/dicom/detail/dicom_geometry.hpp"
 #include "server/volume/formats/dicom/detail/dicom_pixels.hpp"
 
 namespace multitetra {
 namespace {
 
 namespace fs = std::filesystem;
+using gdcm::Tag;
 
 constexpr std::uint32_t kMaxDicomFrames = 100'000;
-
-std::string text_at(const gdcm::DataSet& data, const gdcm::Tag& tag, std::size_t most = 1024) {
-  if (!data.FindDataElement(tag)) return {};
-  const gdcm::ByteValue* bytes = data.GetDataElement(tag).GetByteValue();
-  if (bytes == nullptr || bytes->GetLength() > most) return {};
-  std::string text(bytes->GetPointer(), bytes->GetLength());
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.pop_back();
-  return text;
-}
-
-// Returns the values of a text element, which backslashes separate.
-std::vector<double> numbers_at(const gdcm::DataSet& data, const gdcm::Tag& tag,
-                               std::size_t most = 64) {
-  std::vector<double> numbers;
-  std::string text = text_at(data, tag, 18 * most);
-  std::replace(text.begin(), text.end(), '\\', ' ');
-  const char* at = text.c_str();
-  for (char* end = nullptr; numbers.size() < most; at = end) {
-    const double number = std::strtod(at, &end);
-    if (end == at || !std::isfinite(number)) break;
-    numbers.push_back(number);
-  }
-  return numbers;
-}
-
-std::string value_unit_of(const std::string& rescale_type, const gdcm::DataSet& data,
-                          const std::string& modality) {
-  if (rescale_type == "US") return {};  // The standard defines US as unspecified.
-  if (!rescale_type.empty()) return unit_from(rescale_type);
-  if (modality == "CT") return "HU";
-  return modality == "PT" ? unit_from(text_at(data, gdcm::Tag(0x0054, 0x1001))) : std::string();
-}
-
-// ---- functional groups: properties of all frames, or of one, in Enhanced files
-
-using DicomSequence = gdcm::SmartPointer<gdcm::SequenceOfItems>;
-
-DicomSequence sequence_at(const gdcm::DataSet& data, const gdcm::Tag& tag) {
-  if (!data.FindDataElement(tag)) return nullptr;
-  return data.GetDataElement(tag).GetValueAsSQ();
-}
-
-struct FunctionalGroups {
-  std::vector<double> position = {};
-  std::vector<double> orientation = {};
-  std::vector<double> pixel_spacing = {};
-  std::vector<double> slice_spacing = {};
-  std::vector<double> slope = {};
-  std::vector<double> intercept = {};
-  std::string rescale_type = {};
-};
-
-// Updates `groups` with the values in `item`.
-void read_groups(const gdcm::DataSet& item, FunctionalGroups& groups) {
-  const auto take = [&](const gdcm::Tag& group, const gdcm::Tag& tag, std::size_t count,
-                        std::vector<double>& into) {
-    const DicomSequence sequence = sequence_at(item, group);
-    if (sequence == nullptr || sequence->GetNumberOfItems() < 1) return;
-    std::vector<double> numbers = numbers_at(sequence->GetItem(1).GetNestedDataSet(), tag);
-    if (numbers.size() == count) into = std::move(numbers);
-  };
-  const gdcm::Tag measures(0x0028, 0x9110);
-  const gdcm::Tag transformation(0x0028, 0x9145);
-  take({0x0020, 0x9113}, {0x0020, 0x0032}, 3, groups.position);
-  take({0x0020, 0x9116}, {0x0020, 0x0037}, 6, groups.orientation);
-  take(measures, {0x0028, 0x0030}, 2, groups.pixel_spacing);
-  take(measures, {0x0018, 0x0050}, 1, groups.slice_spacing);
-  take(measures, {0x0018, 0x0088}, 1, groups.slice_spacing);
-  take(transformation, {0x0028, 0x1052}, 1, groups.intercept);
-  take(transformation, {0x0028, 0x1053}, 1, groups.slope);
-  const DicomSequence rescale = sequence_at(item, transformation);
-  if (rescale == nullptr || rescale->GetNumberOfItems() < 1) return;
-  groups.rescale_type = text_at(rescale->GetItem(1).GetNestedDataSet(), gdcm::Tag(0x0028, 0x1054));
-}
-
-void apply(const FunctionalGroups& groups, DicomImage& image) {
-  const auto vector = [](const std::vector<double>& numbers, std::size_t first) {
-    return Vec3{numbers[first], numbers[first + 1], numbers[first + 2]};
-  };
-  if (!groups.position.empty()) image.position = vector(groups.position, 0);
-  if (!groups.orientation.empty()) {
-    image.row = vector(groups.orientation, 0);
-    image.column = vector(groups.orientation, 3);
-  }
-  if (!groups.pixel_spacing.empty()) {  // The spacing between rows comes first.
-    image.spacing[0] = std::abs(groups.pixel_spacing[1]);
-    image.spacing[1] = std::abs(groups.pixel_spacing[0]);
-  }
-  if (!groups.slice_spacing.empty()) image.spacing[2] = std::abs(groups.slice_spacing[0]);
-  if (!groups.slope.empty()) image.slope = groups.slope[0];
-  if (!groups.intercept.empty()) image.intercept = groups.intercept[0];
-}
-
-// Headers round the directions: makes them orthonormal, turning both by the same angle. Leaves
-// differences that are of no effect. Fails for those that no rounding explains.
-void make_orthonormal(DicomImage& image) {
-  constexpr double kNoEffect = 1e-4;
-  constexpr double kMostRounded = 0.03;  // Two decimals.
-  const double lengths[] = {length(image.row), length(image.column)};
-  const double skew = std::abs(dot(image.row, image.column));
-  const double off = std::max({std::abs(lengths[0] - 1), std::abs(lengths[1] - 1), skew});
-  if (off <= kNoEffect) return;
-  if (!(off <= kMostRounded)) {
-    fail_reading(image.file,
-                 "the directions of its rows and columns (ImageOrientationPatient) are not of "
-                 "length 1 and at right angles",
-                 "Correct the header");
-  }
-  image.skew = skew;
-  const Vec3 row = scaled(image.row, 1 / lengths[0]);
-  const Vec3 column = scaled(image.column, 1 / lengths[1]);
-  const Vec3 middle = sum(row, column);
-  const Vec3 across = difference(row, column);
-  const Vec3 u = scaled(middle, std::sqrt(0.5) / length(middle));
-  const Vec3 v = scaled(across, std::sqrt(0.5) / length(across));
-  image.row = sum(u, v);
-  image.column = difference(u, v);
-}
-
-// Returns the frames of a file with header `whole`, positioned by functional groups, by the offsets
-// of a dose grid, or else one slice spacing apart.
-std::vector<DicomImage> frames_of(const DicomImage& whole, const gdcm::DataSet& data) {
-  const DicomSequence shared = sequence_at(data, gdcm::Tag(0x5200, 0x9229));
-  const DicomSequence each = sequence_at(data, gdcm::Tag(0x5200, 0x9230));
-  const std::vector<double> offsets =
-      numbers_at(data, gdcm::Tag(0x3004, 0x000C), static_cast<std::size_t>(whole.frames));
-  FunctionalGroups of_all;
-  if (shared != nullptr && shared->GetNumberOfItems() > 0) {
-    read_groups(shared->GetItem(1).GetNestedDataSet(), of_all);
-  }
-  if (each != nullptr && each->GetNumberOfItems() != static_cast<std::size_t>(whole.frames)) {
-    fail_damaged(whole.file, "it has " + std::to_string(whole.frames) + " frames, but describes " +
-                                 std::to_string(each->GetNumberOfItems()));
-  }
-  std::vector<DicomImage> images;
-  images.reserve(static_cast<std::size_t>(whole.frames));
-  for (std::int64_t frame = 0; frame < whole.frames; ++frame) {
-    DicomImage& image = images.emplace_back(whole);
-    image.frame = frame;
-    FunctionalGroups groups = of_all;
-    if (each != nullptr) {
-      const auto item = static_cast<std::size_t>(frame) + 1;
-      read_groups(each->GetItem(item).GetNestedDataSet(), groups);
-    }
-    apply(groups, image);
-    make_orthonormal(image);
-    if (!groups.rescale_type.empty() || !groups.slope.empty()) {
-      image.value_unit = value_unit_of(groups.rescale_type, data, image.modality);
-    }
-    const Vec3 normal = cross(image.row, image.column);
-    if (each != nullptr) {
-      image.has_position = !groups.position.empty();
-      image.has_own_place = image.has_position;
-    } else {
-      const double distance = offsets.size() == static_cast<std::size_t>(whole.frames)
-                                  ? offsets[static_cast<std::size_t>(frame)] - offsets[0]
-                                  : image.spacing[2] * static_cast<double>(frame);
-      image.position = moved(image.position, distance, normal);
-    }
-    image.along = dot(image.position, normal);
-  }
-  return images;
-}
-
-// ---- one file
+constexpr std::string_view kSegmentation = "1.2.840.10008.5.1.4.1.1.66.4";
+constexpr std::string_view kLabelMap = "1.2.840.10008.5.1.4.1.1.66.7";
 
 struct DicomHeader {
   gdcm::Reader reader;
-  std::uint64_t pixels = 0;  // Offset of the value of the pixel data.
+  std::uint16_t element = 0x0010;  // Of the pixel data in group 7FE0.
+  std::uint64_t pixels = 0;        // Offset of the value of the pixel data.
+
+  [[nodiscard]] const gdcm::DataSet& data() const { return reader.GetFile().GetDataSet(); }
 };
 
-// Returns false for files without an image.
-bool read_dicom_header(const fs::path& path, DicomHeader& header) {
-  const gdcm::Tag pixel_data(0x7FE0, 0x0010);
+// Reads up to the value of an element; false if the header is damaged.
+bool read_up_to(const fs::path& path, std::uint16_t element, DicomHeader& header) {
+  const Tag pixel_data(0x7FE0, element);
   std::ifstream stream(path, std::ios::binary);
   header.reader.SetStream(stream);
-  const bool is_read = header.reader.ReadUpToTag(pixel_data, {pixel_data});
-  const gdcm::File& file = header.reader.GetFile();
-  const bool has_rows = file.GetDataSet().FindDataElement(gdcm::Tag(0x0028, 0x0010));
+  const bool is_read = header.reader.ReadUpToTag(
+      pixel_data, {Tag(0x7FE0, 0x0008), Tag(0x7FE0, 0x0009), Tag(0x7FE0, 0x0010)});
+  stream.clear();
+  header.element = element;
+  header.pixels = static_cast<std::uint64_t>(std::max<std::streamoff>(stream.tellg(), 0));
+  return is_read;
+}
+
+// Returns nullptr for files without an image.
+std::unique_ptr<DicomHeader> read_dicom_header(const fs::path& path) {
+  auto header = std::make_unique<DicomHeader>();
+  const bool is_read = read_up_to(path, 0x0010, *header);
+  const bool has_rows = header->data().FindDataElement(Tag(0x0028, 0x0010));
   gdcm::MediaStorage kind;
-  kind.SetFromHeader(file.GetHeader());
+  kind.SetFromHeader(header->reader.GetFile().GetHeader());
   const char* const uid = kind.GetString();
   gdcm::UIDs known;
-  const char* const kind_name = uid != nullptr && known.SetFromUID(uid) ? known.GetName() : nullptr;
-  const bool is_image =
-      kind_name != nullptr && std::string_view(kind_name).ends_with("Image Storage");
+  const char* const name = uid != nullptr && known.SetFromUID(uid) ? known.GetName() : nullptr;
+  const bool is_image = name != nullptr && std::string_view(name).ends_with("Image Storage");
   if (!is_read || (is_image && !has_rows)) {
     fail_damaged(path, "its header ends too early or is damaged");
   }
-  stream.clear();
-  header.pixels = static_cast<std::uint64_t>(std::max<std::streamoff>(stream.tellg(), 0));
-  return has_rows;
+  if (!has_rows) return nullptr;
+  // Floats are in elements of their own, and have no PixelRepresentation.
+  if (header->data().FindDataElement(Tag(0x0028, 0x0103))) return header;
+  for (const std::uint16_t element : {std::uint16_t{0x0008}, std::uint16_t{0x0009}}) {
+    auto of_floats = std::make_unique<DicomHeader>();
+    if (read_up_to(path, element, *of_floats) &&
+        has_pixels_before(InputFile(path), of_floats->pixels, element)) {
+      return of_floats;
+    }
+  }
+  return header;
 }
 
-// Returns whether there are more bytes than announced.
-bool check_pixels(const fs::path& path, const DicomHeader& header, const DicomImage& image,
-                  const gdcm::PixelFormat& format) {
-  const gdcm::TransferSyntax& syntax =
-      header.reader.GetFile().GetHeader().GetDataSetTransferSyntax();
-  const InputFile file(path);
+// Checks the length of the pixel data; sets how frames can be read.
+void check_pixels(const DicomHeader& header, std::uint64_t bits, DicomImage& image) {
+  const gdcm::File& dicom = header.reader.GetFile();
+  const gdcm::TransferSyntax& syntax = dicom.GetHeader().GetDataSetTransferSyntax();
+  const InputFile file(image.file);
+  image.element = header.element;
   if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) {
-    check_deflated_dicom(file);
-    return false;
+    return check_deflated_dicom(file);
   }
-  const char* const uid = syntax.GetString();
-  const auto photometric =
-      gdcm::ImageHelper::GetPhotometricInterpretationValue(header.reader.GetFile());
+  const auto photometric = gdcm::ImageHelper::GetPhotometricInterpretationValue(dicom);
   // Two uncompressed pixels share their color: four samples instead of six.
   const bool is_subsampled = photometric == gdcm::PhotometricInterpretation::YBR_FULL_422 ||
                              photometric == gdcm::PhotometricInterpretation::YBR_PARTIAL_422;
-  return check_dicom_pixels(
-      file, {.offset = header.pixels,
-             .syntax = uid == nullptr ? std::string_view() : std::string_view(uid),
-             .frames = static_cast<std::uint64_t>(image.frames),
-             .frame_samples = static_cast<std::uint64_t>(image.size[0] * image.size[1] *
-                                                         (is_subsampled ? 2 : image.components)),
-             .bits = format.GetBitsAllocated()});
+  const char* const uid = syntax.GetString();
+  const DicomPixels pixels = {
+      .element = header.element,
+      .offset = header.pixels,
+      .syntax = uid == nullptr ? std::string_view() : std::string_view(uid),
+      .frames = static_cast<std::uint64_t>(image.frames),
+      .frame_samples = static_cast<std::uint64_t>(image.size[0] * image.size[1] *
+                                                  (is_subsampled ? 2 : image.components)),
+      .bits = bits};
+  image.has_excess_bytes = check_dicom_pixels(file, pixels);
+  image.is_jpeg = pixels.syntax.starts_with("1.2.840.10008.1.2.4.");
+  const bool is_plain = image.segmentation != Segmentation::kNone || image.element != 0x0010;
+  const bool is_native = syntax == gdcm::TransferSyntax::ExplicitVRLittleEndian ||
+                         syntax == gdcm::TransferSyntax::ImplicitVRLittleEndian;
+  if (is_plain && is_native) image.pixels_at = header.pixels;
+  if (is_native || image.element == 0x0010) return;
+  fail_reading(image.file, "its floating-point pixels are not little-endian",
+               "Save it as Explicit VR Little Endian");
+}
+
+// Converts a CIELab value, whose numbers are spread over 16 bits, to sRGB.
+std::optional<std::uint32_t> color_from_lab(const std::vector<std::uint16_t>& lab) {
+  if (lab.size() != 3) return std::nullopt;
+  const auto share = [&](std::size_t i) { return lab[i] / 65535.0; };
+  const double fy = (100 * share(0) + 16) / 116;
+  const double fx = fy + (255 * share(1) - 128) / 500;
+  const double fz = fy - (255 * share(2) - 128) / 200;
+  const auto linear = [](double f) {
+    return f > 6.0 / 29 ? f * f * f : 3 * (6.0 / 29) * (6.0 / 29) * (f - 4.0 / 29);
+  };
+  const double x = 0.9505 * linear(fx);  // White of sRGB, D65.
+  const double y = linear(fy);
+  const double z = 1.089 * linear(fz);
+  std::uint32_t color = 0;
+  for (const double part :
+       {3.2406 * x - 1.5372 * y - 0.4986 * z, -0.9689 * x + 1.8758 * y + 0.0415 * z,
+        0.0557 * x - 0.2040 * y + 1.0570 * z}) {
+    const double light = std::clamp(part, 0.0, 1.0);
+    const double shown =
+        light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
+    color = color << 8 | static_cast<std::uint32_t>(std::lround(255 * shown));
+  }
+  return color;
+}
+
+Segmentation segmentation_in(const gdcm::DataSet& data) {
+  const std::string kind = text_at(data, Tag(0x0008, 0x0016));
+  if (kind == kLabelMap) return Segmentation::kLabelMap;
+  if (kind != kSegmentation) return Segmentation::kNone;
+  const std::string type = text_at(data, Tag(0x0062, 0x0001));
+  if (type == "LABELMAP") return Segmentation::kLabelMap;
+  return type == "FRACTIONAL" ? Segmentation::kFractional : Segmentation::kBinary;
+}
+
+// Sets what the samples are; returns their bits in the file.
+std::uint64_t set_type(const DicomHeader& header, DicomImage& image) {
+  if (header.element != 0x0010) {
+    image.type = header.element == 0x0008 ? StoredType::kF32 : StoredType::kF64;
+    return 8 * bytes_of(image.type);
+  }
+  const gdcm::PixelFormat format = gdcm::ImageHelper::GetPixelFormatValue(header.reader.GetFile());
+  image.components = format.GetSamplesPerPixel();
+  image.stored_bits = format.GetBitsStored();
+  image.has_bits = image.segmentation != Segmentation::kNone && format.GetBitsAllocated() == 1;
+  if (image.has_bits) return 1;
+  const std::optional<StoredType> type = dicom_type(format);
+  if (!type) {
+    fail_reading(image.file,
+                 "its pixels have the type " + std::string(format.GetScalarTypeAsString()),
+                 "Give integers of 8 to 32 bits or floats");
+  }
+  image.type = *type;
+  const auto photometric =
+      gdcm::ImageHelper::GetPhotometricInterpretationValue(header.reader.GetFile());
+  if (photometric == gdcm::PhotometricInterpretation::PALETTE_COLOR &&
+      image.segmentation == Segmentation::kNone) {
+    fail_reading(image.file, "its pixels are palette indices", "Convert it to gray values or RGB");
+  }
+  return format.GetBitsAllocated();
 }
 
 }  // namespace
@@ -270,63 +198,64 @@ std::optional<StoredType> dicom_type(const gdcm::PixelFormat& format) {
 }
 
 std::vector<DicomImage> dicom_images(const fs::path& path) {
-  DicomHeader header;
-  if (!read_dicom_header(path, header)) return {};
-  const gdcm::File& file = header.reader.GetFile();
+  const std::unique_ptr<DicomHeader> header = read_dicom_header(path);
+  if (header == nullptr) return {};
+  const gdcm::File& file = header->reader.GetFile();
   const gdcm::DataSet& data = file.GetDataSet();
   DicomImage image{.file = path,
-                   .series = text_at(data, gdcm::Tag(0x0020, 0x000E)),
-                   .study = text_at(data, gdcm::Tag(0x0020, 0x000D)),
-                   .patient = text_at(data, gdcm::Tag(0x0010, 0x0020)),
-                   .description = text_at(data, gdcm::Tag(0x0008, 0x103E)),
-                   .modality = text_at(data, gdcm::Tag(0x0008, 0x0060))};
-  image.is_localizer =
-      text_at(data, gdcm::Tag(0x0008, 0x0008)).find("LOCALIZER") != std::string::npos;
+                   .series = text_at(data, Tag(0x0020, 0x000E)),
+                   .study = text_at(data, Tag(0x0020, 0x000D)),
+                   .patient = text_at(data, Tag(0x0010, 0x0020)),
+                   .description = text_at(data, Tag(0x0008, 0x103E)),
+                   .modality = text_at(data, Tag(0x0008, 0x0060))};
+  const std::string kind = text_at(data, Tag(0x0008, 0x0008));
+  image.is_localizer = kind.find("LOCALIZER") != std::string::npos;
   const std::vector<unsigned> dims = gdcm::ImageHelper::GetDimensionsValue(file);
-  for (std::size_t axis = 0; axis < std::min<std::size_t>(dims.size(), 2); ++axis)
+  for (std::size_t axis = 0; axis < std::min<std::size_t>(dims.size(), 2); ++axis) {
     image.size[axis] = dims[axis];
+  }
   if (dims.size() > 2) image.frames = dims[2];
   if (image.frames < 1 || image.frames > kMaxDicomFrames) {
     fail_reading(path, "it has " + std::to_string(image.frames) + " frames",
                  "Give a file with 1 to " + std::to_string(kMaxDicomFrames));
   }
-  const gdcm::PixelFormat format = gdcm::ImageHelper::GetPixelFormatValue(file);
-  const std::optional<StoredType> type = dicom_type(format);
-  if (!type) {
-    fail_reading(path, "its pixels have the type " + std::string(format.GetScalarTypeAsString()),
-                 "Give integers of 8 to 32 bits or floats");
-  }
-  image.type = *type;
-  image.components = format.GetSamplesPerPixel();
-  image.stored_bits = format.GetBitsStored();
-  const auto photometric = gdcm::ImageHelper::GetPhotometricInterpretationValue(file);
-  if (photometric == gdcm::PhotometricInterpretation::PALETTE_COLOR) {
-    fail_reading(path, "its pixels are palette indices", "Convert it to gray values or RGB");
-  }
+  image.is_projection =
+      image.modality == "NM" && image.frames > 1 && kind.find("RECON") == std::string::npos;
+  image.segmentation = segmentation_in(data);
+  const std::uint64_t bits = set_type(*header, image);
   const std::vector<double> rescale = gdcm::ImageHelper::GetRescaleInterceptSlopeValue(file);
   if (rescale.size() == 2) {
     image.intercept = rescale[0];
     image.slope = rescale[1];
   }
-  image.value_unit = value_unit_of(text_at(data, gdcm::Tag(0x0028, 0x1054)), data, image.modality);
-  // GDCM replaces directions that are not quite at right angles by the identity.
-  std::vector<double> cosines = numbers_at(data, gdcm::Tag(0x0020, 0x0037));
-  if (cosines.size() != 6) cosines = gdcm::ImageHelper::GetDirectionCosinesValue(file);
-  const std::vector<double> origin = gdcm::ImageHelper::GetOriginValue(file);
-  const std::vector<double> spacing = gdcm::ImageHelper::GetSpacingValue(file);
-  if (cosines.size() != 6 || origin.size() < 3) return {};
-  image.row = {cosines[0], cosines[1], cosines[2]};
-  image.column = {cosines[3], cosines[4], cosines[5]};
-  image.position = {origin[0], origin[1], origin[2]};
-  image.has_position = data.FindDataElement(gdcm::Tag(0x0020, 0x0032)) || image.frames > 1;
-  for (std::size_t axis = 0; axis < std::min<std::size_t>(spacing.size(), 3); ++axis) {
-    image.spacing[axis] = std::abs(spacing[axis]);
-  }
-  const std::vector<double> number = numbers_at(data, gdcm::Tag(0x0020, 0x0013));
-  if (!number.empty() && std::abs(number[0]) < 1e15)
+  image.value_unit = dicom_value_unit(text_at(data, Tag(0x0028, 0x1054)), data, image.modality);
+  const std::vector<double> number = numbers_at(data, Tag(0x0020, 0x0013));
+  if (!number.empty() && std::abs(number[0]) < 1e15) {
     image.number = static_cast<std::int64_t>(number[0]);
-  image.has_excess_bytes = check_pixels(path, header, image, format);
-  return frames_of(image, data);
+  }
+  check_pixels(*header, bits, image);
+  return frames_of_dicom(std::move(image), file);
+}
+
+std::vector<SourceLabel> dicom_segments(const fs::path& path) {
+  const std::unique_ptr<DicomHeader> header = read_dicom_header(path);
+  if (header == nullptr) return {};
+  std::vector<SourceLabel> labels;
+  const DicomSequence segments = sequence_at(header->data(), Tag(0x0062, 0x0002));
+  const std::size_t count = segments == nullptr ? 0 : segments->GetNumberOfItems();
+  for (std::size_t i = 1; i <= std::min<std::size_t>(count, kMaxSourceMembers); ++i) {
+    const gdcm::DataSet& segment = segments->GetItem(i).GetNestedDataSet();
+    const auto numbers = binary_at<std::uint16_t>(segment, Tag(0x0062, 0x0004));
+    if (numbers.empty() || numbers[0] == 0) continue;
+    const double number = numbers[0];
+    Label label{.value = number,
+                .name = member_name_from(text_at(segment, Tag(0x0062, 0x0005))),
+                .color = color_from_lab(binary_at<std::uint16_t>(segment, Tag(0x0062, 0x000D)))};
+    if (label.name.empty()) label.name = "segment " + std::to_string(numbers[0]);
+    if (!check_member({.series = "segments", .label = label})) continue;
+    labels.push_back({.label = std::move(label), .stored = number});
+  }
+  return labels;
 }
 
 }  // namespace multitetra

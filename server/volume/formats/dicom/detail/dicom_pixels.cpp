@@ -59,7 +59,10 @@ bool ends_as_jpeg(const InputFile& file, const Fragment& fragment) {
   const std::size_t count = std::min<std::size_t>(fragment.length, bytes.size());
   file.read(fragment.offset + fragment.length - count, std::span(bytes).first(count));
   std::size_t end = count;
-  while (end > 0 && bytes[end - 1] == std::byte{0}) --end;
+  const auto is_padding = [](std::byte byte) {
+    return byte == std::byte{0} || byte == std::byte{0xFF};
+  };
+  while (end > 0 && is_padding(bytes[end - 1])) --end;
   return end >= 2 && bytes[end - 2] == std::byte{0xFF} && bytes[end - 1] == std::byte{0xD9};
 }
 
@@ -119,21 +122,30 @@ void check_fragments(const InputFile& file, const DicomPixels& pixels) {
 
 }  // namespace
 
-bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels) {
+bool has_pixels_before(const InputFile& file, std::uint64_t offset, std::uint16_t element) {
   std::string before(12, '\0');
-  if (pixels.offset < before.size()) {
-    fail_damaged(file.path(), "it has no pixel data");
+  if (offset < before.size() || offset > file.size()) return false;
+  file.read(offset - before.size(), std::as_writable_bytes(std::span(before)));
+  // Group and element are four bytes before the length, or eight if the type is in between.
+  const auto is_tag = [&](const HeaderBytes& bytes, std::size_t at) {
+    return bytes.at<std::uint16_t>(at) == 0x7FE0 && bytes.at<std::uint16_t>(at + 2) == element;
+  };
+  for (const Endian endian : {Endian::kLittle, Endian::kBig}) {
+    const HeaderBytes bytes(before, endian);
+    if (is_tag(bytes, 0) || is_tag(bytes, 4)) return true;
   }
+  return false;
+}
+
+bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels) {
+  if (!has_pixels_before(file, pixels.offset, pixels.element)) {
+    fail_reading(file.path(), "it has no pixel data, or ends before them",
+                 "Get a complete copy of the file, or leave it out");
+  }
+  std::string before(12, '\0');
   file.read(pixels.offset - before.size(), std::as_writable_bytes(std::span(before)));
   const Endian endian = pixels.syntax == kBigEndianSyntax ? Endian::kBig : Endian::kLittle;
   const HeaderBytes bytes(before, endian);
-  // Group and element are four bytes before the length, or eight if the type is in between.
-  const auto is_tag = [&](std::size_t at) {
-    return bytes.at<std::uint16_t>(at) == 0x7FE0 && bytes.at<std::uint16_t>(at + 2) == 0x0010;
-  };
-  if (!is_tag(0) && !is_tag(4)) {
-    fail_damaged(file.path(), "it has no pixel data, or ends before them");
-  }
   const auto length = bytes.at<std::uint32_t>(8);
   if (length == kUndefinedLength) {
     check_fragments(file, pixels);

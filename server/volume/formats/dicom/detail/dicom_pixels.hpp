@@ -10,9 +10,9 @@ namespace multitetra {
 
 // The format of the pixel data according to the header.
 struct DicomPixels {
-  // Offset in the file of the value of element (7FE0,0010).
-  std::uint64_t offset = 0;
-  std::string_view syntax = {};  // Transfer syntax UID.
+  std::uint16_t element = 0x0010;  // Of group 7FE0.
+  std::uint64_t offset = 0;        // Of the value of that element in the file.
+  std::string_view syntax = {};    // Transfer syntax UID.
   std::uint64_t frames = 1;
   std::uint64_t frame_samples = 1;  // Pixels per frame times samples per pixel.
   std::uint64_t bits = 16;          // Allocated per sample.
@@ -21,6 +21,10 @@ struct DicomPixels {
 // Throws VolumeFileError if pixel data are missing: too few bytes for the frames, an end beyond
 // that of the file, or truncated fragments. Returns whether there are more bytes than announced.
 bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels);
+
+// Returns whether the value of the element (7FE0,element) begins at `offset`.
+[[nodiscard]] bool has_pixels_before(const InputFile& file, std::uint64_t offset,
+                                     std::uint16_t element);
 
 // Checks a file that is deflated as a whole (Deflated Explicit VR Little Endian).
 void check_deflated_dicom(const InputFile& file);

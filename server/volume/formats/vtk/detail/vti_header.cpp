@@ -162,9 +162,10 @@ class VtiParser {
         return print_error("its WholeExtent '" + extent.substr(0, 100) + "' is empty or too large");
       }
     }
-    if (!origin.empty() && !read_numbers(origin, header_.origin))
+    if (!origin.empty() && !read_numbers(origin, header_.origin.emplace())) {
       print_error("its Origin is not three numbers");
-    if (!spacing.empty() && !read_numbers(spacing, header_.spacing)) {
+    }
+    if (!spacing.empty() && !read_numbers(spacing, header_.spacing.emplace())) {
       print_error("its Spacing is not three numbers");
     }
     std::array<double, 9> rows{};

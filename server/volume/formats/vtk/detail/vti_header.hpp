@@ -39,8 +39,8 @@ struct VtiHeader {
   std::array<std::int64_t, 6> extent{};
   // Extent of the samples in this file: a part, or all.
   std::array<std::int64_t, 6> piece{};
-  Vec3 origin{};
-  Vec3 spacing = {1, 1, 1};
+  std::optional<Vec3> origin = std::nullopt;
+  std::optional<Vec3> spacing = std::nullopt;
   // Directions of the axes.
   std::array<Vec3, 3> directions = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
   // For polygons: number of points.

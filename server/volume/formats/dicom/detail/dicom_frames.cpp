@@ -1,0 +1,131 @@
+#include "server/volume/formats/dicom/detail/dicom_frames.hpp"
+
+#include <gdcmImageReader.h>
+#include <gdcmReader.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+
+#include "server/volume/formats/detail/input_file.hpp"
+
+namespace multitetra {
+namespace {
+
+// Samples of JPEG streams have image.stored_bits bits; negative ones need theirs repeated above.
+void extend_signs(const DicomImage& image, std::span<std::byte> pixels) {
+  const auto extend = [&]<typename Number>(Number) {
+    const int unused = 8 * static_cast<int>(sizeof(Number)) - image.stored_bits;
+    for (std::size_t at = 0; at + sizeof(Number) <= pixels.size(); at += sizeof(Number)) {
+      Number number;
+      std::memcpy(&number, pixels.data() + at, sizeof number);
+      number = static_cast<Number>(static_cast<Number>(number << unused) >> unused);
+      std::memcpy(pixels.data() + at, &number, sizeof number);
+    }
+  };
+  if (image.stored_bits <= 0) return;
+  if (image.type == StoredType::kI8 && image.stored_bits < 8) extend(std::int8_t{});
+  if (image.type == StoredType::kI16 && image.stored_bits < 16) extend(std::int16_t{});
+  if (image.type == StoredType::kI32 && image.stored_bits < 32) extend(std::int32_t{});
+}
+
+}  // namespace
+
+std::span<const std::byte> DicomFrames::samples(const DicomImage& image) {
+  const std::size_t bytes = image.frame_bytes();
+  const auto frame = static_cast<std::size_t>(image.frame);
+  const std::size_t first_bit = frame * bytes;  // If samples are bits.
+  if (image.pixels_at) {
+    const InputFile file(image.file);
+    if (!image.has_bits) {
+      one_.resize(bytes);
+      file.read(*image.pixels_at + frame * bytes, one_);
+      return one_;
+    }
+    std::vector<std::byte> packed((first_bit + bytes + 7) / 8 - first_bit / 8);
+    file.read(*image.pixels_at + first_bit / 8, packed);
+    return unpacked_bits(packed, first_bit % 8, bytes);
+  }
+  load(image);
+  if (image.tile) return tile_of_mosaic(image);
+  if (image.has_bits) return unpacked_bits(pixels_, first_bit, bytes);
+  return std::span<const std::byte>(pixels_).subspan(frame * bytes, bytes);
+}
+
+// The first bit is the lowest of a byte.
+std::span<const std::byte> DicomFrames::unpacked_bits(std::span<const std::byte> bytes,
+                                                      std::size_t first_bit, std::size_t count) {
+  one_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t bit = first_bit + i;
+    one_[i] = bytes[bit / 8] >> (bit % 8) & std::byte{1};
+  }
+  return one_;
+}
+
+std::span<const std::byte> DicomFrames::tile_of_mosaic(const DicomImage& image) {
+  const DicomTile& tile = *image.tile;
+  const std::size_t pixel =
+      image.frame_bytes() / static_cast<std::size_t>(image.size[0] * image.size[1]);
+  const std::size_t row_bytes = static_cast<std::size_t>(image.size[0]) * pixel;
+  one_.resize(image.frame_bytes());
+  for (std::int64_t row = 0; row < image.size[1]; ++row) {
+    const std::int64_t at = (tile.first_row + row) * tile.mosaic_columns + tile.first_column;
+    std::memcpy(one_.data() + static_cast<std::size_t>(row) * row_bytes,
+                pixels_.data() + static_cast<std::size_t>(at) * pixel, row_bytes);
+  }
+  return one_;
+}
+
+void DicomFrames::load(const DicomImage& image) {
+  if (loaded_ == image.file) return;
+  loaded_.clear();
+  if (image.element != 0x0010 || image.has_bits) {
+    load_element(image);
+  } else {
+    load_by_gdcm(image);
+  }
+  if (image.is_jpeg) extend_signs(image, pixels_);
+  loaded_ = image.file;
+}
+
+void DicomFrames::load_by_gdcm(const DicomImage& image) {
+  gdcm::ImageReader reader;
+  reader.SetFileName(image.file.c_str());
+  if (!reader.Read()) {
+    fail_reading(image.file, "GDCM cannot read its image",
+                 "Decompress it first, for example with gdcmconv --raw or dcmdjpeg");
+  }
+  const gdcm::Image& pixels = reader.GetImage();
+  const std::size_t needed = image.file_bytes();
+  if (pixels.GetBufferLength() != needed || dicom_type(pixels.GetPixelFormat()) != image.type) {
+    fail_reading(image.file,
+                 "its image has " + std::to_string(pixels.GetBufferLength()) +
+                     " bytes, but its header declares " + std::to_string(needed),
+                 "Decompress it first, for example with gdcmconv --raw, or save it again");
+  }
+  pixels_.resize(needed);
+  if (!pixels.GetBuffer(reinterpret_cast<char*>(pixels_.data()))) {
+    fail_reading(image.file, "its pixels cannot be decompressed",
+                 "Decompress it first, for example with gdcmconv --raw");
+  }
+}
+
+// Loads an element that GDCM takes for no image: floats, or bits.
+void DicomFrames::load_element(const DicomImage& image) {
+  gdcm::Reader reader;
+  reader.SetFileName(image.file.c_str());
+  const gdcm::Tag tag(0x7FE0, image.element);
+  const bool is_read = reader.Read() && reader.GetFile().GetDataSet().FindDataElement(tag);
+  const gdcm::ByteValue* const bytes =
+      is_read ? reader.GetFile().GetDataSet().GetDataElement(tag).GetByteValue() : nullptr;
+  const std::size_t needed = image.has_bits ? (image.file_bytes() + 7) / 8 : image.file_bytes();
+  if (bytes == nullptr || bytes->GetLength() < needed) {
+    fail_reading(image.file, "its pixels are missing, too short or compressed",
+                 "Decompress it first, or save it again without compression");
+  }
+  pixels_.resize(needed);
+  std::memcpy(pixels_.data(), bytes->GetPointer(), needed);
+}
+
+}  // namespace multitetra

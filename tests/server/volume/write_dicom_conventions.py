@@ -1,0 +1,314 @@
+"""Writes DICOM files that follow the conventions of one modality, manufacturer or program; see write_odd_volumes.py for what it prints.
+
+    python3 write_dicom_conventions.py FOLDER
+"""
+import io
+import struct
+
+import numpy
+
+from volume_writing import (diagonal, dicom_image, dicom_items as items, dicom_save as save, expect_read as read,
+                            expect_refused as refuse, folder, run_with_packages, write)
+
+SHAPE = (5, 6, 8)  # z, y, x
+volume = numpy.arange(240, dtype="<i2").reshape(SHAPE)
+PLACE = {"origin": (10, 20, 30), "steps": diagonal(0.5, 1.5, 2), "unit": "mm"}
+
+
+def image(number, rows=SHAPE[1], columns=SHAPE[2], **more):
+    return dicom_image(number, rows, columns, **more)
+
+
+def one_file(name, change, kind="1.2.840.10008.5.1.4.1.1.2", pixels=volume):
+    data = image(1, kind=kind)
+    data.NumberOfFrames = len(pixels)
+    data.PixelSpacing = [1.5, 0.5]
+    data.PixelData = pixels.tobytes()
+    change(data)
+    return save(data, f"{name}.dcm")
+
+
+def slices(name, change=None, syntax="1.2.840.10008.1.2.1", pixels=volume):
+    for i in range(SHAPE[0]):
+        data = image(i + 1, syntax=syntax)
+        data.PixelSpacing, data.SliceThickness = [1.5, 0.5], 2
+        data.ImagePositionPatient, data.ImageOrientationPatient = [10, 20, 30 + 2 * i], [1, 0, 0, 0, 1, 0]
+        data.PixelData = pixels[i].tobytes()
+        if change:
+            change(i, data)
+        save(data, name, f"slice{i}.dcm")
+    return folder / name
+
+
+def spacing():
+    # Nuclear medicine: the sign of the spacing tells on which side of the first slice the others lie.
+    def nuclear(step, **more):
+        def change(data):
+            data.Modality, data.SpacingBetweenSlices, data.SliceThickness = "NM", step, 2
+            data.ImageType = ["ORIGINAL", "PRIMARY", "RECON TOMO", "EMISSION"]
+            data.DetectorInformationSequence = items(ImagePositionPatient=[10, 20, 30], ImageOrientationPatient=[1, 0, 0, 0, 1, 0])
+            for key, value in more.items():
+                setattr(data, key, value)
+        return change
+
+    kind = "1.2.840.10008.5.1.4.1.1.20"
+    read("nm-up", one_file("nm-up", nuclear(2), kind), volume, **PLACE)
+    down = {**PLACE, "origin": (10, 20, 22)}
+    read("nm-down", one_file("nm-down", nuclear(-2), kind), volume[::-1], **down)
+    read("nm-slice-vector", one_file("nm-vector", nuclear(-2, SliceVector=[5, 1, 4, 2, 3]), kind),
+         volume[[0, 2, 4, 3, 1]], **{**PLACE, "origin": (10, 20, 30)})
+    views = one_file("nm-views", nuclear(2, ImageType=["ORIGINAL", "PRIMARY", "TOMO", "EMISSION"]), kind)
+    read("nm-projections", views, volume, notice="not reconstructed", **PLACE)
+
+    # Frames without positions.
+    def frames(**more):
+        def change(data):
+            data.ImagePositionPatient, data.ImageOrientationPatient = [10, 20, 30], [1, 0, 0, 0, 1, 0]
+            for key, value in more.items():
+                setattr(data, key, value)
+        return change
+
+    read("frames-spacing", one_file("frames-spacing", frames(SpacingBetweenSlices=2, SliceThickness=3)), volume,
+         notice="2 mm apart (SpacingBetweenSlices)", **PLACE)
+    read("frames-thickness", one_file("frames-thickness", frames(SliceThickness=2)), volume,
+         notice="2 mm apart (SliceThickness)", **PLACE)
+    unknown = {**PLACE, "steps": diagonal(0.5, 1.5, 1)}
+    read("frames-unknown", one_file("frames-unknown", frames(SliceThickness=0)), volume, notice="states no spacing along z", **unknown)
+
+    def unplaced(thickness):
+        def change(i, data):
+            del data.ImagePositionPatient, data.ImageOrientationPatient
+            data.SliceThickness = thickness
+        return change
+
+    at_0 = {**PLACE, "origin": (0, 0, 0)}
+    read("slices-thickness", slices("unplaced", unplaced(2)), volume, notice="2 mm apart (SliceThickness)", **at_0)
+    read("slices-unknown", slices("unplaced-unknown", unplaced(None)), volume, notice="states no spacing along z",
+         **{**unknown, "origin": (0, 0, 0)})
+
+    def plane(**more):
+        def change(_, data):
+            del data.PixelSpacing
+            for key, value in more.items():
+                setattr(data, key, value)
+        return change
+
+    read("imager-spacing", slices("imager", plane(ImagerPixelSpacing=[1.5, 0.5])), volume, notice="at the detector", **PLACE)
+    read("scanned-spacing", slices("scanned", plane(NominalScannedPixelSpacing=[1.5, 0.5])), volume, notice="scanned film", **PLACE)
+    zero = slices("zero", plane(PixelSpacing=[0, 0]))
+    read("pixel-spacing-zero", zero, volume, notice="states no spacing along x and y", **{**PLACE, "steps": diagonal(1, 1, 2)})
+    read("pixel-spacing-given", zero, volume, options="spacing=0.5:1.5:2", **PLACE)
+
+    def uneven(i, data):
+        data.ImagePositionPatient = [10, 20, 30 + (0, 2, 3, 6, 8)[i]]
+
+    refuse("uneven", slices("uneven", uneven), "Get all slices", remedy="resample")
+    read("uneven-given", slices("uneven", uneven), volume, options="spacing=0.5:1.5:2", **PLACE)
+
+
+def mosaics():
+    # Five slices as tiles of 3 x 3, the position being that of a mosaic with their common center.
+    tiles = numpy.zeros((3 * 6, 3 * 8), "<i2")
+    for i in range(5):
+        tiles[i // 3 * 6:i // 3 * 6 + 6, i % 3 * 8:i % 3 * 8 + 8] = volume[i]
+    for name, backwards in (("mosaic", False), ("mosaic-backwards", True)):
+        data = image(1, *tiles.shape, kind="1.2.840.10008.5.1.4.1.1.4")
+        data.Modality, data.ImageType = "MR", ["ORIGINAL", "PRIMARY", "M", "ND", "MOSAIC"]
+        data.PixelSpacing, data.SpacingBetweenSlices, data.SliceThickness = [1.5, 0.5], 2, 1.5
+        data.ImageOrientationPatient = [1, 0, 0, 0, 1, 0]
+        data.ImagePositionPatient = [10 - 0.5 * (24 - 8) / 2, 20 - 1.5 * (18 - 6) / 2, 30]
+        block = data.private_block(0x0019, "SIEMENS MR HEADER", create=True)
+        block.add_new(0x0A, "US", 5)
+        if backwards:
+            block = data.private_block(0x0029, "SIEMENS CSA HEADER", create=True)
+            block.add_new(0x10, "OB", csa({"NumberOfImagesInMosaic": ["5"], "SliceNormalVector": ["0", "0", "-1"]}))
+        data.PixelData = tiles.tobytes()
+        path = save(data, f"{name}.dcm")
+        read(name, path, volume[::-1] if backwards else volume, **{**PLACE, "origin": (10, 20, 22 if backwards else 30)})
+    del data[0x0019, 0x1000 | 0x0A], data[0x0029, 0x1010]
+    refuse("mosaic-unknown", save(data, "mosaic-unknown.dcm"), "does not state how many")
+
+
+def csa(elements):
+    """A CSA header of Siemens, version 2."""
+    out = b"SV10\4\3\2\1" + struct.pack("<2I", len(elements), 77)
+    for name, values in elements.items():
+        out += name.encode().ljust(64, b"\0") + struct.pack("<i4s3i", len(values), b"FD", 3, 6, 77)
+        for value in values + [""] * (6 - len(values)):
+            length = len(value)
+            out += struct.pack("<4i", length, length, 77, length) + value.encode().ljust((length + 3) // 4 * 4, b"\0")
+    return out
+
+
+def without_preamble():
+    def strip(path, meta_too):
+        data = path.read_bytes()
+        begin = 132
+        if meta_too:
+            begin += 12 + struct.unpack("<I", data[140:144])[0]
+        path.write_bytes(data[begin:])
+
+    for name, syntax, meta_too in (("bare", "1.2.840.10008.1.2.1", True), ("bare-implicit", "1.2.840.10008.1.2", True),
+                                   ("no-preamble", "1.2.840.10008.1.2.1", False)):
+        def implicit(_, data):
+            data.is_implicit_VR = syntax == "1.2.840.10008.1.2"
+        slices(name, implicit, syntax=syntax)
+        for path in (folder / name).iterdir():
+            strip(path, meta_too)
+        read(name, folder / name, volume, **PLACE)
+
+
+# ---- segmentations
+
+def segmentation(name, kind, frames, pixels, bits, spacing=2, numbers=(1, 2), sop="1.2.840.10008.5.1.4.1.1.66.4", **more):
+    """`frames` has the segment and the slice of each; pixels are packed."""
+    from pydicom.dataset import Dataset
+    from pydicom.sequence import Sequence
+    data = image(1, kind=sop)
+    data.Modality, data.SegmentationType = "SEG", kind
+    data.NumberOfFrames = len(frames)
+    data.BitsAllocated, data.BitsStored, data.HighBit, data.PixelRepresentation = bits, bits, bits - 1, 0
+    data.MaximumFractionalValue = 255
+    measures = {"PixelSpacing": [1.5, 0.5], "SliceThickness": 2}
+    if spacing:
+        measures["SpacingBetweenSlices"] = spacing
+    data.SharedFunctionalGroupsSequence = items(PixelMeasuresSequence=items(**measures),
+                                                PlaneOrientationSequence=items(ImageOrientationPatient=[1, 0, 0, 0, 1, 0]))
+    segments = []
+    for number in numbers:
+        segment = Dataset()
+        segment.SegmentNumber, segment.SegmentLabel = number, f"organ {number}"
+        segment.RecommendedDisplayCIELabValue = [34922, 53485, 50171]  # Red.
+        segments.append(segment)
+    data.SegmentSequence = Sequence(segments)
+    groups = []
+    for segment, slice_ in frames:
+        own = {"PlanePositionSequence": items(ImagePositionPatient=[10, 20, 30 + 2 * slice_])}
+        if segment:
+            own["SegmentIdentificationSequence"] = items(ReferencedSegmentNumber=segment)
+        groups.append(items(**own)[0])
+    data.PerFrameFunctionalGroupsSequence = Sequence(groups)
+    data.PixelData = pixels + b"\0" * (len(pixels) % 2)
+    for key, value in more.items():
+        setattr(data, key, value)
+    return data
+
+
+def bits_of(frames):
+    return numpy.packbits(numpy.concatenate([frame.ravel() for frame in frames]).astype(bool), bitorder="little").tobytes()
+
+
+def segmentations():
+    one = numpy.zeros(SHAPE, "u1")
+    one[1:3, 1:4, 2:5] = 1
+    two = numpy.zeros(SHAPE, "u1")
+    two[0, 2:5, 1:3] = 1
+    two[4, 1:3, 3:6] = 1
+    frames = [(1, 1), (1, 2), (2, 0), (2, 4)]
+    sources = {1: one, 2: two}
+    packed = bits_of([sources[s][z] for s, z in frames])
+    label = one + 2 * two
+    names = "1:organ 1:FF0100:0;2:organ 2:FF0100:0"
+    read("seg-binary", save(segmentation("", "BINARY", frames, packed, 1), "seg.dcm"), label, labels=names, **PLACE)
+    read("seg-binary-no-spacing", save(segmentation("", "BINARY", frames, packed, 1, spacing=None), "seg2.dcm"), label, labels=names, **PLACE)
+    deflated = segmentation("", "BINARY", frames, packed, 1)
+    from pydicom.uid import DeflatedExplicitVRLittleEndian
+    deflated.file_meta.TransferSyntaxUID = DeflatedExplicitVRLittleEndian
+    read("seg-deflated", save(deflated, "seg-deflated.dcm"), label, labels=names, **PLACE)
+
+    # Overlapping segments are in two layers.
+    wide = numpy.zeros(SHAPE, "u1")
+    wide[0:3, 0:5, 0:6] = 1
+    sources = {1: one, 2: two, 3: wide}
+    frames = [(1, 1), (1, 2), (2, 0), (2, 4), (3, 0), (3, 1), (3, 2)]
+    packed = bits_of([sources[s][z] for s, z in frames])
+    path = save(segmentation("", "BINARY", frames, packed, 1, numbers=(1, 2, 3)), "seg-overlap.dcm")
+    names = "1:organ 1:FF0100:0;2:organ 2:FF0100:0;3:organ 3:FF0100:1"
+    refuse("seg-overlap", path, "3 segments in 2 layers", remedy="component=0")
+    read("seg-layer-0", path, label, options="component=0", labels=names, **PLACE)
+    read("seg-layer-1", path, 3 * wide, options="component=1", labels=names, **PLACE)
+
+    # Fractional: half of the largest share of each segment.
+    shares = numpy.zeros(SHAPE, "u1")
+    shares[0:3, 1:3, 1:5] = 200
+    shares[0:3, 3, 1:5] = 99
+    shares[3:5, 1:3, 1:5] = 100
+    shares[3:5, 3, 1:5] = 49
+    expected = numpy.zeros(SHAPE)
+    expected[0:3, 1:3, 1:5] = 1
+    expected[3:5, 1:3, 1:5] = 2
+    frames = [(1, 0), (1, 1), (1, 2), (2, 3), (2, 4)]
+    data = segmentation("", "FRACTIONAL", frames, shares.tobytes(), 8)
+    read("seg-fractional", save(data, "seg-fractional.dcm"), expected, notice="fractional",
+         labels="1:organ 1:FF0100:0;2:organ 2:FF0100:0", **PLACE)
+    data = segmentation("", "FRACTIONAL", frames, shares.tobytes(), 8)
+    data.compress("1.2.840.10008.1.2.5")
+    read("seg-fractional-rle", save(data, "seg-rle.dcm"), expected, **PLACE)
+
+    # A label map, of 16 bits; the slices 1 and 3 have no frame.
+    labels = numpy.zeros(SHAPE, "<u2")
+    labels[0, 1:3], labels[2, 2:4], labels[4, 0:2] = 1, 300, 300
+    data = segmentation("", "LABELMAP", [(0, 0), (0, 2), (0, 4)], labels[[0, 2, 4]].tobytes(), 16, numbers=(1, 300),
+                        sop="1.2.840.10008.5.1.4.1.1.66.7")
+    read("seg-label-map", save(data, "seg-map.dcm"), labels, labels="1:organ 1:FF0100:0;300:organ 300:FF0100:0", **PLACE)
+
+    off = segmentation("", "BINARY", frames, bits_of([one[1]] * 5), 1, spacing=1.4)
+    refuse("seg-off-grid", save(off, "seg-off.dcm"), "is not on a grid")
+
+
+def parametric_maps():
+    from pydicom.sequence import Sequence
+    from pydicom.dataset import Dataset
+    for name, element, kind in (("floats", "FloatPixelData", "<f4"), ("doubles", "DoubleFloatPixelData", "<f8")):
+        data = image(1, kind="1.2.840.10008.5.1.4.1.1.30")
+        data.Modality, data.NumberOfFrames = "MR", 5
+        del data.BitsStored, data.HighBit, data.PixelRepresentation
+        data.BitsAllocated = 8 * numpy.dtype(kind).itemsize
+        unit = Dataset()
+        unit.CodeValue = "mm2/s"
+        data.SharedFunctionalGroupsSequence = items(
+            PixelMeasuresSequence=items(PixelSpacing=[1.5, 0.5], SliceThickness=2),
+            PlaneOrientationSequence=items(ImageOrientationPatient=[1, 0, 0, 0, 1, 0]),
+            RealWorldValueMappingSequence=items(RealWorldValueIntercept=1.0, RealWorldValueSlope=2.0,
+                                                MeasurementUnitsCodeSequence=Sequence([unit])))
+        data.PerFrameFunctionalGroupsSequence = Sequence(
+            [items(PlanePositionSequence=items(ImagePositionPatient=[10, 20, 30 + 2 * i]))[0] for i in range(5)])
+        setattr(data, element, (volume / 8).astype(kind).tobytes())
+        read(f"parametric-{name}", save(data, f"map-{name}.dcm"), 1 + volume / 4, **PLACE)
+
+
+def compressed():
+    from PIL import Image
+    from pydicom.encaps import encapsulate
+
+    # JPEG streams that fill bytes of FF follow.
+    steps = numpy.repeat(numpy.arange(5, dtype="u1") * 40 + 20, 48).reshape(SHAPE)
+
+    def padded(i, data):
+        data.BitsAllocated, data.BitsStored, data.HighBit, data.PixelRepresentation = 8, 8, 7, 0
+        out = io.BytesIO()
+        Image.fromarray(steps[i]).save(out, "JPEG", quality=100)
+        data.PixelData = encapsulate([out.getvalue() + b"\xff" * (6 + len(out.getvalue()) % 2)])
+        data["PixelData"].is_undefined_length = True
+        data.LossyImageCompression = "01"
+
+    read("jpeg-padded", slices("jpeg-padded", padded, syntax="1.2.840.10008.1.2.4.50", pixels=steps), steps, **PLACE)
+
+    # JPEG 2000 streams of unsigned numbers, of which PixelRepresentation says that they are signed.
+    numbers = (volume * 4 - 500).astype("<i2")
+
+    def unsigned_stream(i, data):
+        data.BitsStored, data.HighBit = 13, 12
+        out = io.BytesIO()
+        Image.fromarray((numbers[i].astype("i4") & 0x1FFF).astype("<u2")).save(out, "JPEG2000", irreversible=False, no_jp2=True)
+        stream = bytearray(out.getvalue())
+        at = stream.index(b"\xff\x51") + 40  # Ssiz in the segment SIZ.
+        assert stream[at] == 15
+        data.PixelData = encapsulate([bytes(stream) + b"\0" * (len(stream) % 2)])
+        data["PixelData"].is_undefined_length = True
+
+    path = slices("j2k-unsigned", unsigned_stream, syntax="1.2.840.10008.1.2.4.90", pixels=numbers)
+    read("j2k-unsigned", path, numbers, **PLACE)
+
+
+run_with_packages(spacing, mosaics, without_preamble, segmentations, parametric_maps, compressed)

@@ -1,0 +1,296 @@
+"""Writes TIFF, MRC, VTK, NRRD, MetaImage files and image stacks that follow the conventions of a program, or state less or more than
+usual; see write_odd_volumes.py for what it prints.
+
+    python3 write_file_conventions.py FOLDER
+"""
+import base64
+import gzip
+import math
+import struct
+
+import numpy
+
+from volume_writing import diagonal, expect_read as read, expect_refused as refuse, folder, run_with_packages, write
+
+SHAPE = (5, 6, 8)  # z, y, x
+volume = numpy.arange(240, dtype="<u2").reshape(SHAPE)
+second = volume + 1000
+
+
+# ---- TIFF
+
+def ome_file(name, images, data):
+    import tifffile
+    text = '<?xml version="1.0" encoding="UTF-8"?><OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06">'
+    for i, (title, size, blocks) in enumerate(images):
+        text += (f'<Image ID="Image:{i}"{title}><Pixels ID="Pixels:{i}" SizeX="8" SizeY="6" SizeZ="5" SizeC="1" SizeT="1" Type="uint16" '
+                 f'DimensionOrder="XYZCT" {size}>{blocks}</Pixels></Image>')
+    tifffile.imwrite(folder / name, data, description=(text + "</OME>").encode(), metadata=None, photometric="minisblack")
+    return folder / name
+
+
+def tiff():
+    import tifffile
+    size = 'PhysicalSizeX="0.3" PhysicalSizeY="0.4" PhysicalSizeZ="2"'
+    place = {"steps": diagonal(0.3, 0.4, 2), "unit": "µm"}
+    both = numpy.concatenate([volume, second])
+    images = [("", size, '<TiffData IFD="0" PlaneCount="5"/>'), (' Name="later"', size, '<TiffData IFD="5" PlaneCount="5"/>')]
+    path = ome_file("two.ome.tif", images, both)
+    read("ome-first", path, volume, notice="of its 2 images", **place)
+    for series in ("2", "Image:1", "later"):
+        read(f"ome-{series}", path, second, options=f"series={series}", **place)
+    refuse("ome-third", path, "it has no image 3", options="series=3", remedy="series=1")
+    path = ome_file("follow.ome.tif", [(title, size, "<TiffData/>") for title, size, _ in images], both)
+    read("ome-follow", path, second, options="series=2", **place)
+    for name, depth in (("missing", ""), ("zero", 'PhysicalSizeZ="0"'), ("nan", 'PhysicalSizeZ="NaN"')):
+        path = ome_file(f"{name}.ome.tif", [("", f'PhysicalSizeX="0.3" PhysicalSizeY="0.4" {depth}', "<TiffData/>")], volume)
+        read(f"ome-z-{name}", path, volume, notice="states no spacing along z", steps=diagonal(0.3, 0.4, 1), unit="µm")
+        read(f"ome-z-{name}-given", path, volume, options="spacing=0.3:0.4:2", **place)
+    mixed = ('PhysicalSizeX="0.3" PhysicalSizeXUnit="µm" PhysicalSizeY="400" PhysicalSizeYUnit="nm" PhysicalSizeZ="0.00002" '
+             'PhysicalSizeZUnit="dm"')
+    read("ome-units", ome_file("units.ome.tif", [("", mixed, "<TiffData/>")], volume), volume, **place)
+    strange = 'PhysicalSizeX="0.3" PhysicalSizeY="0.4" PhysicalSizeZ="2" PhysicalSizeZUnit="reference frame"'
+    path = ome_file("strange.ome.tif", [("", strange, "<TiffData/>")], volume)
+    read("ome-units-given", path, volume, options="spacing=0.3:0.4:2,unit=um", **place)
+
+    # ImageJ takes the absolute value.
+    path = folder / "negative.tif"
+    tifffile.imwrite(path, volume, imagej=True, resolution=(2, 2), metadata={"spacing": -3.0, "unit": "um", "axes": "ZYX"})
+    read("imagej-negative", path, volume, steps=diagonal(0.5, 0.5, 3), unit="µm")
+
+    # One directory, followed by the samples of all images.
+    hyper = numpy.stack([volume, second], axis=1)  # Z, C, Y, X
+    for order, name in (("<", "hyper"), (">", "hyper-big")):
+        path = folder / f"{name}.tif"
+        tifffile.imwrite(path, hyper, imagej=True, byteorder=order, resolution=(2, 2), metadata={"spacing": 3.0, "unit": "um", "axes": "ZCYX"})
+        one_directory(path, order)
+        for channel, expected in ((0, volume), (1, second)):
+            read(f"{name}-{channel}", path, expected, options=f"channel={channel}", steps=diagonal(0.5, 0.5, 3), unit="µm")
+    tifffile.imwrite(folder / "shaped.tif", volume, metadata={"truncated": True}, truncate=True)
+    read("tifffile-truncated", folder / "shaped.tif", volume, notice="states no spacing")
+    times = numpy.stack([volume, second])
+    tifffile.imwrite(folder / "times.tif", times, photometric="minisblack", metadata={"axes": "TZYX"})
+    refuse("tifffile-times", folder / "times.tif", "2 volumes", remedy="time=1")
+    read("tifffile-time", folder / "times.tif", second, options="time=1")
+    tifffile.imwrite(folder / "channels.tif", times, photometric="minisblack", metadata={"axes": "CZYX"}, truncate=True)
+    read("tifffile-channel", folder / "channels.tif", second, options="channel=1")
+    tifffile.imwrite(folder / "depth.tif", volume, volumetric=True, metadata=None, photometric="minisblack")
+    read("image-depth", folder / "depth.tif", volume)
+    tifffile.imwrite(folder / "depth-tiles.tif", numpy.zeros((16, 32, 32), "u1"), volumetric=True, tile=(16, 16, 16), compression="zlib",
+                     metadata=None, photometric="minisblack")
+    refuse("image-depth-tiles", folder / "depth-tiles.tif", "compressed or in tiles")
+    stk("stack.stk.tif", volume)
+    read("metamorph", folder / "stack.stk.tif", volume)
+    path = stk("short.stk.tif", volume)
+    path.write_bytes(path.read_bytes()[:-1])
+    refuse("metamorph-short", path, "its images end at byte")
+    data = bytearray(stk("unknown.tif", numpy.tile(volume, (12, 1, 1))).read_bytes())
+    at = data.index(struct.pack("<HH", 33629, 5))
+    data[at:at + 4] = struct.pack("<HH", 65000, 5)  # Another tag.
+    path = write("unknown.tif", bytes(data))
+    read("tiff-bytes-behind", path, volume[:1], notice="behind its samples are not read")
+
+
+def one_directory(path, order):
+    """Ends the chain of directories after the first one, whose images follow each other."""
+    data = bytearray(path.read_bytes())
+    at, = struct.unpack(order + "I", data[4:8])
+    count, = struct.unpack(order + "H", data[at:at + 2])
+    data[at + 2 + 12 * count:at + 6 + 12 * count] = bytes(4)
+    path.write_bytes(data)
+
+
+def stk(name, data):
+    """A stack of MetaMorph: its tag UIC2 has six numbers for each plane."""
+    planes, rows, columns = data.shape
+    entries = [(256, 4, 1, columns), (257, 4, 1, rows), (258, 3, 1, 16), (259, 3, 1, 1), (262, 3, 1, 1), (273, 4, 1, 0), (277, 3, 1, 1),
+               (278, 4, 1, rows), (279, 4, 1, rows * columns * 2), (33629, 5, planes, 0)]
+    end = 8 + 2 + 12 * len(entries) + 4
+    uic2 = b"".join(struct.pack("<6I", 2 * i, 1, 2450000, 0, 2450000, 0) for i in range(planes))
+    out = b"II*\0" + struct.pack("<IH", 8, len(entries))
+    for tag, kind, count, value in entries:
+        out += struct.pack("<HHII", tag, kind, count, {273: end + len(uic2), 33629: end}.get(tag, value))
+    return write(name, out + bytes(4) + uic2 + data.tobytes())
+
+
+# ---- MRC
+
+def mrc_file(name, data, change):
+    import mrcfile
+    path = folder / name
+    with mrcfile.new(path, overwrite=True) as file:
+        file.set_data(data)
+        file.voxel_size = (0.5, 1.5, 2)
+    raw = bytearray(path.read_bytes())
+    change(raw)
+    path.write_bytes(raw)
+    return path
+
+
+def mrc():
+    def put(raw, at, form, *values):
+        raw[at:at + struct.calcsize(form)] = struct.pack(form, *values)
+
+    place = {"steps": diagonal(0.5, 1.5, 2), "unit": "Å"}
+    unsigned = numpy.arange(240).reshape(SHAPE)
+    signed = unsigned.astype("u1").view("i1")
+
+    def with_range(low, high, stamp=None):
+        def change(raw):
+            put(raw, 76, "<3f", low, high, (low + high) / 2)
+            if stamp is not None:
+                put(raw, 152, "<2i", 1146047817, stamp)
+        return change
+
+    read("mrc-signed", mrc_file("signed.mrc", signed, with_range(-128, 127)), signed, **place)
+    read("mrc-imod", mrc_file("imod.mrc", signed, with_range(0, 239, stamp=0)), unsigned, **place)
+    read("mrc-imod-signed", mrc_file("imod-signed.mrc", signed, with_range(-128, 127, stamp=1)), signed, **place)
+    read("mrc-imod-contradicted", mrc_file("imod-c.mrc", signed, with_range(-128, 127, stamp=0)), unsigned, notice="the flag is used", **place)
+    read("mrc-range", mrc_file("range.mrc", signed, with_range(0, 239)), unsigned, notice="unsigned ones are used", **place)
+    wide = (unsigned * 200).astype("<u2").view("<i2")
+    read("mrc-range-16", mrc_file("range16.mrc", wide, with_range(0, 47800)), unsigned * 200, notice="unsigned ones are used", **place)
+    read("mrc-no-range", mrc_file("none.mrc", signed, with_range(0, -1)), signed, **place)
+
+    stack = numpy.arange(192, dtype="<f4").reshape(4, 6, 8)
+
+    def of_volumes(raw):
+        put(raw, 88, "<i", 401)
+        put(raw, 36, "<i", 2)
+        put(raw, 48, "<f", 4.0)
+
+    path = mrc_file("stack.mrc", stack, of_volumes)
+    refuse("mrc-stack", path, "2 volumes", remedy="time=1")
+    for time in (0, 1):
+        read(f"mrc-stack-{time}", path, stack[2 * time:2 * time + 2], options=f"time={time}", **place)
+    zero = mrc_file("zero.mrc", stack, lambda raw: put(raw, 40, "<3f", 4, 0, 0))
+    read("mrc-no-cell", zero, stack, notice="states no spacing along y and z", steps=diagonal(0.5, 1, 1), unit="Å")
+    longer = mrc_file("longer.mrc", stack, lambda raw: raw.extend(b"tail"))
+    read("mrc-longer", longer, stack, notice="4 bytes more", **place)
+
+    # An oblique cell: beta of 120 degrees shifts sections by half their distance.
+    def oblique(raw):
+        put(raw, 40, "<3f", 8, 6, 4)
+        put(raw, 52, "<3f", 90, 120, 90)
+
+    path = mrc_file("oblique.mrc", stack, oblique)
+    refuse("mrc-oblique", path, "not at right angles", remedy="resample")
+    rows = numpy.full((4, 6, 10), numpy.nan, "f4")
+    for k in range(4):
+        for i in range(10):
+            at = i - 2 + 0.5 * k
+            if 0 <= at <= 7:
+                low = math.floor(at)
+                high = min(low + 1, 7)
+                rows[k, :, i] = stack[k, :, low] + (at - low) * (stack[k, :, high] - stack[k, :, low])
+    read("mrc-oblique-resampled", path, rows, options="resample", origin=(-2, 0, 0), steps=diagonal(1, 1, math.sqrt(0.75)), unit="Å",
+         notice="resampled")
+
+
+# ---- VTK
+
+VTK = "# vtk DataFile Version 3.0\nx\n{}\nDATASET STRUCTURED_POINTS\nDIMENSIONS 8 6 5\nORIGIN 1 2 3\nSPACING 0.5 1.5 2\n"
+
+
+def vtk():
+    place = {"origin": (1, 2, 3), "steps": diagonal(0.5, 1.5, 2)}
+    cells = numpy.arange(4 * 5 * 7).reshape(4, 5, 7)
+
+    def legacy(name, is_text):
+        def samples(data, kind=">f4"):
+            return (" ".join(str(v) for v in data.ravel()) + " ").encode() if is_text else data.astype(kind).tobytes()
+
+        out = VTK.format("ASCII" if is_text else "BINARY").encode()
+        out += b"CELL_DATA 140\nSCALARS of%20cells float 1\nLOOKUP_TABLE colors\n" + samples(cells) + b"\nLOOKUP_TABLE colors 2\n"
+        out += (b"0 0 0 1 1 1 1 1 " if is_text else bytes(8)) + b"\nMETADATA\nINFORMATION 0\n\n"
+        out += b"POINT_DATA 240\nFIELD FieldData 2\ndensity 1 240 float\n" + samples(volume) + b"\nMETADATA\nINFORMATION 0\n\n"
+        out += b"pressure 1 240 float\n" + samples(second) + b"\nVECTORS v float\n"
+        out += samples(numpy.stack([volume, second, volume], axis=-1)) + b"\n"
+        return write(name, out)
+
+    for name, is_text in (("many.vtk", False), ("many-text.vtk", True)):
+        path = legacy(name, is_text)
+        read(name, path, volume, notice="of its 4 arrays, 'density' is used", **place)
+        read(f"{name}-second", path, second, options="array=pressure", **place)
+        read(f"{name}-vector", path, second, options="array=v,component=1", **place)
+        for array in ("of cells", "CellData/of cells"):
+            read(f"{name}-{array.replace('/', '-')}", path, cells, options=f"array={array}", origin=(1.25, 2.75, 4), steps=diagonal(0.5, 1.5, 2))
+        refuse(f"{name}-none", path, "Its arrays are CellData/of cells, PointData/density", options="array=nothing")
+    longer = VTK.format("ASCII") + "POINT_DATA 240\nSCALARS s float\nLOOKUP_TABLE default\n" + " ".join(map(str, range(240))) + "\n7 8\n"
+    read("vtk-longer", write("longer.vtk", longer.encode()), volume, notice="from '7' on", **place)
+
+    # The number of bytes and the samples, encoded apart or together.
+    def vti(name, bits, inline, apart):
+        head = struct.pack("<I" if bits == 32 else "<Q", volume.nbytes)
+        data = volume.tobytes()
+        text = (base64.b64encode(head) + base64.b64encode(data)) if apart else base64.b64encode(head + data)
+        array = b'<DataArray type="UInt16" Name="s" format="' + (b'binary">\n' + text + b"\n</DataArray>" if inline
+                                                                 else b'appended" offset="0"/>')
+        out = f'<VTKFile type="ImageData" version="0.1" byte_order="LittleEndian" header_type="UInt{bits}">'.encode()
+        out += b'<ImageData WholeExtent="0 7 0 5 0 4" Origin="1 2 3" Spacing="0.5 1.5 2"><Piece Extent="0 7 0 5 0 4"><PointData>'
+        out += array + b"</PointData></Piece></ImageData>"
+        out += b"" if inline else b'<AppendedData encoding="base64">\n_' + text + b"\n</AppendedData>"
+        return write(name, out + b"</VTKFile>")
+
+    for bits in (32, 64):
+        for inline in (False, True):
+            for apart in (False, True):
+                name = f"vti-{bits}-{inline}-{apart}.vti"
+                read(name, vti(name, bits, inline, apart), volume, **place)
+    path = vti("padded.vti", 32, True, True)
+    data = path.read_bytes()
+    at = data.index(b'"binary">\n') + 10 + 8 + 40  # Behind the number of bytes.
+    write("padded.vti", data[:at + 2] + b"==" + data[at + 4:])
+    refuse("vti-padding-inside", path, "base64 data contain an invalid byte")
+
+
+# ---- detached and packed samples
+
+def detached():
+    place = {"steps": diagonal(0.5, 1.5, 2)}
+    write("front.raw", b"sixteen bytes...".ljust(16) + volume.tobytes())
+    write("back.raw", volume.tobytes() + b"tail")
+    meta = "ObjectType = Image\nNDims = 3\nDimSize = 8 6 5\nElementSpacing = 0.5 1.5 2\nElementType = MET_USHORT\n{}ElementDataFile = {}\n"
+    shifted = numpy.frombuffer((b"sixteen bytes...".ljust(16) + volume.tobytes())[:480], "<u2").reshape(SHAPE)
+    read("mhd-front", write("front.mhd", meta.format("", "front.raw").encode()), shifted, notice="'{}' has 16 bytes more".format(folder / "front.raw"), **place)
+    read("mhd-front-told", write("told.mhd", meta.format("HeaderSize = -1\n", "front.raw").encode()), volume, **place)
+    read("mhd-back", write("back.mhd", meta.format("", "back.raw").encode()), volume, notice="4 bytes more", **place)
+    nrrd = ("NRRD0004\ntype: uint16\ndimension: 3\nsizes: 8 6 5\nspacings: 0.5 1.5 2\nendian: little\nencoding: {}\n"
+            "{}data file: {}\n")
+    read("nhdr-back", write("back.nhdr", nrrd.format("raw", "", "back.raw").encode()), volume, notice="4 bytes more", **place)
+    read("nhdr-skip-end", write("end.nhdr", nrrd.format("raw", "byte skip: -5\n", "back.raw").encode()), volume, **place)
+    write("front.gz", gzip.compress(b"front" + volume.tobytes()))
+    read("nhdr-gzip-end", write("gz.nhdr", nrrd.format("gzip", "byte skip: -1\n", "front.gz").encode()), volume, **place)
+    write("both.gz", gzip.compress(b"front" + volume.tobytes()) + gzip.compress(b"tail"))
+    read("nhdr-gzip-between", write("gz2.nhdr", nrrd.format("gzip", "byte skip: -5\n", "both.gz").encode()), volume, **place)
+    data = volume.tobytes()
+    write("members.gz", gzip.compress(data[:100]) + gzip.compress(data[100:]) + gzip.compress(b"more"))
+    read("nhdr-gzip-members", write("gz3.nhdr", nrrd.format("gzip", "", "members.gz").encode()), volume, notice="4 bytes more", **place)
+
+
+def numbered_images():
+    from PIL import Image
+    images = [Image.fromarray(one) for one in volume[0:4].astype("u1")]
+
+    def stack(name, *files):
+        (folder / name).mkdir()
+        for file, image in zip(files, images):
+            image.save(folder / name / file)
+        return folder / name
+
+    for suffix in ("png", "tif"):
+        read(f"gap-{suffix}", stack(f"gap-{suffix}", *(f"s{i}.{suffix}" for i in (1, 2, 3, 6))), volume[:4], notice="4, 5 are missing")
+    read("steps", stack("steps", "s010.png", "s020.png", "s030.png", "s050.png"), volume[:4], notice="40 is missing")
+    read("no-gap", stack("no-gap", "s7.png", "s8.png", "s9.png", "s10.png"), volume[:4], notice="!missing")
+    read("two-numbers", stack("two", "z1c1.png", "z1c2.png", "z2c1.png", "z2c2.png"), volume[:4], notice="have two numbers, 2 by 2")
+
+
+def json_shape():
+    """A description that is JSON, but no shape."""
+    import tifffile
+    tifffile.imwrite(folder / "json.tif", volume, description='{"shape": "none"}', metadata=None, photometric="minisblack")
+    read("tiff-other-json", folder / "json.tif", volume)
+
+
+detached()
+vtk()
+run_with_packages(tiff, json_shape, mrc, numbered_images)
