@@ -16,6 +16,7 @@ MOST_FILES = 40  # Of a folder: what a reader takes in at once.
 # Folder -> the folders that it may include besides itself; their dependencies are included.
 LIBRARIES = {
     "common/base": [],
+    "common/sandbox": ["common/base"],
     "common/codec": ["common/base"],
     "common/image": ["common/base"],
     "common/mesh": ["common/base"],
@@ -35,7 +36,7 @@ LIBRARIES = {
     "server/core/simplification": ["server/core/surface"],
     "server/core/planning": ["server/core/simplification"],
     "server/store": ["common/base"],
-    "server/volume/formats": ["common/request", "server/store"],
+    "server/volume/formats": ["common/request", "common/sandbox", "server/store"],
     "server/volume": ["server/core/framework", "server/volume/formats"],
     "server/dataset": ["server/core/spectrum", "server/volume", "server/store"],
     "server/dataset/partitioned": ["server/dataset"],

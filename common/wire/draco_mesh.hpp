@@ -19,7 +19,7 @@ struct DracoMesh {
 
 // `position_id` identifies the attribute as in glTF; absent: the file's only positions. Fails with
 // kDamagedData unless Draco decodes the bytes to a triangle mesh. Draco allocates as much memory as
-// the bytes claim: call this only with bounded memory (child_process.hpp).
+// the bytes claim: call this only with bounded memory (common/sandbox).
 [[nodiscard]] Result<DracoMesh> decode_draco_mesh(std::string_view bytes,
                                                   std::optional<std::uint32_t> position_id);
 

@@ -1,12 +1,19 @@
 #include "server/certify/mesh_file.hpp"
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstring>
 #include <iterator>
+#include <new>
 
 #include "common/base/open_file.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
+#include "common/base/utf8.hpp"
 #include "common/mesh/lattice.hpp"
+#include "common/sandbox/packed.hpp"
+#include "common/sandbox/sandbox.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/certify/detail/mesh_bytes.hpp"
 #include "server/certify/detail/vtp_reader.hpp"
@@ -100,19 +107,118 @@ std::int64_t integer_from(std::string_view word) {
   return number_from<std::int64_t>(word, "integer");
 }
 
-TriangleMesh read_mesh(const fs::path& file) {
+namespace {
+
+void check_vertices(const TriangleMesh& mesh) {
+  for (const Vec3& vertex : mesh.vertices) {
+    // Larger coordinates make squared lengths overflow or meaningless.
+    constexpr double kMaxVertexCoordinate = 1e100;
+    for (const double coordinate : vertex) {
+      if (!(std::abs(coordinate) < kMaxVertexCoordinate))
+        throw MeshFileError("a coordinate is not a number");
+    }
+  }
+}
+
+// ---- in a sandbox
+
+// Kinds of messages: vertices, triangles, what the file says of them, the reason of a failure.
+constexpr char kVertices = 'v';
+constexpr char kTriangles = 't';
+constexpr char kFacts = 'e';
+constexpr char kFailed = 'f';
+constexpr std::size_t kMessageBytes = std::size_t{12} << 20;  // Whole vertices and triangles.
+
+constexpr std::uint64_t kReaderMemory = std::uint64_t{12} << 30;
+constexpr std::chrono::minutes kReaderTime{10};
+
+template <typename T>
+void send_all(SandboxChannel& parent, char kind, const std::vector<T>& values) {
+  std::string_view bytes(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+  for (; !bytes.empty(); bytes.remove_prefix(std::min(kMessageBytes, bytes.size()))) {
+    parent.send(kind, bytes.substr(0, kMessageBytes));
+  }
+}
+
+const SandboxTask kReadMesh = {"read mesh", [](SandboxChannel& parent, const std::string& file) {
+                                 try {
+                                   const TriangleMesh mesh = read_mesh_here(file);
+                                   send_all(parent, kVertices, mesh.vertices);
+                                   send_all(parent, kTriangles, mesh.triangles);
+                                   parent.send(kFacts,
+                                               packed_values(mesh.lattice, mesh.min_component));
+                                 } catch (const std::bad_alloc&) {
+                                   parent.send(kFailed, {});
+                                 } catch (const std::exception& problem) {
+                                   parent.send(kFailed, problem.what());
+                                 }
+                               }};
+
+// Appends the values of a message. Returns false if it has parts of one, or there are too many.
+template <typename T>
+bool append(std::string_view bytes, std::vector<T>& values) {
+  const std::size_t count = bytes.size() / sizeof(T);
+  if (bytes.size() % sizeof(T) != 0 || count > kMaxMeshElements - values.size()) return false;
+  values.resize(values.size() + count);
+  std::memcpy(static_cast<void*>(values.data() + (values.size() - count)), bytes.data(),
+              bytes.size());
+  return true;
+}
+
+bool is_valid(const TriangleMesh& mesh) {
+  const auto is_corner = [&](std::uint32_t corner) { return corner < mesh.vertices.size(); };
+  return std::all_of(mesh.triangles.begin(), mesh.triangles.end(),
+                     [&](const TriangleIndices& t) {
+                       return std::all_of(t.begin(), t.end(), is_corner);
+                     }) &&
+         (!mesh.lattice ||
+          (*mesh.lattice >= kMinLatticeResolution && *mesh.lattice <= kMaxLatticeResolution)) &&
+         mesh.min_component >= 0 && std::isfinite(mesh.min_component);
+}
+
+// Returns the mesh that the reader sends. Throws MeshFileError.
+TriangleMesh received(Sandbox& reader) {
+  TriangleMesh mesh;
+  SandboxMessage message;
+  bool is_whole = true;
+  while (is_whole && message.kind != kFacts) {
+    if (!reader.channel().receive(message, kReaderTime)) reader.throw_exit_reason();
+    if (message.kind == kFailed && message.bytes.empty()) {
+      throw MeshFileError("there is not enough memory for it");
+    }
+    if (message.kind == kFailed) throw VolumeFileError(printable(message.bytes));
+    is_whole =
+        message.kind == kVertices ? append(message.bytes, mesh.vertices)
+        : message.kind == kTriangles
+            ? append(message.bytes, mesh.triangles)
+            : message.kind == kFacts && unpack_all(message.bytes, mesh.lattice, mesh.min_component);
+  }
+  if (!is_whole || !is_valid(mesh)) {
+    throw MeshFileError("its reader does not answer as a reader does");
+  }
+  check_vertices(mesh);
+  return mesh;
+}
+
+}  // namespace
+
+TriangleMesh read_mesh_here(const fs::path& file) {
   try {
     TriangleMesh mesh = read(file);
-    for (const Vec3& vertex : mesh.vertices) {
-      // Larger coordinates make squared lengths overflow or meaningless.
-      constexpr double kMaxVertexCoordinate = 1e100;
-      for (const double coordinate : vertex) {
-        if (!(std::abs(coordinate) < kMaxVertexCoordinate))
-          throw MeshFileError("a coordinate is not a number");
-      }
-    }
+    check_vertices(mesh);
     return mesh;
   } catch (const MeshFileError& fault) {
+    fail_reading(file, fault.what(), "Get a complete copy of the file, or save it as PLY");
+  }
+}
+
+TriangleMesh read_mesh(const fs::path& file) {
+  try {
+    Sandbox reader(kReadMesh, {.readable = {file}, .memory_bytes = kReaderMemory}, file.string());
+    return received(reader);
+  } catch (const MeshFileError& fault) {
+    fail_reading(file, fault.what(), "Get a complete copy of the file, or save it as PLY");
+  } catch (const SandboxError& fault) {
     fail_reading(file, fault.what(), "Get a complete copy of the file, or save it as PLY");
   }
 }

@@ -16,7 +16,11 @@ namespace multitetra {
 // Applies the transforms of nodes of a glTF scene, and turns glTF's y-up to z-up. Our PLY, STL and
 // OBJ files name the lattice of their vertices.
 //
-// The file is untrusted: throws VolumeFileError with the file's name, the problem and a remedy.
+// The file is untrusted, and read in a sandbox: throws VolumeFileError with the file's name, the
+// problem and a remedy.
 [[nodiscard]] TriangleMesh read_mesh(const std::filesystem::path& file);
+
+// The same in this process, for processes that are sandboxes.
+[[nodiscard]] TriangleMesh read_mesh_here(const std::filesystem::path& file);
 
 }  // namespace multitetra

@@ -31,7 +31,7 @@ RetainedBytes PreparedBricks::brick(std::size_t number) const {
   file_.source->check();
   reads_.fetch_add(1, std::memory_order_relaxed);
   const BrickPlace& place = index()[number];
-  if (place.size() == 0) return {};
+  if (place.size() == 0) return {};  // Only bricks of the spectrum are empty.
   if (place.codec() == BrickCodec::kConstant && type_) return constant(number, place);
   if (place.codec() == BrickCodec::kRaw && !is_remote()) return in_place(number, place);
   const MemoryCache::Key key = owner_.key(number);

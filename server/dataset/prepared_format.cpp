@@ -150,8 +150,11 @@ Result<PreparedStructure> decode_structure(const ByteSource& source) {
 
 Result<std::vector<BrickPlace>> decode_sample_index(const ByteSource& source,
                                                     const PreparedStructure& structure) {
-  return decode_index(source, structure.section(kSampleIndex), structure.section(kSamples),
-                      BrickLayout(structure.metadata.info.dims));
+  auto index = decode_index(source, structure.section(kSampleIndex), structure.section(kSamples),
+                            BrickLayout(structure.metadata.info.dims));
+  const auto is_empty = [](const BrickPlace& place) { return place.size() == 0; };
+  if (!index || std::none_of(index->begin(), index->end(), is_empty)) return index;
+  return damaged(kSampleIndex, "a brick of samples is empty.");
 }
 
 Result<std::vector<std::byte>> read_packed_section(const ByteSource& source, const Section& section,

@@ -80,9 +80,6 @@ Result<void> verify_samples(const ByteSource& source, const PreparedStructure& s
   const DatasetInfo& info = structure.metadata.info;
   const auto index = decode_sample_index(source, structure);
   if (!index) return tl::unexpected(index.error());
-  for (const BrickPlace& place : *index) {
-    if (place.size() == 0) return damaged(kSampleIndex, "a brick of samples is empty.");
-  }
   SampleFacts facts;
   if (auto checked = verify_bricks(
           source, structure.section(kSamples), BrickLayout(info.dims), *index, info.type,

@@ -12,6 +12,7 @@
 #include "common/base/json.hpp"
 #include "server/dataset/checksum.hpp"
 #include "server/http/conditions.hpp"
+#include "server/operations/secrets.hpp"
 
 namespace multitetra {
 namespace {
@@ -117,8 +118,10 @@ Answer json_answer(int status, std::string json) {
 }
 
 Answer error_answer(int status, const Error& error, std::string_view request_id) {
-  const nlohmann::ordered_json body = {
-      {"error", {{"code", name(error.code)}, {"text", error.text}, {"request_id", request_id}}}};
+  const nlohmann::ordered_json body = {{"error",
+                                        {{"code", name(error.code)},
+                                         {"text", without_secrets(error.text)},
+                                         {"request_id", request_id}}}};
   Answer answer = json_answer(status, json_text(body) + "\n");
   answer.error = error;
   add_field(answer, "Cache-Control", "no-store");

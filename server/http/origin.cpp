@@ -33,6 +33,26 @@ bool is_allowed_origin(std::string_view origin, std::string_view host,
   return false;
 }
 
+namespace {
+
+bool is_another_allowed(std::string_view origin, std::string_view host,
+                        const std::vector<std::string>& allowed) {
+  return std::find(allowed.begin(), allowed.end(), "*") != allowed.end() ||
+         (!origin.empty() && is_allowed_origin(origin, host, allowed));
+}
+
+}  // namespace
+
+bool is_from_other_site(std::string_view site, std::string_view origin, std::string_view host,
+                        const std::vector<std::string>& allowed) {
+  return site == "cross-site" && !is_another_allowed(origin, host, allowed);
+}
+
+std::string_view resource_policy(std::string_view origin, std::string_view host,
+                                 const std::vector<std::string>& allowed) {
+  return is_another_allowed(origin, host, allowed) ? "cross-origin" : "same-origin";
+}
+
 bool is_origin(std::string_view text) {
   static const std::regex kOrigin(
       R"(\*|[a-z][a-z0-9+.-]*://(\[[0-9a-f:.]+\]|[a-z0-9._-]+)(:[0-9]{1,5})?)", std::regex::icase);

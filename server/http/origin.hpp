@@ -23,4 +23,15 @@ namespace multitetra {
                                               const std::vector<std::string>& allowed,
                                               bool is_preflight);
 
+// Returns whether a page of another site, which is not allowed, made the browser send a request.
+// `site` is its Sec-Fetch-Site; browsers send no Origin for pictures and links.
+[[nodiscard]] bool is_from_other_site(std::string_view site, std::string_view origin,
+                                      std::string_view host,
+                                      const std::vector<std::string>& allowed);
+
+// Returns the Cross-Origin-Resource-Policy of an answer, which keeps pictures and scripts of other
+// sites from using it.
+[[nodiscard]] std::string_view resource_policy(std::string_view origin, std::string_view host,
+                                               const std::vector<std::string>& allowed);
+
 }  // namespace multitetra

@@ -21,6 +21,7 @@ namespace {
 constexpr std::string_view kNoToken = "none";
 constexpr std::string_view kExpires = "expires=";
 constexpr std::string_view kSurfacesOnly = "only=surfaces";
+constexpr std::string_view kColoredSurfacesOnly = "only=surfaces,colors";
 
 std::optional<TokenDigest> digest_from(std::string_view hex) {
   TokenDigest digest;
@@ -47,14 +48,16 @@ tl::unexpected<Error> bad_line(std::size_t number, const std::string& what) {
 }
 
 // Parses the words after the token: dataset patterns, and optionally the expiry time and
-// only=surfaces.
+// only=surfaces or only=surfaces,colors.
 Result<AccessRights> rights_from(const std::vector<std::string>& words, std::size_t line) {
   std::vector<std::string> datasets;
   std::optional<AccessRights::Time> expires;
   bool surfaces_only = false;
+  bool colors = false;
   for (std::size_t i = 2; i < words.size(); ++i) {
-    if (words[i] == kSurfacesOnly) {
+    if (words[i] == kSurfacesOnly || words[i] == kColoredSurfacesOnly) {
       surfaces_only = true;
+      colors = words[i] == kColoredSurfacesOnly;
       continue;
     }
     if (!words[i].starts_with(kExpires)) {
@@ -73,7 +76,7 @@ Result<AccessRights> rights_from(const std::vector<std::string>& words, std::siz
   if (datasets.empty()) return bad_line(line, "has no datasets");
   AccessRights rights(words[0], std::move(datasets));
   if (expires) rights.expire_at(*expires);
-  if (surfaces_only) rights.allow_surfaces_only();
+  if (surfaces_only) rights.allow_surfaces_only(colors);
   return rights;
 }
 
@@ -194,12 +197,13 @@ std::string new_token() {
 
 std::string access_line(std::string_view name, std::string_view token,
                         const std::vector<std::string>& datasets,
-                        std::optional<AccessRights::Time> expires, bool surfaces_only) {
+                        std::optional<AccessRights::Time> expires, bool surfaces_only,
+                        bool colors) {
   const TokenDigest digest = digest_of_token(token);
   std::string line = std::string(name) + " " + hex_text(std::as_bytes(std::span(digest)));
   for (const std::string& dataset : datasets) line += " " + dataset;
   if (expires) line += " " + std::string(kExpires) + time_text(*expires);
-  if (surfaces_only) line += " " + std::string(kSurfacesOnly);
+  if (surfaces_only) line += " " + std::string(colors ? kColoredSurfacesOnly : kSurfacesOnly);
   return line;
 }
 

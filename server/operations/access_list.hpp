@@ -12,7 +12,8 @@
 // Only hashes of tokens are stored. Tokens are long and random, so a hash reveals nothing. A `none`
 // line applies to clients without a token. A name may have several lines, for example while a token
 // is replaced. An expired line (UTC) is ignored. With `only=surfaces`, a client gets only meshes:
-// no sample shells, slices or probes, which contain samples.
+// no sample shells, slices or probes, which contain samples, and no colors by fields, which reveal
+// them at the vertices, except with `only=surfaces,colors`.
 #pragma once
 
 #include <array>
@@ -39,9 +40,13 @@ class AccessRights {
   [[nodiscard]] const std::string& name() const { return name_; }  // For the log; may be empty.
   [[nodiscard]] const std::vector<std::string>& datasets() const { return datasets_; }
 
-  // Forbids everything that contains samples.
-  void allow_surfaces_only() { surfaces_only_ = true; }
+  // Forbids everything that contains samples; with `colors`, surfaces may be colored by fields.
+  void allow_surfaces_only(bool colors = false) {
+    surfaces_only_ = true;
+    colors_ = colors;
+  }
   [[nodiscard]] bool surfaces_only() const { return surfaces_only_; }
+  [[nodiscard]] bool colors() const { return colors_; }
 
   using Time = std::chrono::sys_seconds;
   void expire_at(Time time) { expires_ = time; }
@@ -57,6 +62,7 @@ class AccessRights {
   std::vector<std::string> datasets_ = {"*"};
   std::optional<Time> expires_;  // None: never.
   bool surfaces_only_ = false;
+  bool colors_ = true;
 };
 
 // Returns whether `text` matches `pattern`: * matches any characters, ? any single one. Costs at
@@ -113,7 +119,7 @@ using AccessListPtr = std::shared_ptr<const AccessList>;
 [[nodiscard]] std::string access_line(std::string_view name, std::string_view token,
                                       const std::vector<std::string>& datasets,
                                       std::optional<AccessRights::Time> expires = {},
-                                      bool surfaces_only = false);
+                                      bool surfaces_only = false, bool colors = false);
 
 // Format and parse a UTC time of the file, such as "2027-01-31T12:00:00Z".
 [[nodiscard]] std::string time_text(AccessRights::Time time);

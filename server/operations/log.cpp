@@ -14,6 +14,7 @@
 #include "common/base/enum_names.hpp"
 #include "common/base/json.hpp"
 #include "server/operations/detail/log_sampling.hpp"
+#include "server/operations/secrets.hpp"
 
 namespace multitetra {
 namespace {
@@ -103,13 +104,15 @@ std::string number(double value) {
 std::string text_value(const LogValue& value) {
   if (const auto* whole = std::get_if<std::uint64_t>(&value)) return std::to_string(*whole);
   if (const auto* real = std::get_if<double>(&value)) return number(*real);
-  const auto text = std::get<std::string_view>(value);
+  const std::string text = without_secrets(std::get<std::string_view>(value));
   const bool is_word = !text.empty() && text.find_first_of(" =\"\\") == std::string_view::npos;
-  return is_word ? std::string(text) : json_quoted(text);
+  return is_word ? text : json_quoted(text);
 }
 
 std::string json_value(const LogValue& value) {
-  if (const auto* text = std::get_if<std::string_view>(&value)) return json_quoted(*text);
+  if (const auto* text = std::get_if<std::string_view>(&value)) {
+    return json_quoted(without_secrets(*text));
+  }
   return text_value(value);
 }
 
@@ -119,8 +122,8 @@ std::string in_format(std::initializer_list<LogField> fields) {
 
 void write(LogLevel level, std::string_view text, const std::string& fields) {
   const std::string payload = format_now == LogFormat::kText
-                                  ? std::string(text) + fields
-                                  : kFieldsMark + fields + kFieldsMark + std::string(text);
+                                  ? without_secrets(text) + fields
+                                  : kFieldsMark + fields + kFieldsMark + without_secrets(text);
   spdlog::default_logger_raw()->log(level_of(level), spdlog::string_view_t(payload));
 }
 

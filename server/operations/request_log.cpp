@@ -1,11 +1,8 @@
 #include "server/operations/request_log.hpp"
 
-#include <algorithm>
-#include <cctype>
 #include <initializer_list>
 #include <string>
 
-#include "common/base/text.hpp"
 #include "server/operations/log.hpp"
 
 namespace multitetra {
@@ -47,31 +44,6 @@ LogLevel level_of(int status) {
   return status >= 400 ? LogLevel::kInfo : LogLevel::kDebug;
 }
 
-bool looks_secret(std::string_view name, std::string_view value) {
-  const std::string lower = lower_case(name);
-  for (const char* word : {"token", "key", "secret", "password", "auth"}) {
-    if (lower.find(word) != std::string::npos) return true;
-  }
-  return value.find("mt_") != std::string_view::npos;  // The prefix of our tokens.
-}
-
-// Masks tokens that clients wrongly put into a request's target.
-std::string without_secrets(std::string_view target) {
-  const std::size_t mark = target.find('?');
-  if (mark == std::string_view::npos) return std::string(target);
-  std::string kept(target.substr(0, mark));
-  for (std::size_t at = mark; at < target.size();) {
-    const std::size_t end = std::min(target.find('&', at + 1), target.size());
-    const std::string_view parameter = target.substr(at, end - at);  // Includes the separator.
-    const std::size_t equals = std::min(parameter.find('='), parameter.size());
-    const bool is_secret = looks_secret(parameter.substr(0, equals), parameter.substr(equals));
-    kept += is_secret ? parameter.substr(0, equals) : parameter;
-    if (is_secret) kept += "=***";
-    at = end;
-  }
-  return kept;
-}
-
 }  // namespace
 
 void RequestLog::connected(const ClientFacts& client) {
@@ -101,7 +73,7 @@ void RequestLog::refused(const ClientFacts& client, const char* limit) {
   // The line of the answer, over HTTP also that of a refused connection, has the reason.
   const std::string_view text = limit;
   const bool has_answer = std::string_view(client.protocol) == "http";
-  const LogLevel level = text == "idle_seconds" ? LogLevel::kInfo
+  const LogLevel level = text == "idle_seconds"                           ? LogLevel::kInfo
                          : text.starts_with("connections") && !has_answer ? LogLevel::kWarning
                                                                           : LogLevel::kDebug;
   log_line_about(client.peer, level, "refused",
@@ -163,7 +135,7 @@ void RequestLog::error_answered(const ClientFacts& client, const Error& error,
 
 void RequestLog::http_answered(const ClientFacts& client, const HttpFacts& facts) {
   constexpr std::size_t kLongestTarget = 500;
-  const std::string target = without_secrets(facts.target.substr(0, kLongestTarget));
+  const std::string_view target = facts.target.substr(0, kLongestTarget);
   log_line_about(client.peer, level_of(facts.status), "http",
                  {{"connection", client.connection},
                   {"request", unless_empty(facts.id)},

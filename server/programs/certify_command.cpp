@@ -110,6 +110,7 @@ Volume volume_of(const CertifyArguments& arguments, CertifyOptions& options, Pro
 }
 
 int run_certify(const CertifyArguments& arguments) {
+  (void)arguments.source.parsed();  // Also for what the mesh's reader needs.
   const ThreadLimit limit(arguments.threads);
   CertifyOptions options{.isovalue = arguments.isovalue,
                          .lattice = arguments.lattice,

@@ -15,6 +15,7 @@
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/terminal.hpp"
+#include "common/sandbox/isolation.hpp"
 #include "server/core/spectrum/isovalue_bins.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/prepared_file.hpp"
@@ -139,6 +140,11 @@ Json json_of(const PreparedFile& file) {
   return report;
 }
 
+// What this kernel has for isolating the readers of files.
+Json json_of(const Isolation& isolation) {
+  return {{"landlock", isolation.landlock}, {"seccomp", isolation.seccomp}};
+}
+
 int info_of_folder(const InfoArguments& arguments) {
   Json datasets = Json::array();
   const auto print_failure = [&](const std::string& place) {
@@ -150,7 +156,10 @@ int info_of_folder(const InfoArguments& arguments) {
     }
   };
   const ExitCode code = with_each_dataset(arguments.file, print_failure, [](const auto&...) {});
-  if (arguments.json) std::cout << text_of({{"datasets", std::move(datasets)}});
+  if (arguments.json) {
+    std::cout << text_of(
+        {{"datasets", std::move(datasets)}, {"isolation", json_of(isolation_of_this_kernel())}});
+  }
   return code;
 }
 
@@ -244,7 +253,9 @@ int info(const InfoArguments& arguments) {
   if (is_folder_of_datasets(arguments.file)) return info_of_folder(arguments);
   const PreparedFile file(arguments.file);
   if (arguments.json) {
-    std::cout << text_of(json_of(file));
+    Json report = json_of(file);
+    report["isolation"] = json_of(isolation_of_this_kernel());
+    std::cout << text_of(report);
   } else {
     print_facts(arguments.file, file);
   }

@@ -1,6 +1,7 @@
 // multitetra-server: prepares and serves volumes.
 #include "common/cli/command_line.hpp"
 #include "common/cli/program.hpp"
+#include "common/sandbox/sandbox.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/serving/listener_options.hpp"
 
@@ -41,6 +42,7 @@ int run(int argc, char** argv) {
 }  // namespace multitetra
 
 int main(int argc, char** argv) {
+  multitetra::enter_sandbox_if_asked(argc, argv);
   return multitetra::run_program(
       "multitetra-server", [&] { return multitetra::run(argc, argv); },
       multitetra::print_fatal_error);

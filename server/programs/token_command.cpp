@@ -25,6 +25,7 @@ struct TokenArguments {
   std::string file;
   std::string expires;
   bool surfaces_only = false;
+  bool colors = false;
   bool replace = false;
   bool json = false;
 };
@@ -84,8 +85,8 @@ int make_token(const TokenArguments& arguments) {
                                 "stands for a comma.");
   }
   const std::string token = new_token();
-  const std::string line =
-      access_line(name, token, arguments.datasets, expires, arguments.surfaces_only);
+  const std::string line = access_line(name, token, arguments.datasets, expires,
+                                       arguments.surfaces_only, arguments.colors);
   if (const auto made = parse_access_list(line); !made || made->size() != 1) {
     throw std::invalid_argument(
         "NAME and datasets must not contain spaces or begin with \"#\"; ? in a pattern matches any "
@@ -98,6 +99,7 @@ int make_token(const TokenArguments& arguments) {
                           {"line", line},
                           {"datasets", arguments.datasets},
                           {"surfaces_only", arguments.surfaces_only},
+                          {"colors", !arguments.surfaces_only || arguments.colors},
                           {"expires", expires ? Json(time_text(*expires)) : Json(nullptr)}});
   } else if (arguments.file.empty()) {
     std::cout << "token: " << token << "\nline:  " << line << "\n";
@@ -112,6 +114,7 @@ Json json_of(const AccessRights& rights, bool has_token) {
           {"has_token", has_token},
           {"datasets", rights.datasets()},
           {"surfaces_only", rights.surfaces_only()},
+          {"colors", rights.colors()},
           {"expires", rights.expires() ? Json(time_text(*rights.expires())) : Json(nullptr)},
           {"has_expired", rights.has_expired(std::chrono::system_clock::now())}};
 }
@@ -119,7 +122,9 @@ Json json_of(const AccessRights& rights, bool has_token) {
 std::string text_of_rights(const AccessRights& rights, bool has_token) {
   std::string text = printable(rights.name());
   for (const std::string& dataset : rights.datasets()) text += " " + printable(dataset);
-  if (rights.surfaces_only()) text += "  (surfaces only)";
+  if (rights.surfaces_only()) {
+    text += rights.colors() ? "  (surfaces and colors only)" : "  (surfaces only)";
+  }
   if (!has_token) text += "  (clients without a token)";
   if (!rights.expires()) return text + "\n";
   const bool is_over = rights.has_expired(std::chrono::system_clock::now());
@@ -200,8 +205,13 @@ void add_token_command(Command& program, Run& run) {
                    "When a new token expires, such as 30d; also 12h or 2027-01-31T12:00:00Z "
                    "(default: never)")
       ->type_name("WHEN");
-  command->add_flag("--surfaces-only", a->surfaces_only,
-                    "It gives access to meshes only; not to samples (slices, probes)");
+  Option* const surfaces_only = command->add_flag(
+      "--surfaces-only", a->surfaces_only,
+      "It gives access to meshes only; not to samples (slices, probes, colors by fields)");
+  command
+      ->add_flag("--colors", a->colors,
+                 "With --surfaces-only: also to colors by fields, which reveal samples")
+      ->needs(surfaces_only);
   command->add_flag("--replace", a->replace, "Revoke the current token of NAME");
   command->add_flag("--json", a->json, "Print JSON");
   command->footer(

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <iostream>
+#include <mutex>
 #include <sstream>
 #include <stdexcept>
 
 #include "common/base/exit_codes.hpp"
 #include "common/base/parse_number.hpp"
+#include "common/sandbox/sandbox.hpp"
 
 namespace multitetra {
 
@@ -119,6 +122,9 @@ void VolumeOptions::add_to(Command& command) {
                 "Accept an --orient that exchanges left and right, for a volume that is stored as "
                 "its mirror image")
       ->needs(orientation);
+  command.add_flag("--require-isolation", requires_isolation,
+                   "Read files only where the kernel can isolate their readers: with Landlock and "
+                   "seccomp");
   command
       .add_option("--length-unit", length_unit,
                   "Unit of spacing and coordinates, such as mm or um; replaces that of the file")
@@ -132,6 +138,21 @@ void VolumeOptions::add_space_to(Command& command) {
                   "converted to LPS")
       ->one_of({"LPS", "RAS", "none"});
 }
+
+namespace {
+
+void report_isolation(bool is_required) {
+  static std::once_flag once;
+  if (is_required) require_isolation();
+  std::call_once(once, [] {
+    const Isolation isolation = isolation_of_this_kernel();
+    if (isolation.is_complete()) return;
+    std::cerr << "isolation: " << text_of(isolation)
+              << ". The readers of files are isolated in part; --require-isolation refuses that.\n";
+  });
+}
+
+}  // namespace
 
 std::string VolumeOptions::command_line() const {
   std::ostringstream text;
@@ -201,6 +222,7 @@ Placement VolumeOptions::placement() const {
 }
 
 VolumeFileOptions VolumeOptions::parsed() const {
+  report_isolation(requires_isolation);
   VolumeFileOptions options;
   options.choice = {.array = array,
                     .level = level,

@@ -40,14 +40,17 @@ struct VolumeOptions {
   bool mirror = false;  // Accepts an `orient` that mirrors.
   std::string space;    // LPS, RAS or none; empty: from the file.
   std::string length_unit;
+  bool requires_isolation = false;
 
-  // Adds --array, --level, --time, --channel, --series, --component, --follow, --resample, and
+  // Adds --array, --level, --time, --channel, --series, --component, --follow, --resample,
+  // --require-isolation, and
   // options for the layout of raw samples and the placement of samples.
   void add_to(Command& command);
   // Adds --space, for commands without another option of that name.
   void add_space_to(Command& command);
-  // Returns the parsed options. Throws ExitError (kUsage) for an invalid component or length unit,
-  // or a spacing that is not positive.
+  // Returns the parsed options, and applies --require-isolation. Prints what the kernel lacks for
+  // isolating readers, once. Throws ExitError (kUsage) for an invalid component or length unit, or
+  // a spacing that is not positive.
   [[nodiscard]] VolumeFileOptions parsed() const;
   // Returns the options that differ from their defaults, as on the command line.
   [[nodiscard]] std::string command_line() const;

@@ -95,6 +95,9 @@ asio::awaitable<Outcome> Router::answer(const HttpRequest& request, RequestConte
   }
   if (auto* answer = std::get_if<Answer>(&outcome)) {
     add_field(*answer, "X-Request-Id", context.request_id);
+    add_field(*answer, "Cross-Origin-Resource-Policy",
+              resource_policy(field(request, http::field::origin),
+                              field(request, http::field::host), http_.allowed_origins));
     answer->fields +=
         cross_origin_fields(field(request, http::field::origin), field(request, http::field::host),
                             http_.allowed_origins, request.method() == http::verb::options);
@@ -151,6 +154,12 @@ asio::awaitable<Outcome> Router::routed(const HttpRequest& request, RequestConte
   if (std::holds_alternative<Readiness>(*route)) co_return readiness_answer(server_, id);
   if (std::holds_alternative<Metrics>(*route)) co_return metrics_answer(server_, id);
   if (std::holds_alternative<Description>(*route)) co_return description_answer(request);
+  if (is_from_other_site(view_of(request["Sec-Fetch-Site"]), field(request, http::field::origin),
+                         host, http_.allowed_origins)) {
+    co_return error_answer({ErrorCode::kPermissionDenied,
+                            "Pages of other sites may use this server only with --allow-origin."},
+                           id);
+  }
   const RouteArguments arguments = {.request = request, .target = *target, .context = context};
   const ServedRequest under_way(context);
   co_return co_await served(*route, arguments);

@@ -6,6 +6,7 @@ namespace multitetra {
 
 void DatasetCatalogue::add(std::shared_ptr<const SurfaceProvider> source) {
   const std::string name = source->info().name;
+  has_samples_ = has_samples_ || source->sends_shells();
   if (!sources_.try_emplace(name, std::move(source)).second) {
     throw std::invalid_argument("Two datasets are named \"" + name +
                                 "\"; the names of datasets must be unique.");

@@ -23,9 +23,12 @@ class DatasetCatalogue {
 
   [[nodiscard]] std::vector<DatasetInfo> infos() const;  // In natural order of names.
   [[nodiscard]] std::size_t size() const { return sources_.size(); }
+  // Returns whether there are datasets, of which none gives this catalogue's clients samples.
+  [[nodiscard]] bool is_for_surfaces_only() const { return size() > 0 && !has_samples_; }
 
  private:
   std::map<std::string, std::shared_ptr<const SurfaceProvider>, NaturalOrder> sources_;
+  bool has_samples_ = false;
 };
 
 using CataloguePtr = std::shared_ptr<const DatasetCatalogue>;

@@ -3,11 +3,22 @@
 #include <exception>
 #include <new>
 
+#include "server/core/spectrum/error_spectrum.hpp"
 #include "server/dataset/byte_source.hpp"
 #include "server/operations/log.hpp"
 #include "server/store/store_error.hpp"
 
 namespace multitetra {
+
+namespace {
+
+Error damaged(const std::exception& damage, const std::string& what, const std::string& dataset) {
+  log_line(LogLevel::kError, damage.what(), {{"dataset", dataset}});
+  return {ErrorCode::kDamagedData, "The dataset's file is damaged in a part that this " + what +
+                                       " needs; see the server's log."};
+}
+
+}  // namespace
 
 Error error_of_exception(const std::string& what, const std::string& dataset) {
   constexpr double kStoreRetrySeconds = 5;
@@ -19,9 +30,9 @@ Error error_of_exception(const std::string& what, const std::string& dataset) {
     return {ErrorCode::kLimitExceeded, "The server does not have enough memory for this " + what +
                                            "; request a larger error."};
   } catch (const DatasetFileError& damage) {
-    log_line(LogLevel::kError, damage.what(), {{"dataset", dataset}});
-    return {ErrorCode::kDamagedData, "The dataset's file is damaged in a part that this " + what +
-                                         " needs; see the server's log."};
+    return damaged(damage, what, dataset);
+  } catch (const DamagedSpectrumError& damage) {
+    return damaged(damage, what, dataset);
   } catch (const StoreError& failure) {
     log_line(LogLevel::kError, failure.what(), {{"dataset", dataset}});
     return {.code = ErrorCode::kUnavailable,

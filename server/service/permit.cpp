@@ -157,6 +157,10 @@ Result<SurfaceProviderPtr> Permit::provider(const std::string& dataset,
 
 Result<SurfaceProviderPtr> Permit::field_for(const ScalarRequest& scalars,
                                              const DatasetInfo& surface) const {
+  if (is_for_surfaces_only() && !(rights_.surfaces_only() && rights_.colors())) {
+    return fail(ErrorCode::kPermissionDenied,
+                "Colors by a field show its samples; this client has access to surfaces only.");
+  }
   if (const auto valid = validated(scalars); !valid) return tl::unexpected(valid.error());
   auto field = provider(scalars.dataset);
   if (!field) return field;

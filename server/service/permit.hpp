@@ -91,13 +91,16 @@ class Permit {
   // Returns the same if the dataset can also serve a valid `request`.
   [[nodiscard]] Result<SurfaceProviderPtr> provider(const std::string& dataset,
                                                     const IsosurfaceRequest& request) const;
+  // A gateway learns from its upstream servers that a client gets surfaces only.
   [[nodiscard]] bool is_for_surfaces_only() const {
-    return limits_.surfaces_only || rights_.surfaces_only();
+    return limits_.surfaces_only || rights_.surfaces_only() ||
+           (catalogue_ && catalogue_->is_for_surfaces_only());
   }
   // Returns the further datasets of a request for previews of several.
   [[nodiscard]] Result<std::vector<SurfaceProviderPtr>> further_datasets(
       const OpenStream& open, const DatasetInfo& first) const;
-  // Returns the provider of the field that colors a surface.
+  // Returns the provider of the field that colors a surface, or kPermissionDenied if colors would
+  // reveal samples to a client that may not see them.
   [[nodiscard]] Result<SurfaceProviderPtr> field_for(const ScalarRequest& scalars,
                                                      const DatasetInfo& surface) const;
 

@@ -11,10 +11,11 @@
 #include <vector>
 
 #include "common/base/address_text.hpp"
-#include "common/base/child_process.hpp"
 #include "common/base/number_text.hpp"
 #include "common/base/open_file.hpp"
+#include "common/sandbox/packed.hpp"
 #include "server/store/http_store.hpp"
+#include "server/volume/detail/readable_files.hpp"
 #include "server/volume/detail/resampled_volume.hpp"
 #include "server/volume/detail/sandboxed_reader.hpp"
 #include "server/volume/detail/streamed_volume.hpp"
@@ -39,6 +40,17 @@
 #include "server/volume/formats/zarr/zarr_volume.hpp"
 
 namespace multitetra {
+
+inline auto fields(VolumeChoice& choice) {
+  return std::tie(choice.array, choice.level, choice.time, choice.channel, choice.series,
+                  choice.component, choice.allow_external_files, choice.resample, choice.nearest,
+                  choice.first);
+}
+inline auto fields(Placement& placement) {
+  return std::tie(placement.spacing, placement.orient, placement.origin, placement.space,
+                  placement.length_unit);
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -262,19 +274,37 @@ std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Openin
                           choice.nearest ? Resampling::kNearest : Resampling::kLinear);
 }
 
+// ---- in a sandbox
+
+std::unique_ptr<VolumeSource> open_requested(const std::string& request, const Notice& notice,
+                                             const HeaderIsKnown& header_is_known) {
+  fs::path path;
+  Use use = Use::kSlabs;
+  VolumeFileOptions options;
+  if (!unpack_all(request, path, use, options.raw, options.choice, options.placement)) {
+    throw VolumeFileError("The request to read a volume is damaged.");
+  }
+  try {
+    return open_path(path, {options, use, notice, header_is_known});
+  } catch (const fs::filesystem_error& problem) {
+    fail_reading(path, problem.code().message(), "Check the name and the permissions");
+  }
+}
+
+const SandboxTask kReadVolume = reading("read volume", open_requested);
+
 std::unique_ptr<VolumeSource> opened_in_sandbox(const fs::path& path,
                                                 const VolumeFileOptions& options, Use use) {
-  const auto open = [&](const Notice& notice, const HeaderIsKnown& header_is_known) {
-    try {
-      return open_path(path, {options, use, notice, header_is_known});
-    } catch (const fs::filesystem_error& problem) {
-      fail_reading(path, problem.code().message(), "Check the name and the permissions");
-    }
-  };
+  const bool is_remote = is_address(path.string());
+  const SandboxRules rules = {
+      .readable = readable_files(split_inner_path(path).first, options.choice.allow_external_files),
+      .network = is_remote};
   try {
-    return sandboxed_volume(path, open, options.notice);
-  } catch (const ChildProcessError& problem) {
-    fail_reading(path, problem.what(), "Try again when more memory is free");
+    return sandboxed_volume(
+        path, kReadVolume, rules,
+        packed_values(path, use, options.raw, options.choice, options.placement), options.notice);
+  } catch (const SandboxError& problem) {
+    fail_reading(path, problem.what(), "Check the limits of processes and memory");
   }
 }
 

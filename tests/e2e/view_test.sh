@@ -123,7 +123,7 @@ for _ in $(seq 200); do [ "$(ls cache/multitetra/datasets | wc -l)" = 2 ] && bre
 [ "$(ls cache/multitetra/datasets | wc -l)" = 2 ] || fail "the cache keeps $(ls cache/multitetra/datasets)"
 lists "bar"
 ends_by_interrupt
-[ -z "$(find cache -perm /077)" ] || fail "others may read $(find cache -perm /077)"
+[ -z "$(find cache/multitetra -perm /077)" ] || fail "others may read $(find cache/multitetra -perm /077)"
 rm -rf cache
 
 # --- a cache deletes nothing but its own entries, and shares no folder with other files or users
@@ -167,8 +167,8 @@ done
 starts late --no-browser late
 lists "late.t0000 late.t0001 late.t0002"
 ends_by_interrupt
-[ cache/multitetra/late_1-*/late.t0000.mtd -ot late.log ] && [ cache/multitetra/late_1-*/late.t0002.mtd -nt late.log ] ||
-  fail "the address is not printed between the first and the last member: $(ls -l --full-time late.log cache/multitetra/late*)"
+[ cache/multitetra/datasets/late_1-*/late.t0000.mtd -ot late.log ] && [ cache/multitetra/datasets/late_1-*/late.t0002.mtd -nt late.log ] ||
+  fail "the address is not printed between the first and the last member: $(ls -l --full-time late.log cache/multitetra/datasets/late*)"
 mkdir jet
 python3 - <<'END'
 for time in range(2):

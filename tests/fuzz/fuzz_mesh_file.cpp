@@ -20,7 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
   if (bytes.starts_with("DRACO")) return 0;  // fuzz_tile covers Draco's decoder, behind our checks.
   try {
-    const TriangleMesh mesh = read_mesh(folder.file(kNames[data[0] % kNames.size()], bytes));
+    const TriangleMesh mesh = read_mesh_here(folder.file(kNames[data[0] % kNames.size()], bytes));
     for (const Vec3& vertex : mesh.vertices) {
       require(std::all_of(vertex.begin(), vertex.end(), [](double v) { return std::isfinite(v); }));
     }

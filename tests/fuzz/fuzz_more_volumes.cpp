@@ -117,7 +117,7 @@ std::optional<StoredVolume> opened_further(int format, std::string_view bytes,
     case 11:
       return open_hdf5(imaris_file(bytes, folder), choice);
     case 12:
-      require(!files_of_pvd(folder.file("v.pvd", bytes), /*allow_external_files=*/false).empty());
+      if (const auto entries = parse_pvd(bytes)) require(!entries->empty());
       return std::nullopt;
     default:
       return std::nullopt;

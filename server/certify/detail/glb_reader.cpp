@@ -1,6 +1,5 @@
 // Binary glTF 2.0: a JSON chunk that describes the binary chunk, possibly with Draco meshes.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -12,7 +11,6 @@
 #include <meshoptimizer.h>
 
 #include "common/base/affine.hpp"
-#include "common/base/child_process.hpp"
 #include "common/base/json.hpp"
 #include "common/image/stored_type.hpp"
 #include "common/wire/draco_mesh.hpp"
@@ -34,38 +32,10 @@ constexpr std::array<std::optional<StoredType>, 7> kComponentTypes = {
     StoredType::kI8, StoredType::kU8,  StoredType::kI16, StoredType::kU16,
     std::nullopt,    StoredType::kU32, StoredType::kF32};
 
-// Limits for decoding Draco data, which may announce any size.
-constexpr std::uint64_t kDracoMemory = std::uint64_t{8} << 30;
-constexpr std::chrono::minutes kMaxDracoTime{10};
-
-DracoMesh decode_in_child(std::string_view bytes, std::optional<std::uint32_t> position_id) {
-  std::string made;
-  try {
-    made = run_in_child_process(
-        [&]() -> std::string {
-          const auto mesh = decode_draco_mesh(bytes, position_id);
-          if (!mesh) throw std::runtime_error(mesh.error().text);
-          const std::uint64_t count = mesh->positions.size();
-          std::string answer(reinterpret_cast<const char*>(&count), sizeof count);
-          answer.append(reinterpret_cast<const char*>(mesh->positions.data()),
-                        count * sizeof(Vec3));
-          answer.append(reinterpret_cast<const char*>(mesh->triangles.data()),
-                        mesh->triangles.size() * sizeof(TriangleIndices));
-          return answer;
-        },
-        kDracoMemory, kMaxDracoTime);
-  } catch (const std::runtime_error& problem) {
-    throw MeshFileError(problem.what());
-  }
-  MeshBytes answer(made);
-  DracoMesh mesh;
-  mesh.positions.resize(answer.take_number<std::uint64_t>());
-  const std::string_view positions = answer.take(mesh.positions.size() * sizeof(Vec3));
-  std::memcpy(mesh.positions.data(), positions.data(), positions.size());
-  mesh.triangles.resize(answer.size() / sizeof(TriangleIndices));
-  const std::string_view triangles = answer.take(answer.size());
-  std::memcpy(mesh.triangles.data(), triangles.data(), triangles.size());
-  return mesh;
+DracoMesh decoded_draco(std::string_view bytes, std::optional<std::uint32_t> position_id) {
+  auto mesh = decode_draco_mesh(bytes, position_id);
+  if (!mesh) throw MeshFileError(mesh.error().text);
+  return *std::move(mesh);
 }
 
 // Reads a non-negative integer.
@@ -186,16 +156,16 @@ class GlbReader {
           !draco["attributes"].contains("POSITION")) {
         throw MeshFileError("its Draco extension has no positions");
       }
-      part = decode_in_child(view(whole(draco["bufferView"])).first,
-                             static_cast<std::uint32_t>(whole(draco["attributes"]["POSITION"])));
+      part = decoded_draco(view(whole(draco["bufferView"])).first,
+                           static_cast<std::uint32_t>(whole(draco["attributes"]["POSITION"])));
     } else {
       part = plain_part(primitive);
     }
     const auto first = mesh_.vertices.size();
     // A few bytes can instance the same mesh a million times.
-    constexpr std::size_t kMaxVertices = std::size_t{1} << 28;
-    if (first + part.positions.size() > kMaxVertices) {
-      throw MeshFileError("it has more than 2^28 vertices");
+    if (first + part.positions.size() > kMaxMeshElements ||
+        mesh_.triangles.size() + part.triangles.size() > kMaxMeshElements) {
+      throw MeshFileError("it has more than 2^28 vertices or triangles, counting all instances");
     }
     for (const Vec3& place : part.positions) mesh_.vertices.push_back(map(place));
     const bool is_mirrored = map.determinant() < 0;  // glTF then reverses the faces.
@@ -374,7 +344,7 @@ TriangleMesh read_glb(std::string_view file) {
 }
 
 TriangleMesh read_draco(std::string_view file) {
-  DracoMesh mesh = decode_in_child(file, std::nullopt);
+  DracoMesh mesh = decoded_draco(file, std::nullopt);
   return {.vertices = std::move(mesh.positions), .triangles = std::move(mesh.triangles)};
 }
 

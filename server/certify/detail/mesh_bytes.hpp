@@ -20,6 +20,11 @@ class MeshFileError : public std::runtime_error {
   explicit MeshFileError(const std::string& what) : std::runtime_error(what) {}
 };
 
+// The most vertices of a mesh, and the most triangles.
+inline constexpr std::size_t kMaxMeshElements = std::size_t{1} << 28;
+// The most corners of a polygon.
+inline constexpr std::size_t kMaxPolygonCorners = 65'536;
+
 // Appends polygons as triangle fans around their first corner.
 class PolygonSink {
  public:
@@ -32,6 +37,10 @@ class PolygonSink {
     if (vertex < 0 || vertex >= static_cast<std::int64_t>(mesh_.vertices.size())) {
       throw MeshFileError("a face has the vertex " + std::to_string(vertex) + " of " +
                           std::to_string(mesh_.vertices.size()));
+    }
+    if (count_ >= kMaxPolygonCorners) {
+      throw MeshFileError("a face has more than " + std::to_string(kMaxPolygonCorners) +
+                          " corners");
     }
     const auto corner = static_cast<std::uint32_t>(vertex);
     if (count_ == 0) first_ = corner;

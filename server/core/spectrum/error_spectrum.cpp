@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <string>
 
 #include "server/core/spectrum/detail/error_codes.hpp"
@@ -41,7 +40,7 @@ ErrorBound SpectrumErrors::bound(const DividingPoint& point) const {
 const SpectrumErrors::Plane& SpectrumErrors::plane(std::size_t brick) const {
   if (const Plane* known = planes_[brick].load(std::memory_order_acquire)) return *known;
   const auto decoded = decode_plane(spectrum_.bricks->brick(brick), *bin_);
-  if (!decoded) throw std::runtime_error(decoded.error().text);
+  if (!decoded) throw DamagedSpectrumError(decoded.error().text);
   auto made = std::make_unique<Plane>();
   for (std::size_t i = 0; i < SpectrumLayout::kPoints; ++i) {
     const SpectrumPlane::Point& point = decoded->points[i];

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
 #include "common/request/isosurface_request.hpp"
@@ -15,6 +16,12 @@
 #include "server/core/spectrum/spectrum_layout.hpp"
 
 namespace multitetra {
+
+// A brick of the spectrum is not one that SpectrumBrickBuilder makes.
+class DamagedSpectrumError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 // Upper bounds of the errors of all dividing points of spacing kSpectrumSpacing or more, for every
 // isovalue. Immutable.
@@ -35,7 +42,7 @@ class SpectrumErrors {
   SpectrumErrors(const SpectrumErrors&) = delete;
   SpectrumErrors& operator=(const SpectrumErrors&) = delete;
 
-  // Requires point.spacing() >= kSpectrumSpacing. Throws std::runtime_error if a brick is damaged.
+  // Requires point.spacing() >= kSpectrumSpacing. Throws DamagedSpectrumError.
   [[nodiscard]] ErrorBound bound(const DividingPoint& point) const;
 
  private:

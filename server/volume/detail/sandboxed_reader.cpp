@@ -3,30 +3,30 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstring>
+#include <cmath>
 #include <exception>
 #include <new>
 #include <span>
 #include <string>
-#include <string_view>
-#include <type_traits>
 #include <utility>
 #include <variant>
 
-#include "common/base/child_process.hpp"
+#include "common/base/utf8.hpp"
+#include "common/sandbox/packed.hpp"
 
 namespace multitetra {
 namespace {
 
-// Kinds of messages. From the child: the header is known; further contents of the source; the
+// Kinds of messages. From the reader: the header is known; further contents of the source; the
 // opened volume's header; a notice; the reason of a failure; the requested samples. From the
-// parent: the requested slices.
+// parent: the memory for samples is granted; the requested slices.
 constexpr char kHeaderKnown = 'k';
 constexpr char kContents = 'm';
 constexpr char kOpened = 'o';
 constexpr char kNotice = 'n';
 constexpr char kFailed = 'f';
 constexpr char kSamples = 's';
+constexpr char kGranted = 'g';
 constexpr char kWanted = 'w';
 
 constexpr std::uint64_t kHeaderMemory = std::uint64_t{1} << 30;
@@ -34,33 +34,31 @@ constexpr std::uint64_t kHeaderMemory = std::uint64_t{1} << 30;
 constexpr std::uint64_t kSamplesMemory = std::uint64_t{6} << 30;
 constexpr std::chrono::minutes kHeaderTime{2};
 constexpr std::chrono::hours kSamplesTime{1};
+constexpr std::chrono::hours kIdleTime{24 * 20};
+constexpr int kMaxNotices = 10'000;
 
-template <typename Plain>
-std::string bytes_from(const Plain& plain) {
-  static_assert(std::is_trivially_copyable_v<Plain>);
-  return {reinterpret_cast<const char*>(&plain), sizeof(plain)};
+std::string message_of(const VolumeHeader& header) {
+  return packed_values(header.dims, header.type, header.spacing, header.index_to_world,
+                       header.meaning.space, header.meaning.length_unit, header.meaning.value_unit,
+                       header.meaning.geometry, header.meaning.assumed);
 }
 
-// A VolumeHeader without its texts, which follow, each terminated by a zero.
-struct PlainHeader {
-  std::array<std::int32_t, 3> dims;
-  SampleType type;
-  Vec3 spacing;
-  Affine index_to_world;
-  WorldSpace space;
-  GeometryBasis geometry;
-};
-
-std::string message_of(const VolumeSource& source) {
-  const VolumeHeader& header = source.header();
-  const PlainHeader plain = {.dims = header.dims,
-                             .type = header.type,
-                             .spacing = header.spacing,
-                             .index_to_world = header.index_to_world,
-                             .space = header.meaning.space,
-                             .geometry = header.meaning.geometry};
-  const auto& [space, length_unit, value_unit, geometry, assumed] = header.meaning;
-  return bytes_from(plain) + length_unit + '\0' + value_unit + '\0' + assumed + '\0';
+bool is_valid(const VolumeHeader& header) {
+  const auto is_finite = [](const Vec3& v) {
+    return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+  };
+  const Affine& map = header.index_to_world;
+  return std::all_of(header.dims.begin(), header.dims.end(),
+                     [](std::int32_t side) { return side >= 1 && side <= kMaxSide; }) &&
+         header.type >= SampleType::kU8 && header.type <= SampleType::kF32 &&
+         is_finite(header.spacing) &&
+         *std::min_element(header.spacing.begin(), header.spacing.end()) > 0 &&
+         std::all_of(map.columns.begin(), map.columns.end(), is_finite) &&
+         is_finite(map.translation) && header.meaning.space >= WorldSpace::kUnnamed &&
+         header.meaning.space <= WorldSpace::kRas && is_unit_text(header.meaning.length_unit) &&
+         is_unit_text(header.meaning.value_unit) &&
+         header.meaning.geometry >= GeometryBasis::kUnknown &&
+         header.meaning.geometry <= GeometryBasis::kAssumed && is_unit_text(header.meaning.assumed);
 }
 
 struct Wanted {
@@ -73,23 +71,23 @@ std::uint64_t machine_memory() {
          static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-// ---- the child
+// ---- the reader
 
-void serve_source(const OpenSource& open, ChildChannel& parent) {
+void serve_source(const OpenSource& open, const std::string& request, SandboxChannel& parent) {
+  SandboxMessage message;
   const auto notice = [&](const std::string& text) { parent.send(kNotice, text); };
   const auto header_is_known = [&](std::uint64_t held_bytes) {
-    set_memory_limit(std::min(kSamplesMemory + held_bytes, machine_memory()));
-    parent.send(kHeaderKnown, {});
+    parent.send(kHeaderKnown, packed_values(held_bytes));
+    (void)parent.receive(message, kHeaderTime);
   };
   try {
-    const std::unique_ptr<VolumeSource> source = open(notice, header_is_known);
+    const std::unique_ptr<VolumeSource> source = open(request, notice, header_is_known);
     parent.send(kContents, contents_text(source->contents()));
-    if (!parent.send(kOpened, message_of(*source))) return;
-    ChildMessage message;
+    if (!parent.send(kOpened, message_of(source->header()))) return;
     Samples samples;
-    while (parent.receive(message, std::chrono::hours(24 * 20)) && message.kind == kWanted) {
-      Wanted wanted{};
-      std::memcpy(&wanted, message.bytes.data(), sizeof(wanted));
+    Wanted wanted{};
+    while (parent.receive(message, kIdleTime) && message.kind == kWanted &&
+           unpack_all(message.bytes, wanted)) {
       source->read(wanted.first, wanted.count, samples);
       const bool sent = std::visit(
           [&](const auto& values) {
@@ -111,35 +109,24 @@ void serve_source(const OpenSource& open, ChildChannel& parent) {
 
 class SandboxedVolume : public VolumeSource {
  public:
-  SandboxedVolume(std::filesystem::path path, const OpenSource& open, Notice notice)
-      : path_(std::move(path)),
-        notice_(std::move(notice)),
-        child_([&](ChildChannel& parent) { serve_source(open, parent); }, kHeaderMemory) {
+  SandboxedVolume(std::filesystem::path path, const SandboxTask& task, const SandboxRules& rules,
+                  const std::string& request, Notice notice)
+      : path_(std::move(path)), notice_(std::move(notice)), reader_(task, rules, request) {
     std::chrono::milliseconds timeout = kHeaderTime;
-    ChildMessage message;
+    SandboxMessage message;
     while (true) {
-      if (!child_.channel().receive(message, timeout)) give_up();
+      if (!reader_.channel().receive(message, timeout)) give_up();
       if (message.kind == kOpened) break;
       if (message.kind == kHeaderKnown) timeout = kSamplesTime;
       handle(message);
     }
-    PlainHeader plain{};
-    std::memcpy(&plain, message.bytes.data(), sizeof(plain));
-    std::string_view texts = std::string_view(message.bytes).substr(sizeof(plain));
-    const auto next_text = [&] {
-      const std::string_view text = texts.substr(0, texts.find('\0'));
-      texts.remove_prefix(std::min(text.size() + 1, texts.size()));
-      return std::string(text);
-    };
-    header_ = {.dims = plain.dims,
-               .type = plain.type,
-               .spacing = plain.spacing,
-               .index_to_world = plain.index_to_world,
-               .meaning = {.space = plain.space,
-                           .length_unit = next_text(),
-                           .value_unit = next_text(),
-                           .geometry = plain.geometry,
-                           .assumed = next_text()}};
+    if (!unpack_all(message.bytes, header_.dims, header_.type, header_.spacing,
+                    header_.index_to_world, header_.meaning.space, header_.meaning.length_unit,
+                    header_.meaning.value_unit, header_.meaning.geometry,
+                    header_.meaning.assumed) ||
+        !is_valid(header_)) {
+      refuse_answer();
+    }
   }
 
   [[nodiscard]] const VolumeHeader& header() const override { return header_; }
@@ -147,49 +134,89 @@ class SandboxedVolume : public VolumeSource {
 
   void read(std::int32_t first_slice, std::int32_t slices, Samples& into) override {
     resize(into, header_.type, static_cast<std::size_t>(slices) * header_.samples_per_slice());
-    child_.channel().send(kWanted, bytes_from(Wanted{.first = first_slice, .count = slices}));
+    reader_.channel().send(kWanted, packed_values(Wanted{.first = first_slice, .count = slices}));
     const std::span<std::byte> bytes(
         bytes_of(into), static_cast<std::size_t>(slices) * header_.samples_per_slice() *
                             static_cast<std::size_t>(bytes_per_sample(header_.type)));
-    ChildMessage other;
+    SandboxMessage other;
     // Notices precede the samples.
-    while (!child_.channel().receive_into(kSamples, bytes, other, kSamplesTime)) {
+    while (!reader_.channel().receive_into(kSamples, bytes, other, kSamplesTime)) {
       if (other.kind == 0) give_up();
       handle(other);
     }
   }
 
  private:
-  // Handles a message other than a reply. Throws the child's failure.
-  void handle(const ChildMessage& message) {
-    if (message.kind == kContents) contents_ = contents_from(message.bytes);
-    if (message.kind == kNotice && notice_) notice_(message.bytes);
-    if (message.kind != kFailed) return;
-    if (!message.bytes.empty()) throw VolumeFileError(message.bytes);
-    fail_reading(path_, "there is not enough memory",
-                 "Check that the file is complete, reduce the volume, or use a larger machine");
+  // Handles a message other than a reply. Throws the reader's failure.
+  void handle(const SandboxMessage& message) {
+    switch (message.kind) {
+      case kHeaderKnown:
+        return grant_memory(message.bytes);
+      case kContents:
+        return take_contents(message.bytes);
+      case kNotice:
+        if (++notices_ > kMaxNotices) refuse_answer();
+        if (notice_) notice_(printable(message.bytes));
+        return;
+      case kFailed:
+        if (!message.bytes.empty()) throw VolumeFileError(printable(message.bytes));
+        fail_reading(path_, "there is not enough memory",
+                     "Check that the file is complete, reduce the volume, or use a larger machine");
+      default:
+        refuse_answer();
+    }
+  }
+
+  void grant_memory(std::string_view bytes) {
+    std::uint64_t held = 0;
+    if (!unpack_all(bytes, held)) refuse_answer();
+    const std::uint64_t most = machine_memory();
+    reader_.set_memory_limit(std::min(kSamplesMemory + std::min(held, most), most));
+    reader_.channel().send(kGranted, {});
+  }
+
+  void take_contents(std::string_view text) {
+    try {
+      contents_ = contents_from(text);
+    } catch (const std::exception&) {
+      refuse_answer();
+    }
   }
 
   [[noreturn]] void give_up() {
     try {
-      child_.throw_exit_reason();
-    } catch (const ChildProcessError& problem) {
+      reader_.throw_exit_reason();
+    } catch (const SandboxError& problem) {
       fail_reading(path_, problem.what(), "It is damaged; get a complete copy of the file");
     }
+  }
+  [[noreturn]] void refuse_answer() const {
+    fail_reading(path_, "its reader does not answer as a reader does",
+                 "Do not trust this file; get a copy from elsewhere");
   }
 
   std::filesystem::path path_;
   Notice notice_;
-  ChildProcess child_;
+  Sandbox reader_;
   VolumeHeader header_;
   VolumeContents contents_;
+  int notices_ = 0;
 };
 
 }  // namespace
 
+SandboxTask reading(const std::string& name, OpenSource open) {
+  return {name, [open = std::move(open)](SandboxChannel& parent, const std::string& request) {
+            serve_source(open, request, parent);
+          }};
+}
+
 std::unique_ptr<VolumeSource> sandboxed_volume(const std::filesystem::path& path,
-                                               const OpenSource& open, Notice notice) {
-  return std::make_unique<SandboxedVolume>(path, open, std::move(notice));
+                                               const SandboxTask& task, SandboxRules rules,
+                                               const std::string& request, Notice notice) {
+  rules.memory_bytes = kHeaderMemory;
+  rules.most_memory_bytes = machine_memory();
+  return std::make_unique<SandboxedVolume>(path, task, rules, request, std::move(notice));
 }
 
 }  // namespace multitetra

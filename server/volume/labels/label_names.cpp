@@ -1,19 +1,27 @@
 #include "server/volume/labels/label_names.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <fstream>
 #include <optional>
 #include <set>
+#include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 
+#include "common/base/open_file.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
 #include "common/base/utf8.hpp"
+#include "common/sandbox/packed.hpp"
+#include "common/sandbox/sandbox.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
+
+inline auto fields(Label& label) { return std::tie(label.value, label.name, label.color); }
+
 namespace {
 
 constexpr std::size_t kMaxNameFileBytes = std::size_t{4} << 20;
@@ -109,18 +117,43 @@ Result<std::vector<Label>> parse_label_names(std::string_view text) {
   return labels;
 }
 
-std::vector<Label> read_label_names(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string text(kMaxNameFileBytes + 1, '\0');
-  in.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (!in.is_open() || in.bad()) fail_reading(file, "it cannot be opened", "Check the name");
-  text.resize(static_cast<std::size_t>(in.gcount()));
-  if (text.size() > kMaxNameFileBytes) {
+namespace {
+
+std::vector<Label> read_here(const std::filesystem::path& file) {
+  const OpenFile opened(file);
+  if (!opened.regular_size())
+    fail_reading(file, "it is no file, or cannot be opened", "Check the name");
+  const auto text = opened.content(kMaxNameFileBytes + 1);
+  if (!text) fail_reading(file, "it cannot be read", "Check the disk");
+  if (text->size() > kMaxNameFileBytes) {
     fail_reading(file, "it has more than 4 MiB", "Give a text file with one label a line");
   }
-  Result<std::vector<Label>> labels = parse_label_names(text);
+  Result<std::vector<Label>> labels = parse_label_names(*text);
   if (!labels) fail_reading(file, labels.error().text, "Correct the line");
   return *std::move(labels);
+}
+
+const SandboxTask kReadNames = answering(
+    "read label names", [](const std::string& file) { return packed_values(read_here(file)); });
+
+}  // namespace
+
+std::vector<Label> read_label_names(const std::filesystem::path& file) {
+  std::vector<Label> labels;
+  const auto is_named = [](const Label& label) {
+    return check_member({.series = "labels", .label = label}).has_value();
+  };
+  try {
+    const std::string answer = run_in_sandbox(kReadNames, {.readable = {file}}, file.string());
+    if (unpack_all(answer, labels) && std::all_of(labels.begin(), labels.end(), is_named)) {
+      return labels;
+    }
+  } catch (const SandboxError& problem) {
+    fail_reading(file, problem.what(), "Check the file");
+  } catch (const std::runtime_error& problem) {
+    throw VolumeFileError(printable(problem.what()));
+  }
+  fail_reading(file, "its reader does not answer as a reader does", "Check the file");
 }
 
 }  // namespace multitetra

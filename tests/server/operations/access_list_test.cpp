@@ -54,6 +54,10 @@ TEST(AccessList, ReadsSurfacesOnlyLines) {
       parsed(access_line("alice", "a", {"*"}, {}, /*surfaces_only=*/true) + "\n" +
              access_line("bob", "b", {"*"}) + "\nguests none public-* only=surfaces\n");
   EXPECT_TRUE(list.rights_of("a")->surfaces_only());
+  EXPECT_FALSE(list.rights_of("a")->colors());
+  const AccessList colored = parsed(access_line("alice", "a", {"*"}, {}, true, /*colors=*/true));
+  EXPECT_TRUE(colored.rights_of("a")->surfaces_only());
+  EXPECT_TRUE(colored.rights_of("a")->colors());
   EXPECT_FALSE(list.rights_of("b")->surfaces_only());
   EXPECT_TRUE(list.rights_of("")->surfaces_only());
   EXPECT_TRUE(list.rights_of("")->may_see("public-1"));

@@ -181,8 +181,23 @@ TEST(RequestLog, OmitsTokensInTargets) {
   EXPECT_EQ(target("/v1/x?isovalue=1&token=mt_00ff&error=2"), "/v1/x?isovalue=1&token=***&error=2");
   EXPECT_EQ(target("/v1/x?Access_Token=abc"), "/v1/x?Access_Token=***");
   EXPECT_EQ(target("/v1/x?q=mt_00ff"), "/v1/x?q=***");
-  EXPECT_EQ(target("/v1/x?mt_00ff&a"), "/v1/x?mt_00ff&a");
+  EXPECT_EQ(target("/v1/x?mt_00ff&a"), "/v1/x?***&a");
+  EXPECT_EQ(target("/v1/x?a=%2F&b=1"), "/v1/x?a=%2F&b=1");
+  for (const char* const spelled :
+       {"/v1/token/abc/x", "/v1/TOKEN/abc/x", "/v1//token//abc/x", "/v1/%74oken/abc/x",
+        "/v1/%2574oken/abc/x", "/v1%2Ftoken%2Fabc%2Fx", "/V1/Token/abc", "/x?a=1;token=abc"}) {
+    EXPECT_EQ(target(spelled).find("abc"), std::string::npos) << target(spelled);
+  }
   EXPECT_EQ(target("/?"), "/?");
+}
+
+TEST(RequestLog, OmitsTokensInReasons) {
+  const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
+    log.http_answered(kAlice, {.target = "/",
+                               .status = 404,
+                               .reason = "There is no \"/v1/token/abc/x\" here, nor mt_00ff."});
+  });
+  EXPECT_EQ(lines.at(0).at("reason"), "There is no \"/v1/token/***/x\" here, nor ***");
 }
 
 TEST(RequestLog, LogsAnHttpRejectionOnceWithItsReason) {

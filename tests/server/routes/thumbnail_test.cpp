@@ -52,6 +52,28 @@ class ThumbnailTest : public ::testing::Test {
   HttpClient client_{server_.http()};
 };
 
+// As <img> on a page of another site, which sends no Origin.
+TEST_F(ThumbnailTest, IsRefusedToPagesOfOtherSites) {
+  for (const char* const site : {"same-origin", "none", "same-site"}) {
+    EXPECT_EQ(get("?isovalue=850.5", "Sec-Fetch-Site: " + std::string(site) + "\r\n").result_int(),
+              200U);
+  }
+  const auto refused = get("?isovalue=850.5", "Sec-Fetch-Site: cross-site\r\n");
+  EXPECT_EQ(refused.result_int(), 403U);
+  EXPECT_EQ(refused["Cross-Origin-Resource-Policy"], "same-origin");
+  HttpOptions options;
+  options.allowed_origins = {"https://a.example"};
+  RunningHttpServer server(testing::catalogue_with({make_dataset(ellipsoid(), "long")}), options);
+  HttpClient client(server.http());
+  const auto from = [&](const std::string& origin) {
+    return client.get("/v1/datasets/long",
+                      "Sec-Fetch-Site: cross-site\r\nOrigin: " + origin + "\r\n");
+  };
+  EXPECT_EQ(from("https://b.example").result_int(), 403U);
+  EXPECT_EQ(from("https://a.example").result_int(), 200U);
+  EXPECT_EQ(from("https://a.example")["Cross-Origin-Resource-Policy"], "cross-origin");
+}
+
 TEST_F(ThumbnailTest, ShowsTheSurfaceOnTransparentGround) {
   const auto response = get("?isovalue=850.5");
   ASSERT_EQ(response.result_int(), 200U) << response.body();

@@ -202,6 +202,43 @@ TEST(Permit, RejectsSamplesForSurfacesOnlyTokens) {
   }
 }
 
+TEST(Permit, RejectsFieldsForSurfacesOnlyTokensWithoutColors) {
+  AccessRights plain("bob", {"*"});
+  plain.allow_surfaces_only();
+  AccessRights colored("eve", {"*"});
+  colored.allow_surfaces_only(/*colors=*/true);
+  auto list = std::make_shared<AccessList>();
+  list->add({.digest = digest_of_token("plain"), .rights = plain});
+  list->add({.digest = digest_of_token("colored"), .rights = colored});
+  list->add({.digest = digest_of_token("all"), .rights = AccessRights("alice", {"*"})});
+  OpenStream open = testing::open_fake(1, "head");
+  open.scalars = ScalarRequest{.dataset = "head"};
+  const auto code_of = [&](const Result<Permit>& permit) {
+    const auto accepted = permit->accept(open);
+    return accepted ? std::nullopt : std::optional(accepted.error().code);
+  };
+  const auto catalogue = fake_catalogue("head");
+  EXPECT_EQ(code_of(Permit::of("plain", list, catalogue)), ErrorCode::kPermissionDenied);
+  EXPECT_EQ(code_of(Permit::of("", nullptr, catalogue, {.surfaces_only = true})),
+            ErrorCode::kPermissionDenied);
+  EXPECT_EQ(code_of(Permit::of("colored", list, catalogue)), std::nullopt);
+  EXPECT_EQ(code_of(Permit::of("all", list, catalogue)), std::nullopt);
+  EXPECT_EQ(code_of(Permit::of("", nullptr, catalogue)), std::nullopt);
+}
+
+// A gateway has no tokens, but its upstream servers send this client no samples.
+TEST(Permit, OffersNoSamplesThatUpstreamServersDoNotSend) {
+  auto catalogue = std::make_shared<DatasetCatalogue>();
+  EXPECT_TRUE(Permit::of("", nullptr, catalogue)->check_samples());
+  catalogue->add(std::make_shared<StepsWithoutShells>("head"));
+  auto permit = Permit::of("", nullptr, catalogue).value();
+  permit.set_codecs({PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell});
+  EXPECT_EQ(permit.codecs(), std::vector{PayloadCodec::kDracoLattice});
+  EXPECT_EQ(permit.check_samples().error().code, ErrorCode::kPermissionDenied);
+  catalogue->add(std::make_shared<FakeSteps>("foot"));
+  EXPECT_TRUE(permit.check_samples());
+}
+
 TEST(Permit, RejectsShellPreviewsThatTheDatasetCannotHave) {
   auto permit = Permit::of("", nullptr, fake_catalogue("head")).value();
   permit.set_codecs({PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell});

@@ -4,13 +4,16 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstddef>
 #include <cstdlib>
 #include <functional>
 #include <memory>
 #include <string>
 
+#include "common/sandbox/packed.hpp"
 #include "server/volume/volume_files.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tests/support/texts.hpp"
 
 namespace multitetra {
@@ -38,6 +41,38 @@ class FailingSource : public VolumeSource {
   VolumeHeader header_;
 };
 
+using OpenedSource = std::unique_ptr<VolumeSource>;
+
+const SandboxTask kAbort = reading(
+    "test: abort",
+    [](const std::string&, const Notice&, const HeaderIsKnown&) -> OpenedSource { std::abort(); });
+const SandboxTask kAbortLater = reading(
+    "test: abort later",
+    [](const std::string&, const Notice&, const HeaderIsKnown& header_is_known) -> OpenedSource {
+      header_is_known(0);
+      return std::make_unique<FailingSource>([slabs = 0]() mutable {
+        if (++slabs == 2) std::abort();
+      });
+    });
+// The request is a number of GiB.
+const SandboxTask kTake =
+    reading("test: take memory",
+            [](const std::string& request, const Notice&,
+               const HeaderIsKnown& header_is_known) -> OpenedSource {
+              header_is_known(0);
+              return std::make_unique<FailingSource>([gib = std::stoul(request)] {
+                // Reserves the memory, and uses one byte of it.
+                const auto memory = std::make_unique_for_overwrite<std::byte[]>(gib << 30);
+                static_cast<volatile std::byte*>(memory.get())[0] = std::byte{1};
+              });
+            });
+// A reader that untrusted bytes have taken over: sends the request as a message of its first byte.
+const SandboxTask kLie = {"test: lie", [](SandboxChannel& parent, const std::string& request) {
+                            for (int i = 0; i < 20'000; ++i) {
+                              if (!parent.send(request[0], request.substr(1))) return;
+                            }
+                          }};
+
 // Returns the message of the error that `action` throws.
 std::string sentence_of(const std::function<void()>& action) {
   try {
@@ -49,25 +84,20 @@ std::string sentence_of(const std::function<void()>& action) {
   return {};
 }
 
+OpenedSource opened(const fs::path& path, const SandboxTask& task,
+                    const std::string& request = {}) {
+  return sandboxed_volume(path, task, {}, request, nullptr);
+}
+
 TEST(SandboxedVolume, ReportsACrashWhileOpening) {
-  const OpenSource aborts =
-      [](const Notice&, const HeaderIsKnown&) -> std::unique_ptr<VolumeSource> { std::abort(); };
-  const std::string sentence =
-      sentence_of([&] { (void)sandboxed_volume("a.dcm", aborts, nullptr); });
+  const std::string sentence = sentence_of([&] { (void)opened("a.dcm", kAbort); });
   expect_contains(sentence, "Cannot read 'a.dcm'");
   expect_contains(sentence, "its reader crashed (Aborted)");
   expect_contains(sentence, "damaged");
 }
 
 TEST(SandboxedVolume, ReportsACrashWhileReading) {
-  int slabs = 0;
-  const OpenSource aborts_later = [&](const Notice&, const HeaderIsKnown& header_is_known) {
-    header_is_known(0);
-    return std::make_unique<FailingSource>([&] {
-      if (++slabs == 2) std::abort();
-    });
-  };
-  const auto source = sandboxed_volume("a.h5", aborts_later, nullptr);
+  const auto source = opened("a.h5", kAbortLater);
   Samples samples;
   source->read(1, 1, samples);
   EXPECT_EQ(std::get<std::vector<std::uint8_t>>(samples), std::vector<std::uint8_t>(4, 1));
@@ -75,25 +105,63 @@ TEST(SandboxedVolume, ReportsACrashWhileReading) {
                   "its reader crashed (Aborted)");
 }
 
+TEST(SandboxedVolume, RefusesAnswersThatNoReaderGives) {
+  VolumeHeader header;
+  header.dims = {2, 2, 2};
+  const auto message = [](const VolumeHeader& of) {
+    return "o" + packed_values(of.dims, of.type, of.spacing, of.index_to_world, of.meaning.space,
+                               of.meaning.length_unit, of.meaning.value_unit);
+  };
+  EXPECT_EQ(opened("a", kLie, message(header))->header().dims, header.dims);
+  std::vector<std::string> lies = {"o", "k", "kfar too long", "m", "m{}", "m[", "nagain", "x"};
+  const auto add = [&](const std::function<void(VolumeHeader&)>& change) {
+    VolumeHeader other = header;
+    change(other);
+    lies.push_back(message(other));
+  };
+  add([](VolumeHeader& h) { h.dims[1] = 0; });
+  add([](VolumeHeader& h) { h.dims[2] = 2'000'000'000; });
+  add([](VolumeHeader& h) { h.type = static_cast<SampleType>(7); });
+  add([](VolumeHeader& h) { h.spacing[0] = std::nan(""); });
+  add([](VolumeHeader& h) { h.index_to_world.translation[2] = HUGE_VAL; });
+  add([](VolumeHeader& h) { h.meaning.space = static_cast<WorldSpace>(-1); });
+  add([](VolumeHeader& h) { h.meaning.length_unit = "\x1b[2J"; });
+  for (const std::string& lie : lies) {
+    expect_contains(sentence_of([&] { (void)opened("a", kLie, lie); }),
+                    "does not answer as a reader does");
+  }
+  expect_contains(sentence_of([&] { (void)opened("a", kLie, "f\x1b[2J"); }), "\\x1b[2J");
+}
+
 // Sanitizers reserve more address space than the limit.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 TEST(SandboxedVolume, LimitsTheMemoryWhileReading) {
-  const auto source_of = [](std::size_t gib) {
-    const OpenSource takes = [gib](const Notice&, const HeaderIsKnown& header_is_known) {
-      header_is_known(0);
-      return std::make_unique<FailingSource>([gib] {
-        // Reserves the memory, and uses one byte of it.
-        const auto memory = std::make_unique_for_overwrite<std::byte[]>(gib << 30);
-        static_cast<volatile std::byte*>(memory.get())[0] = std::byte{1};
-      });
-    };
-    return sandboxed_volume("a.tif", takes, nullptr);
-  };
   Samples samples;
-  source_of(1)->read(0, 1, samples);
-  expect_contains(sentence_of([&] { source_of(7)->read(0, 1, samples); }), "memory");
+  opened("a.tif", kTake, "1")->read(0, 1, samples);
+  expect_contains(sentence_of([&] { opened("a.tif", kTake, "7")->read(0, 1, samples); }), "memory");
 }
 #endif
+
+// ---- files
+
+TEST(SandboxedVolume, FollowsLinksOfTheSource) {
+  const TemporaryFolder here;
+  const TemporaryFolder there;
+  there.file("annexed",
+             "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\n12345678");
+  fs::create_symlink(there.path() / "annexed", here.path() / "a.nrrd");
+  EXPECT_EQ(read_volume(here.path() / "a.nrrd").dims[0], 2);
+  here.file("b.nhdr",
+            "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\ndata file: " +
+                (there.path() / "annexed").string() + "\n");
+  expect_contains(sentence_of([&] { (void)read_volume(here.path() / "b.nhdr"); }), "--follow");
+  there.file("raw", "12345678");
+  here.file("c.nhdr",
+            "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\ndata file: " +
+                (there.path() / "raw").string() + "\n");
+  EXPECT_EQ(read_volume(here.path() / "c.nhdr", {.choice = {.allow_external_files = true}}).dims[0],
+            2);
+}
 
 std::string sentence_about(const std::string& file) {
   const fs::path path = fs::path(MULTITETRA_TEST_DATA) / file;

@@ -5,25 +5,25 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include "common/base/number_text.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/base/result.hpp"
+#include "common/base/utf8.hpp"
+#include "common/sandbox/packed.hpp"
+#include "common/sandbox/sandbox.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
-namespace {
 
-struct PvdEntry {
-  std::string file;
-  double time = 0;  // Finite.
-};
+inline auto fields(PvdEntry& entry) { return std::tie(entry.file, entry.time); }
 
-// Returns at least one entry, or an error with a sentence.
 Result<std::vector<PvdEntry>> parse_pvd(std::string_view text) {
   struct Found {
     std::vector<PvdEntry> entries;
@@ -51,6 +51,7 @@ Result<std::vector<PvdEntry>> parse_pvd(std::string_view text) {
                                if (tag != "DataSet") return;
                                result.is_valid = result.is_valid && time && !entry.file.empty();
                                entry.time = time.value_or(0);
+                               if (result.entries.size() > kMaxSourceMembers) return;
                                result.entries.push_back(std::move(entry));
                              });
   XML_SetEntityDeclHandler(
@@ -58,6 +59,10 @@ Result<std::vector<PvdEntry>> parse_pvd(std::string_view text) {
       [](void* into, const XML_Char*, int, const XML_Char*, int, const XML_Char*, const XML_Char*,
          const XML_Char*, const XML_Char*) { static_cast<Found*>(into)->is_valid = false; });
   const auto state = XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), XML_TRUE);
+  if (found.entries.size() > kMaxSourceMembers) {
+    return fail(ErrorCode::kLimitExceeded,
+                "it has more than " + std::to_string(kMaxSourceMembers) + " files");
+  }
   if (state != XML_STATUS_OK) return fail(ErrorCode::kDamagedData, "its XML is damaged");
   if (!found.is_collection || !found.is_valid || found.entries.empty()) {
     return fail(ErrorCode::kInvalidArgument,
@@ -66,18 +71,38 @@ Result<std::vector<PvdEntry>> parse_pvd(std::string_view text) {
   return std::move(found.entries);
 }
 
-}  // namespace
-
 bool is_pvd(const std::filesystem::path& path) { return path.extension() == ".pvd"; }
 
-std::vector<CollectedFile> files_of_pvd(const std::filesystem::path& path,
-                                        bool allow_external_files) {
+namespace {
+
+const SandboxTask kReadPvd = answering("read .pvd", [](const std::string& path) {
   constexpr std::size_t kMaxBytes = std::size_t{1} << 24;
   const InputFile file(path);
   const Result<std::vector<PvdEntry>> entries = parse_pvd(file.beginning(kMaxBytes));
   if (!entries) fail_reading(path, entries.error().text, "Save it again");
+  return packed_values(*entries);
+});
+
+// Reads the entries in a sandbox. Throws VolumeFileError.
+std::vector<PvdEntry> entries_of(const std::filesystem::path& path) {
+  std::vector<PvdEntry> entries;
+  try {
+    const std::string answer = run_in_sandbox(kReadPvd, {.readable = {path}}, path.string());
+    if (unpack_all(answer, entries) && entries.size() <= kMaxSourceMembers) return entries;
+  } catch (const SandboxError& problem) {
+    fail_reading(path, problem.what(), "Save it again");
+  } catch (const std::runtime_error& problem) {
+    throw VolumeFileError(printable(problem.what()));
+  }
+  fail_reading(path, "its reader does not answer as a reader does", "Save it again");
+}
+
+}  // namespace
+
+std::vector<CollectedFile> files_of_pvd(const std::filesystem::path& path,
+                                        bool allow_external_files) {
   std::vector<CollectedFile> files;
-  for (const PvdEntry& entry : *entries) {
+  for (const PvdEntry& entry : entries_of(path)) {
     files.push_back({named_data_file(path, entry.file, allow_external_files), entry.time});
   }
   std::stable_sort(files.begin(), files.end(),

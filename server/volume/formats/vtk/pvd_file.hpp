@@ -2,9 +2,20 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <string_view>
 #include <vector>
 
+#include "common/base/result.hpp"
+
 namespace multitetra {
+
+struct PvdEntry {
+  std::string file;  // As in the collection.
+  double time = 0;   // Finite.
+};
+// Returns at least one entry, at most kMaxSourceMembers, or an error with a sentence.
+[[nodiscard]] Result<std::vector<PvdEntry>> parse_pvd(std::string_view text);
 
 struct CollectedFile {
   std::filesystem::path file;
@@ -13,9 +24,9 @@ struct CollectedFile {
 
 [[nodiscard]] bool is_pvd(const std::filesystem::path& path);
 
-// Returns the files in the order of their times. Files outside the collection's folder need
-// `allow_external_files`. Throws VolumeFileError if the collection is damaged or empty, or if a
-// time has several parts.
+// Reads the collection in a sandbox, and returns the files in the order of their times. Files
+// outside the collection's folder need `allow_external_files`. Throws VolumeFileError if the
+// collection is damaged or empty, or if a time has several parts.
 [[nodiscard]] std::vector<CollectedFile> files_of_pvd(const std::filesystem::path& path,
                                                       bool allow_external_files);
 

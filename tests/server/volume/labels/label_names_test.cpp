@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+
 #include <fstream>
 #include <random>
 #include <string>
@@ -105,6 +107,8 @@ TEST(LabelNames, RejectOtherFiles) {
   EXPECT_EQ(refusal("good.txt", kSnap), "");
   expect_contains(refusal("bad.txt", "x"), "bad.txt': line 1 is not a label");
   expect_contains(refusal("none.txt", ""), "cannot be opened");
+  ASSERT_EQ(::mkfifo((folder.path() / "pipe.txt").c_str(), 0600), 0);
+  expect_contains(refusal("pipe.txt", ""), "cannot be opened");
   expect_contains(refusal("large.txt", std::string((4 << 20) + 1, '\n')), "more than 4 MiB");
 }
 
