@@ -5,47 +5,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include "common/base/text.hpp"
-#include "server/certify/triangle_mesh.hpp"
+#include "common/wire/mesh_readers.hpp"
+#include "common/wire/polygon_sink.hpp"
 
 namespace multitetra {
-
-// An error in a mesh file. read_mesh() adds the file's name.
-class MeshFileError : public std::runtime_error {
- public:
-  explicit MeshFileError(const std::string& what) : std::runtime_error(what) {}
-};
-
-// Appends polygons as triangle fans around their first corner.
-class PolygonSink {
- public:
-  explicit PolygonSink(TriangleMesh& mesh) : mesh_(mesh) {}
-
-  void begin() { count_ = 0; }
-  // Adds a corner. `vertex` comes unchecked from the file; throws MeshFileError if it is out of
-  // range.
-  void add(std::int64_t vertex) {
-    if (vertex < 0 || vertex >= static_cast<std::int64_t>(mesh_.vertices.size())) {
-      throw MeshFileError("a face has the vertex " + std::to_string(vertex) + " of " +
-                          std::to_string(mesh_.vertices.size()));
-    }
-    const auto corner = static_cast<std::uint32_t>(vertex);
-    if (count_ == 0) first_ = corner;
-    if (count_ >= 2) mesh_.triangles.push_back({first_, last_, corner});
-    last_ = corner;
-    ++count_;
-  }
-
- private:
-  TriangleMesh& mesh_;
-  std::size_t count_ = 0;
-  std::uint32_t first_ = 0;
-  std::uint32_t last_ = 0;
-};
 
 // Reads numbers and words from text or bytes; throws MeshFileError if they end too early.
 class MeshBytes {
@@ -84,11 +51,5 @@ static_assert(std::endian::native == std::endian::little);
 // Throw MeshFileError unless the whole word is a number.
 [[nodiscard]] double decimal_from(std::string_view word);
 [[nodiscard]] std::int64_t integer_from(std::string_view word);
-
-[[nodiscard]] TriangleMesh read_ply(std::string_view file);
-[[nodiscard]] TriangleMesh read_stl(std::string_view file);
-[[nodiscard]] TriangleMesh read_obj(std::string_view file);
-[[nodiscard]] TriangleMesh read_glb(std::string_view file);
-[[nodiscard]] TriangleMesh read_draco(std::string_view file);
 
 }  // namespace multitetra
