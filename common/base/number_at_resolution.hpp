@@ -14,15 +14,23 @@
 namespace multitetra {
 
 // Returns the decimal within half of `resolution` of the value, without trailing zeros after the
-// point. A resolution that is not above 0 keeps all digits.
+// point. A resolution that is not above 0 keeps all digits, without an exponent for numbers of
+// usual size.
 [[nodiscard]] inline std::string number_at(double value, double resolution) {
   constexpr double kMostFixed = 1e15;  // Beyond it, fixed digits would not be significant.
   constexpr int kMostDecimals = 17;
-  if (!(resolution > 0) || !(std::abs(value) < kMostFixed)) return shortest_text(value);
+  constexpr double kLeastFixed = 1e-6;
+  if (!(std::abs(value) < kMostFixed)) return shortest_text(value);
+  std::array<char, 64> digits{};
+  if (!(resolution > 0)) {
+    if (value != 0 && std::abs(value) < kLeastFixed) return shortest_text(value);
+    return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value,
+                                         std::chars_format::fixed)
+                               .ptr};
+  }
   const double needed = std::ceil(-std::log10(resolution) - 1e-9);
   if (needed > kMostDecimals) return shortest_text(value);
   const int decimals = needed > 0 ? static_cast<int>(needed) : 0;
-  std::array<char, 64> digits{};
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value,
                                  std::chars_format::fixed, decimals)
                        .ptr;

@@ -93,7 +93,7 @@ std::string human_member(const SeriesMember& member) {
   std::string text = "\"" + member.series + "\"";
   if (!member.field.empty()) text += ", field " + member.field;
   if (member.time) {
-    text += ", time " + shortest_text(*member.time);
+    text += ", time " + number_at(*member.time, /*resolution=*/0);
     if (!member.time_unit.empty()) text += " " + member.time_unit;
   }
   if (member.color) text += ", " + color_text(*member.color);

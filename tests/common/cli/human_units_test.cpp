@@ -43,6 +43,9 @@ TEST(HumanPlace, HasTheDigitsOfAVoxel) {
 TEST(HumanMember, HasTheWholeTime) {
   EXPECT_EQ(human_member({.series = "e", .time = 1700000060, .time_unit = "s"}),
             "\"e\", time 1700000060 s");
+  EXPECT_EQ(human_member({.series = "e", .time = 1700000000, .time_unit = "s"}),
+            "\"e\", time 1700000000 s");
+  EXPECT_EQ(human_member({.series = "e", .time = 0, .time_unit = "s"}), "\"e\", time 0 s");
   EXPECT_EQ(human_member({.series = "e", .time = 2026.0001, .time_unit = "a"}),
             "\"e\", time 2026.0001 a");
 }
