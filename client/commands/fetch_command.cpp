@@ -14,11 +14,11 @@
 #include "client/library/client.hpp"
 #include "client/library/report.hpp"
 #include "client/library/tile_disk_cache.hpp"
+#include "common/base/json.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/output_files.hpp"
 #include "common/cli/surface_files.hpp"
 #include "common/cli/terminal.hpp"
-#include "common/mesh/lattice_intersections.hpp"
 #include "common/request/painted_mesh.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/mesh_files.hpp"
@@ -52,7 +52,7 @@ class Output {
     const OutputSurface surface = surface_of(fetched, info);
     const NamedMesh file = {
         .file = part.steps_directory / name, .name = surface_name(info), .surface = &surface};
-    write_file(file.file, file_bytes(file, format_, codec()));
+    static_cast<void>(write_surfaces({&file, 1}, format_, codec()));
   }
   // Returns the step's mesh as written to files.
   [[nodiscard]] OutputSurface surface_of(const FetchedStep& fetched,
@@ -61,8 +61,9 @@ class Output {
     paint(surface.mesh, fetched.step->begin.scalars, arguments_.order.surface.query.colors);
     return surface;
   }
-  void final_steps(std::span<const NamedMesh> files) const {
-    write_surfaces(files, format_, codec());
+  [[nodiscard]] std::vector<WrittenMesh> final_steps(std::span<const NamedMesh> files,
+                                                     bool counts_self_intersections) const {
+    return write_surfaces(files, format_, codec(), counts_self_intersections);
   }
   // Also called for a failed fetch, with the steps received.
   void report(std::span<const FetchReport> reports, bool are_several) const {
@@ -178,24 +179,15 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Fe
   report.distance_bound = mesh_distance_bound(final_step->step->begin, info);
   const bool has_report = arguments.json || !arguments.report.empty();
   if (has_report) {
+    report.open_reason = open_reason(info);
     report.measures =
         measures_from(mesh, arguments.order.surface.query.min_component, grid_to_world(info));
     surface.notices.add(volume_notice(*report.measures, report.distance_bound));
-  }
-  const bool is_printed =
-      mesh_format_from(std::filesystem::path(part.mesh_file).extension().string()) ==
-      MeshFormat::kStl;
-  if ((has_report || is_printed) && simplification_bound(final_step->step->begin) > 0) {
-    report.self_intersecting_triangles = lattice_intersections(mesh).triangles;
   }
   surface.notices.add(missing_values_notice(mesh.scalars, arguments.order.surface.query.color_by));
   OutputSurface written = output.surface_of(*final_step, info);
   const std::string left_out = removed_text(written);
   if (!left_out.empty()) surface.notices.add("The file has " + left_out + ".");
-  if (is_printed) {
-    surface.notices.add(
-        printing_notices(part.mesh_file, written, report.self_intersecting_triangles.value_or(0)));
-  }
   const std::string accuracy = accuracy_text(*final_step->step);
   if (!accuracy.empty() && !arguments.order.quiet) std::cerr << accuracy << std::endl;
   return written;
@@ -221,9 +213,14 @@ class Fetch {
     }
     require_surfaces();
     const std::vector<NamedMesh> files = files_to_write();
-    output_.final_steps(files);
+    const bool counts_self_intersections =
+        (arguments_.json || !arguments_.report.empty() || format_ == MeshFormat::kStl) &&
+        std::any_of(reports_.begin(), reports_.end(), [](const FetchReport& report) {
+          return simplification_bound(report.steps.back().step->begin) > 0;
+        });
+    const std::vector<WrittenMesh> written = output_.final_steps(files, counts_self_intersections);
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      if (!files[i].file.empty()) complete_report(i);
+      if (!files[i].file.empty()) complete_report(i, written[i]);
     }
     print_reports();
   }
@@ -255,6 +252,7 @@ class Fetch {
                      .scalars = surface.scalars},
             .notices = surface.notices.texts(),
             .coordinates = std::string(name(arguments_.order.surface.query.coordinates)),
+            .shift = arguments_.order.surface.shift,
             .mesh_file = {},
             .steps = {}};
   }
@@ -290,11 +288,19 @@ class Fetch {
     }
   }
 
-  void complete_report(std::size_t i) {
-    reports_[i].components_written = surfaces_[i].components;
-    reports_[i].triangles_written = surfaces_[i].mesh.triangles.size();
-    reports_[i].mesh_file = parts_[i].mesh_file;
+  void complete_report(std::size_t i, const WrittenMesh& written) {
+    FetchReport& report = reports_[i];
+    report.components_written = surfaces_[i].components;
+    report.triangles_written = surfaces_[i].mesh.triangles.size();
+    report.mesh_file = parts_[i].mesh_file;
+    report.written = written;
+    if (const auto& crossing = written.self_intersections) {
+      report.self_intersecting_triangles = crossing->triangles;
+    }
     DatasetRequest& surface = connected_.datasets[parts_[i].dataset];
+    if (format_ == MeshFormat::kStl) {
+      surface.notices.add(printing_notices(parts_[i].mesh_file, written, surface.info));
+    }
     // One file of several surfaces has the whole budget.
     const std::uint64_t max_bytes = format_ == MeshFormat::kGlb
                                         ? arguments_.order.surface.query.request.max_bytes

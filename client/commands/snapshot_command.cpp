@@ -13,16 +13,16 @@
 #include "client/commands/colored_mesh.hpp"
 #include "client/commands/snapshot_scenes.hpp"
 #include "client/commands/surface_appearances.hpp"
-#include "common/base/json.hpp"
-#include "common/picture/annotations.hpp"
-#include "common/picture/rasterizer.hpp"
 #include "common/base/exit_codes.hpp"
+#include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
 #include "common/image/png_file.hpp"
+#include "common/picture/annotations.hpp"
+#include "common/picture/rasterizer.hpp"
 #include "common/request/painted_mesh.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/mesh_files.hpp"
@@ -173,8 +173,8 @@ Taken taken_surfaces(const SnapshotArguments& arguments, Client& client, const S
 }
 
 // Returns the vertices of large components, for framing: dust would shift the center.
-std::vector<std::array<float, 3>> middle_of(const Taken& taken) {
-  std::vector<std::array<float, 3>> points;
+std::vector<Vec3> middle_of(const Taken& taken) {
+  std::vector<Vec3> points;
   for (const TakenSurface& surface : taken.surfaces) {
     for (const std::uint32_t vertex : surface.drawn.large) {
       points.push_back(surface.drawn.mesh.positions[vertex]);
@@ -184,17 +184,15 @@ std::vector<std::array<float, 3>> middle_of(const Taken& taken) {
 }
 
 // Returns the corners of the data, which are the same at all times.
-std::vector<std::array<float, 3>> corners_of(const DatasetInfo& info, CoordinateSystem system) {
+std::vector<Vec3> corners_of(const DatasetInfo& info, CoordinateSystem system) {
   const Affine to_file = system == CoordinateSystem::kWorld ? info.index_to_world : Affine();
-  std::vector<std::array<float, 3>> corners;
+  std::vector<Vec3> corners;
   for (unsigned corner = 0; corner < 8; ++corner) {
     Vec3 at = {};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       at[axis] = (corner >> axis & 1U) != 0 ? info.dims[axis] - 1 : 0;
     }
-    const Vec3 place = to_file(at);
-    corners.push_back(
-        {static_cast<float>(place[0]), static_cast<float>(place[1]), static_cast<float>(place[2])});
+    corners.push_back(to_file(at));
   }
   return corners;
 }
@@ -222,7 +220,7 @@ void draw(const SnapshotArguments& arguments, const Scene& scene, const PictureS
           bool is_one_of_times, std::vector<DrawnSurface> appearances, Taken& taken) {
   const auto came = Clock::now();
   const DatasetRequest& first = scene.datasets.front();
-  const std::vector<std::array<float, 3>> points =
+  const std::vector<Vec3> points =
       is_one_of_times ? corners_of(first.info, arguments.order.surface.query.coordinates)
                       : middle_of(taken);
   const Camera camera = framing(points, arguments.azimuth, arguments.elevation, size.width,

@@ -72,7 +72,9 @@ Json json_of(const FetchReport& report) {
       {"mesh_file", report.mesh_file.empty() ? Json(nullptr) : Json(report.mesh_file)},
       {"components_written", value_or_null(report.components_written)},
       {"triangles_written", value_or_null(report.triangles_written)},
+      {"written", report.written ? json_of(*report.written) : Json(nullptr)},
   };
+  if (!report.shift.empty()) json["shift"] = report.shift;
   if (const auto& scalars = report.open.scalars) {
     json["color_by"] = scalars->dataset;
     if (!report.steps.empty()) {
@@ -80,7 +82,8 @@ Json json_of(const FetchReport& report) {
       json["color_range"] = {range->low, range->high};
     }
   }
-  json.update(json_of(report.measures, report.distance_bound, is_full_resolution(report)));
+  json.update(json_of(report.measures, report.distance_bound, is_full_resolution(report),
+                      report.open_reason));
   json["self_intersecting_triangles"] = value_or_null(report.self_intersecting_triangles);
   json["tiles_held"] = report.tiles_held;
   json["tiles_received"] = report.received.tiles;
@@ -172,7 +175,7 @@ std::string text_list(const std::vector<DatasetInfo>& datasets) {
   if (has_members) rows.front().push_back("MEMBER OF SERIES");
   for (const DatasetInfo& info : datasets) {
     rows.push_back({printable(info.name), sides_text(info.dims), std::string(name(info.type)),
-                    human_number(info.min) + " to " + human_number(info.max),
+                    human_value(info.min, info) + " to " + human_value(info.max, info),
                     human_suggestions(info)});
     if (has_members)
       rows.back().push_back(info.member ? printable(human_member(*info.member)) : "-");

@@ -8,6 +8,7 @@
 
 #include "client/library/client.hpp"
 #include "common/mesh/mesh_measures.hpp"
+#include "common/wire/written_mesh.hpp"
 
 namespace multitetra {
 
@@ -17,16 +18,19 @@ struct FetchReport {
   OpenStream open;
   std::vector<std::string> notices = {};  // Warnings about the request, one sentence each.
   std::string coordinates;                // "world" or "index"
+  std::vector<double> shift = {};         // Added to them; empty: nothing.
   std::string mesh_file;                  // Empty when none was written.
   // All but the last may lack their meshes.
   std::vector<FetchedStep> steps;
-  // The counts in the mesh file; absent if none was written.
+  // What the mesh file holds; absent if none was written.
+  std::optional<WrittenMesh> written = {};
   std::optional<std::uint64_t> components_written = {};
   std::optional<std::uint64_t> triangles_written = {};
   // The measures of the written components of the final step.
   std::optional<SurfaceMeasures> measures = {};
   std::optional<double> distance_bound = {};  // mesh_distance_bound() of the final step.
-  // Triangles of the final step that intersect others; nullopt: not counted.
+  std::string open_reason = {};               // Of the dataset, see json_report.hpp.
+  // Triangles in the file that intersect others; nullopt: not counted.
   std::optional<std::uint64_t> self_intersecting_triangles = {};
   std::uint64_t tiles_held = 0;  // Cached from earlier fetches.
   ReceivedTiles received = {};   // Over all connections.
@@ -40,11 +44,11 @@ struct FetchReport {
 [[nodiscard]] double simplification_bound(const StepBegin& begin);
 
 // Returns indented JSON that ends with a newline: server, dataset, parameters, notices, final_only,
-// coordinates, mesh_file, components_written and triangles_written (null: no file was written),
-// area and volume (of the written components, in world units; null: no final step, or the surface
-// has a border), is_full_resolution (whether that step is the full-resolution surface),
-// volume_reason (why there is no volume; null: there is one), volume_bound (the largest difference
-// from the volume inside the full-resolution surface: area times the distance bound; null: no
+// coordinates, mesh_file, components_written, triangles_written and written (json_report.hpp; null:
+// no file was written), area and volume (of the written components, in world units; null: no final
+// step, or the surface has a border), is_full_resolution (whether that step is the full-resolution
+// surface), volume_reason (why there is no volume; null: there is one), volume_bound (the largest
+// difference from the volume inside the full-resolution surface, see volume_bound(); null: no
 // distance is bounded), self_intersecting_triangles (null: not counted), tiles_held,
 // tiles_received, bytes_received, reconnections, steps and, for a failed fetch, error: {code,
 // text}. A step has the keys of json_report.hpp and: step, final, parameters, error_bound_world

@@ -22,8 +22,21 @@ namespace py = pybind11;
 namespace multitetra {
 namespace {
 
+// Returns a hundredth of the shortest edge, which keeps distinct vertices apart.
+Vec3 rounding_limits(const PositionedMesh& mesh) {
+  double shortest = kAnyRounding;
+  for (const TriangleIndices& t : mesh.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double edge = length(difference(mesh.positions[t[i]], mesh.positions[t[(i + 1) % 3]]));
+      if (edge > 0) shortest = std::min(shortest, edge);
+    }
+  }
+  return {kMaxVertexRounding * shortest, kMaxVertexRounding * shortest,
+          kMaxVertexRounding * shortest};
+}
+
 // The path's suffix determines the format.
-void save_mesh(const std::string& path, const Rows<float>& vertices,
+void save_mesh(const std::string& path, const Rows<double>& vertices,
                const Rows<std::uint32_t>& faces, const std::optional<Rows<float>>& normals,
                const std::optional<py::array_t<float, py::array::forcecast>>& scalars) {
   const auto format = mesh_format_from(std::filesystem::path(path).extension().string());
@@ -49,8 +62,11 @@ void save_mesh(const std::string& path, const Rows<float>& vertices,
   if ((normals && mesh.normals.size() != count) || (scalars && mesh.scalars.size() != count)) {
     raise(PyExc_ValueError, "There must be one normal and one scalar for each vertex.");
   }
+  mesh.rounding_limits = rounding_limits(mesh);
   try {
     write_file(path, mesh_file(mesh, *format));
+  } catch (const MeshCoordinatesError& problem) {
+    raise(PyExc_ValueError, problem.what());
   } catch (const std::system_error& problem) {
     raise(PyExc_OSError, problem.what());
   }

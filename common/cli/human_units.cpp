@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <string_view>
 
+#include "common/base/number_at_resolution.hpp"
 #include "common/dataset/tissues.hpp"
 
 namespace multitetra {
@@ -56,6 +57,16 @@ std::string human_seconds(double seconds) {
 
 std::string human_number(double value) { return format("%g", value); }
 
+std::string human_value(double value, const DatasetInfo& info) {
+  return number_at(value, 1e-5 * (info.max - info.min));
+}
+
+std::string human_place(const Vec3& place, const DatasetInfo& info) {
+  const double resolution = voxel_length(info) / 100;
+  return number_at(place[0], resolution) + " " + number_at(place[1], resolution) + " " +
+         number_at(place[2], resolution);
+}
+
 std::string human_length(double length, const std::string& unit) {
   const std::string number = human_number(length);
   return number + " " + (!unit.empty() ? unit : number == "1" ? "unit" : "units");
@@ -72,7 +83,7 @@ std::string human_suggestions(const DatasetInfo& info) {
   std::string text;
   for (const double isovalue : info.suggested_isovalues) {
     const std::string_view tissue = tissue_at(isovalue, info);
-    text += (text.empty() ? "" : ", ") + human_number(isovalue);
+    text += (text.empty() ? "" : ", ") + human_value(isovalue, info);
     if (!tissue.empty()) text.append(" (").append(tissue).append(")");
   }
   return text.empty() ? "none" : text;
@@ -82,7 +93,7 @@ std::string human_member(const SeriesMember& member) {
   std::string text = "\"" + member.series + "\"";
   if (!member.field.empty()) text += ", field " + member.field;
   if (member.time) {
-    text += ", time " + human_number(*member.time);
+    text += ", time " + number_at(*member.time, /*resolution=*/0);
     if (!member.time_unit.empty()) text += " " + member.time_unit;
   }
   if (member.color) text += ", " + color_text(*member.color);

@@ -16,7 +16,13 @@ namespace multitetra {
 // "0.45", "3.2", "1 234": two digits below 10.
 [[nodiscard]] std::string human_speed(double per_second);
 [[nodiscard]] std::string human_seconds(double seconds);  // "24 ms", "1.25 s", "3 min 05 s"
-[[nodiscard]] std::string human_number(double value);     // Up to 6 digits: "500.5"
+// Up to 6 digits: "500.5". For lengths and measures; values and places have those below.
+[[nodiscard]] std::string human_number(double value);
+
+// A value of the data, to a hundred-thousandth of their range: "1737400.05".
+[[nodiscard]] std::string human_value(double value, const DatasetInfo& info);
+// World coordinates, to a hundredth of a voxel: "500012.25 5400031.5 120".
+[[nodiscard]] std::string human_place(const Vec3& place, const DatasetInfo& info);
 
 // "0.24 mm"; without a unit "0.24 units".
 [[nodiscard]] std::string human_length(double length, const std::string& unit);

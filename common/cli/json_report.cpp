@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <limits>
 
 #include "common/base/json.hpp"
@@ -115,6 +113,20 @@ Json json_of(const MeshTopology& topology) {
           {"degenerate_triangles", topology.degenerate_triangles}};
 }
 
+Json json_of(const WrittenMesh& written) {
+  const MeshTopology& found = written.topology;
+  const auto& crossing = written.self_intersections;
+  return {{"triangles", found.triangles},
+          {"vertices", found.vertices},
+          {"euler_characteristic", found.euler_characteristic},
+          {"components", found.components},
+          {"closed", written.is_closed()},
+          {"open_edges", found.border_edges},
+          {"nonmanifold_edges", found.nonmanifold_edges},
+          {"degenerate_triangles", found.degenerate_triangles},
+          {"flat_triangles", crossing ? Json(crossing->flat_triangles) : Json(nullptr)}};
+}
+
 Json json_of(const SeriesMember& member) {
   Json label;
   if (member.label) {
@@ -184,19 +196,13 @@ namespace {
 std::optional<double> volume_bound(const SurfaceMeasures& measures,
                                    std::optional<double> distance_bound) {
   if (!measures.volume || !distance_bound) return std::nullopt;
-  return *distance_bound * measures.area;
-}
-
-double in_two_digits(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.2g", value);
-  return std::strtod(text.data(), nullptr);
+  return multitetra::volume_bound(measures, *distance_bound);
 }
 
 }  // namespace
 
 Json json_of(const std::optional<SurfaceMeasures>& measures, std::optional<double> distance_bound,
-             std::optional<bool> is_full_resolution) {
+             std::optional<bool> is_full_resolution, const std::string& open_reason) {
   if (!measures) {
     return {{"area", nullptr},
             {"is_full_resolution", nullptr},
@@ -204,18 +210,25 @@ Json json_of(const std::optional<SurfaceMeasures>& measures, std::optional<doubl
             {"volume_reason", nullptr},
             {"volume_bound", nullptr}};
   }
-  const Json reason = measures->volume
-                          ? Json(nullptr)
-                          : Json(
-                                "the surface is open at the border of the data; `prepare` with "
-                                "--outside VALUE --margin 1 closes it");
-  // An error of the surface bounds no error of its area, of which two digits are significant.
-  const bool is_exact = is_full_resolution.value_or(false);
-  return {{"area", is_exact ? measures->area : in_two_digits(measures->area)},
+  const Json reason = measures->volume ? Json(nullptr) : Json("the surface is open " + open_reason);
+  return {{"area", measures->area},
           {"is_full_resolution", value_or_null(is_full_resolution)},
           {"volume", value_or_null(measures->volume)},
           {"volume_reason", reason},
           {"volume_bound", value_or_null(volume_bound(*measures, distance_bound))}};
+}
+
+std::string open_reason(const DatasetInfo& info) {
+  const bool is_closed_at_border = info.outside && info.margin > 0;
+  const std::string void_samples =
+      "at void samples of the data (NaN, or missing: " + std::to_string(info.void_samples) + ")";
+  if (is_closed_at_border) {
+    return void_samples + ", which --outside does not fill; give them a value in the volume";
+  }
+  return std::string("at the border of the data") +
+         (info.void_samples > 0 ? " or " + void_samples : "") +
+         "; `prepare` with --outside VALUE --margin 1 closes it" +
+         (info.void_samples > 0 ? " at the border" : "");
 }
 
 std::vector<std::string> volume_notice(const SurfaceMeasures& measures,

@@ -13,6 +13,7 @@
 #include "common/mesh/mesh_checks.hpp"
 #include "common/mesh/mesh_measures.hpp"
 #include "common/request/isosurface_request.hpp"
+#include "common/wire/written_mesh.hpp"
 
 namespace multitetra {
 
@@ -34,19 +35,26 @@ template <typename Value>
 // nonmanifold_edges, degenerate_triangles.
 [[nodiscard]] Json json_of(const MeshTopology& topology);
 
+// Keys: triangles, vertices, euler_characteristic, components, closed, open_edges (all of a single
+// triangle), nonmanifold_edges, degenerate_triangles, flat_triangles (null: not counted).
+[[nodiscard]] Json json_of(const WrittenMesh& written);
+
 // Keys: name, dims, type, spacing, min, max, void_samples, outside (null: void), margin,
 // grid_exponent, index_to_world, space, length_unit, value_unit, geometry, assumed (null: unknown),
 // suggested_isovalues, member (null: none), histogram.
 [[nodiscard]] Json json_of(const DatasetInfo& info);
 
-// Keys: area (in world units; in two digits unless the surface is the full-resolution one),
-// is_full_resolution (whether the surface is the full-resolution one), volume (null: the surface
-// has a border), volume_reason (the reason for that; else null), volume_bound (the largest
-// difference from the volume of the full-resolution surface: area times `distance_bound`; null
-// without a bound). All null without measures.
+// Keys: area (of the components in the file, in world units; that of the full-resolution surface
+// only if is_full_resolution, as no distance bounds the difference), is_full_resolution, volume
+// (null: the surface has a border), volume_reason (the reason for that, with open_reason(); else
+// null), volume_bound (the largest difference from the volume of the full-resolution surface: see
+// volume_bound() in mesh_measures.hpp; null without a bound). All null without measures.
 [[nodiscard]] Json json_of(const std::optional<SurfaceMeasures>& measures,
                            std::optional<double> distance_bound,
-                           std::optional<bool> is_full_resolution);
+                           std::optional<bool> is_full_resolution, const std::string& open_reason);
+// Returns where surfaces of the data may be open, and what closes them: "at the border of the data;
+// `prepare` with --outside VALUE --margin 1 closes it".
+[[nodiscard]] std::string open_reason(const DatasetInfo& info);
 // Returns advice if volume_bound exceeds a fiftieth of the volume.
 [[nodiscard]] std::vector<std::string> volume_notice(const SurfaceMeasures& measures,
                                                      std::optional<double> distance_bound);

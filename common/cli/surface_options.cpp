@@ -8,7 +8,6 @@
 #include "common/base/exit_codes.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/mesh/components.hpp"
-#include "common/mesh/mesh_checks.hpp"
 #include "common/request/request_notices.hpp"
 
 namespace multitetra {
@@ -22,6 +21,10 @@ std::string option_name(std::string_view field) {
 
 // Checks that the mesh can be written in the requested space.
 Result<void> check_space(const SurfaceArguments& arguments, const DatasetInfo& info) {
+  if (!arguments.shift.empty() && arguments.query.coordinates != CoordinateSystem::kWorld) {
+    return fail(ErrorCode::kInvalidArgument,
+                "--shift applies to world coordinates only, not to --coordinates index.");
+  }
   if (arguments.space == "native") return {};
   if (arguments.query.coordinates != CoordinateSystem::kWorld) {
     return fail(ErrorCode::kInvalidArgument,
@@ -76,6 +79,14 @@ void add_output_options(Command& command, SurfaceArguments& a) {
       ->capture_default_str()
       ->group(group);
   command
+      .add_option("--shift", a.shift,
+                  "Add this to world coordinates, as to have them near the origin: STL and Draco "
+                  "files have 32-bit coordinates and are refused where these are too coarse")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("X,Y,Z")
+      ->group(group);
+  command
       .add_flag("--allow-empty", a.allow_empty,
                 "Also write empty surfaces; without this option they are an error with exit code 6")
       ->group(group);
@@ -125,16 +136,19 @@ PhysicalMeaning world_of(const SurfaceArguments& arguments, const DatasetInfo& i
 Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info) {
   if (arguments.query.coordinates != CoordinateSystem::kWorld) return grid_to_index(info);
   Affine map = grid_to_world(info);
-  if (!flips_x_and_y(arguments, info)) return map;
-  for (std::size_t axis = 0; axis < 2; ++axis) {
+  for (std::size_t axis = 0; axis < 2 && flips_x_and_y(arguments, info); ++axis) {
     for (Vec3& column : map.columns) column[axis] = -column[axis];
     map.translation[axis] = -map.translation[axis];
+  }
+  for (std::size_t axis = 0; axis < arguments.shift.size(); ++axis) {
+    map.translation[axis] += arguments.shift[axis];
   }
   return map;
 }
 
-OutputSurface output_surface(const LatticeMesh& mesh, const SurfaceArguments& arguments,
+OutputSurface output_surface(const LatticeMesh& surface, const SurfaceArguments& arguments,
                              const DatasetInfo& info) {
+  const LatticeMesh mesh = in_canonical_order(surface);
   const MeshComponents components = components_of(mesh);
   const double shortest = components.least(arguments.query.min_component);
   const Affine map = output_map(arguments, info);
@@ -181,25 +195,6 @@ void require_codec(const SurfaceArguments& arguments, bool is_glb) {
   if (const auto fits = check_codec(arguments.query.codec, is_glb); !fits) {
     throw ExitError(kUsage, "--" + fits.error().text);
   }
-}
-
-std::vector<std::string> printing_notices(const std::string& file, const OutputSurface& surface,
-                                          std::size_t self_intersecting) {
-  std::vector<std::string> notices;
-  const PositionedMesh& mesh = surface.mesh;
-  const auto open =
-      topology(mesh.positions.size(), mesh.triangles, [](auto, auto) { return true; }).border_edges;
-  if (open > 0) {
-    notices.push_back(file + " is open where the data ends, at " +
-                      human_count_of(static_cast<std::uint64_t>(open), "edge") +
-                      ", and cannot be printed: `prepare --outside VALUE --margin 1` closes it, or "
-                      "--min-component removes small open components.");
-  }
-  if (self_intersecting > 0) {
-    notices.push_back(file + " has " + human_count_of(self_intersecting, "triangle") +
-                      " that intersect others; --intersection-free avoids them.");
-  }
-  return notices;
 }
 
 std::vector<std::string> larger_file_notice(const std::string& file, std::uint64_t max_bytes) {

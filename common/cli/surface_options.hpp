@@ -31,6 +31,7 @@ struct ThresholdFiles {
 struct SurfaceArguments {
   SurfaceQuery query = {};
   std::string space = "native";
+  std::vector<double> shift = {};   // Added to world coordinates; empty: nothing.
   std::string threshold_grid = {};  // A file for threshold_files; empty: none.
   bool allow_empty = false;
   ThresholdFiles threshold_files = {};
@@ -42,7 +43,7 @@ void add_request_option(Command& command, const RequestField& field, Command::Pa
 // Adds the options of all fields of these groups, and --threshold-grid with kThresholds.
 void add_request_options(Command& command, SurfaceArguments& arguments,
                          std::initializer_list<FieldGroup> groups);
-// Adds the group kFile, --space and --allow-empty, for commands that write a surface.
+// Adds the group kFile, --space, --shift and --allow-empty, for commands that write a surface.
 void add_output_options(Command& command, SurfaceArguments& arguments);
 
 // Returns at least one validated request. Fails with kInvalidArgument or kLimitExceeded if a value
@@ -57,7 +58,8 @@ void add_output_options(Command& command, SurfaceArguments& arguments);
 
 // Maps grid coordinates to the requested ones. Requires arguments accepted by requests_from().
 [[nodiscard]] Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info);
-// A surface in the requested coordinates, with normals, without components that are too small.
+// A surface in the requested coordinates, with normals, without components that are too small. Its
+// order depends only on its triangles (in_canonical_order()).
 struct OutputSurface {
   PositionedMesh mesh;
   // The meaning of its coordinates; empty for sample indices.
@@ -74,7 +76,7 @@ struct OutputSurface {
   // one's.
   std::vector<std::uint32_t> large = {};
 };
-[[nodiscard]] OutputSurface output_surface(const LatticeMesh& mesh,
+[[nodiscard]] OutputSurface output_surface(const LatticeMesh& surface,
                                            const SurfaceArguments& arguments,
                                            const DatasetInfo& info);
 // "3 of 1 204 components, those with a diagonal of 10 samples or more", and the cavities that this
@@ -85,12 +87,6 @@ struct OutputSurface {
 [[nodiscard]] std::string color_accuracy_text(const ScalarRange& range, double largest_deviation);
 // Throws ExitError (kUsage) if --codec does not fit the output.
 void require_codec(const SurfaceArguments& arguments, bool is_glb);
-// Returns the notices that 3D printers reject a file of this surface: it is open where the data
-// ends, or triangles intersect others, of which there are `self_intersecting`. Requires a sound
-// mesh.
-[[nodiscard]] std::vector<std::string> printing_notices(const std::string& file,
-                                                        const OutputSurface& surface,
-                                                        std::size_t self_intersecting);
 // Returns the notice that a written file has more bytes than its budget of --max-bytes (0: none);
 // empty if it has not.
 [[nodiscard]] std::vector<std::string> larger_file_notice(const std::string& file,

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <limits>
 
-#include "common/base/number_text.hpp"
+#include "common/base/number_at_resolution.hpp"
 
 namespace multitetra {
 namespace {
@@ -33,7 +33,8 @@ WorldBox box_of(const DatasetInfo& info) {
 }
 
 std::string extent_text(const WorldBox& box, std::size_t axis) {
-  return rounded_text(box.low[axis]) + " to " + rounded_text(box.high[axis]);
+  const double resolution = 1e-4 * (box.high[axis] - box.low[axis]);
+  return number_at(box.low[axis], resolution) + " to " + number_at(box.high[axis], resolution);
 }
 
 }  // namespace

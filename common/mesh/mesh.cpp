@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -102,14 +103,36 @@ LatticeMesh weld(std::span<const LatticeMesh> meshes, int resolution) {
   return weld(pointers, resolution);
 }
 
+namespace {
+
+// Returns the largest displacements along the world's axes that together move no point by more than
+// `distance` along an axis of the grid.
+Vec3 world_limits(const Affine& grid_to_world, double distance) {
+  const Affine to_grid = inverse(grid_to_world);
+  Vec3 limits;
+  limits.fill(std::numeric_limits<double>::infinity());
+  for (std::size_t row = 0; row < 3; ++row) {
+    // A displacement d moves the grid coordinate by the sum of parts[axis] d[axis].
+    Vec3 parts;
+    for (std::size_t axis = 0; axis < 3; ++axis) parts[axis] = std::abs(to_grid.columns[axis][row]);
+    const auto count = static_cast<double>(3 - std::count(parts.begin(), parts.end(), 0.0));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      limits[axis] = std::min(limits[axis], distance / (count * parts[axis]));
+    }
+  }
+  return limits;
+}
+
+}  // namespace
+
 PositionedMesh positioned(const LatticeMesh& mesh, const Affine& grid_to_world) {
   PositionedMesh result;
   result.positions.reserve(mesh.vertices.size());
   for (const LatticePoint& vertex : mesh.vertices) {
-    const Vec3 p = grid_to_world(grid_coordinates(vertex, mesh.resolution));
-    result.positions.push_back(
-        {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
+    result.positions.push_back(grid_to_world(grid_coordinates(vertex, mesh.resolution)));
   }
+  result.rounding_limits =
+      world_limits(grid_to_world, std::ldexp(kMaxVertexRounding, -mesh.resolution));
   result.triangles = mesh.triangles;
   result.normals = mesh.normals;
   result.scalars = mesh.scalars;

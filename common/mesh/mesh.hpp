@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -45,19 +46,26 @@ struct LatticeMesh {
 [[nodiscard]] LatticeMesh weld(std::span<const LatticeMesh* const> meshes, int resolution);
 [[nodiscard]] LatticeMesh weld(std::span<const LatticeMesh> meshes, int resolution);
 
+inline constexpr double kAnyRounding = std::numeric_limits<double>::infinity();
+
 // A mesh in world (or sample index) coordinates, for files and display.
 struct PositionedMesh {
-  std::vector<std::array<float, 3>> positions;
+  std::vector<Vec3> positions;
   std::vector<TriangleIndices> triangles;
   std::vector<UnitVector> normals = {};  // Empty, or one per position.
   std::vector<float> scalars = {};       // Empty, or one per position; NaN for no value.
   // Empty, or one per position: red, green, blue in sRGB.
   std::vector<std::array<std::uint8_t, 3>> colors = {};
+  // How far files may move positions along each axis by rounding. Infinite: as far as floats do.
+  Vec3 rounding_limits = {kAnyRounding, kAnyRounding, kAnyRounding};
 };
 
-// Applies `grid_to_world` in double and rounds positions to float. Reverses triangles if the map
-// mirrors, so they still face low values. Copies normals, which are in world coordinates already,
-// and scalars.
+// The fraction of a lattice step by which a file may move a vertex along any axis of the lattice.
+inline constexpr double kMaxVertexRounding = 0.01;
+
+// Applies `grid_to_world`. Reverses triangles if the map mirrors, so they still face low values.
+// Copies normals, which are in world coordinates already, and scalars. The rounding limits are
+// those of kMaxVertexRounding.
 [[nodiscard]] PositionedMesh positioned(const LatticeMesh& mesh, const Affine& grid_to_world);
 
 // Returns whether the vector has length 1 up to rounding. False for NaN.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 
 #include "common/mesh/box_tree.hpp"
 
@@ -21,24 +22,68 @@ std::int64_t six_times_volume(const LatticePoint& a, const LatticePoint& b, cons
          a.z * (product(b.x, c.y) - product(b.y, c.x));
 }
 
-// Returns for each component whether it has a border: an edge without an opposite one.
-std::vector<bool> have_borders(const LatticeMesh& mesh, const MeshComponents& components) {
-  std::vector<std::uint64_t> edges;
-  edges.reserve(3 * mesh.triangles.size());
-  const auto edge = [](std::uint64_t from, std::uint64_t to) { return from << 32 | to; };
-  for (const TriangleIndices& t : mesh.triangles) {
-    for (std::size_t i = 0; i < 3; ++i) edges.push_back(edge(t[i], t[(i + 1) % 3]));
-  }
-  std::sort(edges.begin(), edges.end());
-  std::vector<bool> have(components.diagonals.size(), false);
-  for (const std::uint64_t one : edges) {
-    const std::uint64_t from = one >> 32;
-    const std::uint64_t to = one & 0xFFFFFFFF;
-    if (!std::binary_search(edges.begin(), edges.end(), edge(to, from))) {
-      have[components.of_vertex[from]] = true;
+// An edge of a triangle, seen from it.
+struct EdgeSide {
+  std::uint64_t edge;  // The lower vertex in the upper half, the higher one in the lower half.
+  std::uint32_t triangle;
+  std::uint32_t opposite;  // The third vertex.
+  bool is_upwards;         // It runs from the lower vertex to the higher one.
+};
+
+std::vector<EdgeSide> sorted_edges(const LatticeMesh& mesh) {
+  std::vector<EdgeSide> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (std::uint32_t number = 0; number < mesh.triangles.size(); ++number) {
+    const TriangleIndices& t = mesh.triangles[number];
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t from = t[i];
+      const std::uint32_t to = t[(i + 1) % 3];
+      sides.push_back({.edge = std::uint64_t{std::min(from, to)} << 32 | std::max(from, to),
+                       .triangle = number,
+                       .opposite = t[(i + 2) % 3],
+                       .is_upwards = from < to});
     }
   }
-  return have;
+  std::sort(sides.begin(), sides.end(),
+            [](const EdgeSide& a, const EdgeSide& b) { return a.edge < b.edge; });
+  return sides;
+}
+
+// Adds the bends of all edges to their components, and returns for each whether it has a border: an
+// edge without an opposite one.
+template <typename Side>
+std::vector<bool> add_bends(const LatticeMesh& mesh, const MeshComponents& components,
+                            const Side& side, bool is_mirrored,
+                            std::vector<SurfaceMeasures>& measures) {
+  const std::vector<EdgeSide> sides = sorted_edges(mesh);
+  const auto normal = [&](std::uint32_t triangle) {
+    const TriangleIndices& t = mesh.triangles[triangle];
+    return cross(side(mesh.vertices[t[0]], mesh.vertices[t[1]]),
+                 side(mesh.vertices[t[0]], mesh.vertices[t[2]]));
+  };
+  std::vector<bool> have_border(measures.size(), false);
+  for (auto first = sides.begin(); first != sides.end();) {
+    const auto end = std::find_if(first, sides.end(),
+                                  [&](const EdgeSide& one) { return one.edge != first->edge; });
+    const auto lower = static_cast<std::uint32_t>(first->edge >> 32);
+    const auto upper = static_cast<std::uint32_t>(first->edge & 0xFFFFFFFF);
+    const std::uint32_t component = components.of_vertex[lower];
+    const bool has_up = std::any_of(first, end, [](const auto& one) { return one.is_upwards; });
+    const bool has_down = std::any_of(first, end, [](const auto& one) { return !one.is_upwards; });
+    if (!has_up || !has_down) have_border[component] = true;
+    if (end - first == 2) {
+      const Vec3 here = normal(first->triangle);
+      const Vec3 there = normal((first + 1)->triangle);
+      const double angle = std::atan2(length(cross(here, there)), dot(here, there));
+      const Vec3 along = side(mesh.vertices[lower], mesh.vertices[upper]);
+      const Vec3 across = side(mesh.vertices[lower], mesh.vertices[(first + 1)->opposite]);
+      double& bend = (dot(here, across) < 0) != is_mirrored ? measures[component].convex_bend
+                                                            : measures[component].concave_bend;
+      bend += angle * length(along);
+    }
+    first = end;
+  }
+  return have_border;
 }
 
 }  // namespace
@@ -61,7 +106,9 @@ std::vector<SurfaceMeasures> measures_of(const LatticeMesh& mesh, const MeshComp
     measures[component].area += 0.5 * length(cross(side(a, b), side(a, c)));
     six_times[component] += six_times_volume(a, b, c);
   }
-  const std::vector<bool> have_border = have_borders(mesh, components);
+  const std::vector<bool> have_border =
+      add_bends(mesh, components, side, grid_to_world.determinant() < 0, measures);
+  for (const std::uint32_t component : components.of_vertex) ++measures[component].vertices;
   // A mirroring map also reverses triangles, so the inside stays the inside.
   const double scale = std::abs(grid_to_world.determinant()) * step * step * step / 6;
   for (std::size_t i = 0; i < measures.size(); ++i) {
@@ -70,10 +117,19 @@ std::vector<SurfaceMeasures> measures_of(const LatticeMesh& mesh, const MeshComp
   return measures;
 }
 
+double volume_bound(const SurfaceMeasures& measures, double distance) {
+  const double bend = std::max(measures.convex_bend, measures.concave_bend);
+  const double corners = 2 * std::numbers::pi / 3 * static_cast<double>(measures.vertices);
+  return distance * (measures.area + distance * (bend / 2 + distance * corners));
+}
+
 SurfaceMeasures sum_of(const std::vector<SurfaceMeasures>& measures) {
   SurfaceMeasures all{.area = 0, .volume = 0.0};
   for (const SurfaceMeasures& one : measures) {
     all.area += one.area;
+    all.convex_bend += one.convex_bend;
+    all.concave_bend += one.concave_bend;
+    all.vertices += one.vertices;
     all.volume = all.volume && one.volume ? std::optional(*all.volume + *one.volume) : std::nullopt;
   }
   return all;

@@ -118,7 +118,7 @@ NearestTriangle::Found NearestTriangle::nearest(const Vec3& point) const {
     return squared_distance_to_triangle(point, triangles_[place]);
   });
   if (triangles_.empty()) return {};
-  return {std::sqrt(found.squared_distance), &triangles_[found.place]};
+  return {std::sqrt(found.squared_distance), &triangles_[found.place], tree_.order()[found.place]};
 }
 
 }  // namespace multitetra

@@ -37,6 +37,7 @@ class NearestTriangle {
     double distance = std::numeric_limits<double>::infinity();
     // Valid as long as this object; null if there is no triangle.
     const SurfaceTriangle* triangle = nullptr;
+    std::uint32_t index = 0;  // Of the triangle, in the order given to the constructor.
   };
   [[nodiscard]] Found nearest(const Vec3& point) const;
   // Infinite if there is no triangle.

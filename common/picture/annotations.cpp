@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/picture/lettering.hpp"
+#include "common/base/number_at_resolution.hpp"
 #include "common/base/number_text.hpp"
+#include "common/picture/lettering.hpp"
 
 namespace multitetra {
 namespace {
@@ -78,9 +79,10 @@ void draw_legend(Picture& picture, const Legend& legend, Background background) 
     }
   }
   const double letter = kLetter * m;
+  const double resolution = 1e-4 * (legend.scale.high - legend.scale.low);
   const std::string high =
-      rounded_text(legend.scale.high) + (legend.unit.empty() ? "" : " " + legend.unit);
-  draw_text(picture, rounded_text(legend.scale.low), left, bottom - m, letter, ink, rim);
+      number_at(legend.scale.high, resolution) + (legend.unit.empty() ? "" : " " + legend.unit);
+  draw_text(picture, number_at(legend.scale.low, resolution), left, bottom - m, letter, ink, rim);
   draw_text(picture, high, std::max(left, left + length - text_width(high, letter)), bottom - m,
             letter, ink, rim);
   const std::string name = legend.name + (legend.scale.is_logarithmic ? ", logarithmic" : "");

@@ -19,13 +19,13 @@ struct Bounds {
   Vec3 high;
 };
 
-Bounds bounds_of(std::span<const std::array<float, 3>> points) {
+Bounds bounds_of(std::span<const Vec3> points) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   Bounds bounds = {.low = {kFar, kFar, kFar}, .high = {-kFar, -kFar, -kFar}};
   for (const auto& place : points) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      bounds.low[axis] = std::min<double>(bounds.low[axis], place[axis]);
-      bounds.high[axis] = std::max<double>(bounds.high[axis], place[axis]);
+      bounds.low[axis] = std::min(bounds.low[axis], place[axis]);
+      bounds.high[axis] = std::max(bounds.high[axis], place[axis]);
     }
   }
   if (points.empty()) bounds = {.low = {-1, -1, -1}, .high = {1, 1, 1}};
@@ -50,8 +50,8 @@ Vec3 Camera::seen(const Vec3& place) const {
   return {dot(from_eye, right), dot(from_eye, up), dot(from_eye, back)};
 }
 
-Camera framing(std::span<const std::array<float, 3>> points, double azimuth, double elevation,
-               int width, int height, const Vec3& up) {
+Camera framing(std::span<const Vec3> points, double azimuth, double elevation, int width,
+               int height, const Vec3& up) {
   assert(width > 0 && height > 0);
   constexpr double kRadian = std::numbers::pi / 180;
   const double turn = azimuth * kRadian;
@@ -81,7 +81,7 @@ Camera framing(std::span<const std::array<float, 3>> points, double azimuth, dou
   const double upwards = kFilled * height / (2 * camera.pixels_at_one);
   double distance = points.empty() ? 4 * radius : 0;
   for (const auto& place : points) {
-    const Vec3 from_middle = difference(vec3(place), middle);
+    const Vec3 from_middle = difference(place, middle);
     const double needed = std::max(std::abs(dot(from_middle, camera.right)) / across,
                                    std::abs(dot(from_middle, camera.up)) / upwards);
     distance = std::max(distance, dot(from_middle, camera.back) + std::max(needed, 0.1 * radius));

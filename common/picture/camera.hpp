@@ -38,8 +38,8 @@ struct Camera {
 // z axis: 0 looks along +y and 90 along -x; elevation is from -90 (from below) to 90 (from above).
 // For another up axis all directions are rotated as in the viewer: by the shortest rotation from z
 // to it, and around y for -z. Without points the camera looks at the unit ball around the origin.
-[[nodiscard]] Camera framing(std::span<const std::array<float, 3>> points, double azimuth,
-                             double elevation, int width, int height, const Vec3& up = {0, 0, 1});
+[[nodiscard]] Camera framing(std::span<const Vec3> points, double azimuth, double elevation,
+                             int width, int height, const Vec3& up = {0, 0, 1});
 
 // Parses "y" or "-z"; nullopt for anything that is not an axis.
 [[nodiscard]] std::optional<Vec3> up_axis_from(std::string_view text);

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/picture/detail/layers.hpp"
 #include "common/base/on_threads.hpp"
 #include "common/base/vec3.hpp"
+#include "common/picture/detail/layers.hpp"
 
 namespace multitetra {
 namespace {
@@ -59,7 +59,7 @@ std::vector<Corner> corners_of(const PositionedMesh& mesh, const Camera& camera)
   std::vector<Corner> corners;
   corners.reserve(mesh.positions.size());
   for (const auto& position : mesh.positions) {
-    const Vec3 seen = camera.seen(vec3(position));
+    const Vec3 seen = camera.seen(position);
     const double nearness = -1 / seen[2];
     const double scale = camera.pixels_at_one * nearness;
     const double x = kSubpixels * (camera.width / 2.0 + scale * seen[0]);
@@ -78,9 +78,9 @@ std::vector<Corner> corners_of(const PositionedMesh& mesh, const Camera& camera)
 std::vector<UnitVector> averaged_normals(const PositionedMesh& mesh) {
   std::vector<Vec3> sums(mesh.positions.size(), Vec3{0, 0, 0});
   for (const TriangleIndices& triangle : mesh.triangles) {
-    const Vec3 a = vec3(mesh.positions[triangle[0]]);
-    const Vec3 b = vec3(mesh.positions[triangle[1]]);
-    const Vec3 c = vec3(mesh.positions[triangle[2]]);
+    const Vec3 a = mesh.positions[triangle[0]];
+    const Vec3 b = mesh.positions[triangle[1]];
+    const Vec3 c = mesh.positions[triangle[2]];
     const Vec3 across = cross(difference(b, a), difference(c, a));
     for (const std::uint32_t vertex : triangle) sums[vertex] = sum(sums[vertex], across);
   }
@@ -206,9 +206,8 @@ class Band {
     t.area = side(corner(t, 0), corner(t, 1), corner(t, 2).x, corner(t, 2).y);
     if (t.area == 0) return;
     const auto& points = surface_->mesh.positions;
-    const Vec3 a = vec3(points[indices[0]]);
-    t.normal =
-        cross(difference(vec3(points[indices[1]]), a), difference(vec3(points[indices[2]]), a));
+    const Vec3 a = points[indices[0]];
+    t.normal = cross(difference(points[indices[1]], a), difference(points[indices[2]], a));
     // Triangles are counterclockwise when seen from outside; rows count downwards.
     t.is_inside = t.area > 0;
     if (t.area < 0) {

@@ -27,9 +27,8 @@ std::string meshopt_glb(const LatticeMesh& mesh, const Vec3& grid_step, const Su
   PositionedMesh placed{.positions = {}, .triangles = mesh.triangles, .normals = mesh.normals};
   placed.positions.reserve(mesh.vertices.size());
   for (const LatticePoint& p : mesh.vertices) {
-    // Below 2^24: exact.
-    placed.positions.push_back(
-        {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+    placed.positions.push_back(  // Below 2^24: exact as floats.
+        {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)});
   }
   SceneWriter scene(MeshCodec::kMeshopt);
   scene.add({.name = name, .mesh = &placed}, 0,

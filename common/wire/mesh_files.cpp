@@ -17,6 +17,7 @@
 #include "common/base/atomic_file.hpp"
 #include "common/base/number_text.hpp"
 #include "common/base/text.hpp"
+#include "common/wire/detail/file_positions.hpp"
 #include "common/wire/detail/triangle_normals.hpp"
 #include "common/wire/detail/vtp_file.hpp"
 #include "common/wire/scene_file.hpp"
@@ -28,8 +29,6 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "PLY and STL files are written as the bytes lie in memory: little-endian.");
 
-using Position = std::array<float, 3>;
-
 constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kSuffixAndMediaType = {{
     {"ply", "application/ply"},
     {"stl", "model/stl"},
@@ -39,8 +38,9 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kSuffixAn
     {"vtp", "application/vnd.vtk.polydata+xml"},
 }};
 
-// A millionth of the longest side, which is finer than the lattice steps we send.
+// A millionth of the longest side.
 constexpr int kDracoFileBits = 20;
+constexpr int kMaxDracoFileBits = 30;
 
 template <typename T>
 void append(std::string& bytes, const T& value) {
@@ -50,11 +50,15 @@ void append(std::string& bytes, const T& value) {
 
 // ---- the formats
 
-std::string ply(const PositionedMesh& mesh, const std::string& title, const std::string& name) {
+template <typename Positions>
+std::string ply(const PositionedMesh& mesh, const Positions& positions, const char* type,
+                const std::string& title, const std::string& name) {
   std::string file = "ply\nformat binary_little_endian 1.0\ncomment " + title + "\n";
   if (!name.empty()) file += "comment name " + name + "\n";
-  file += "element vertex " + std::to_string(mesh.positions.size()) +
-          "\nproperty float x\nproperty float y\nproperty float z\n";
+  file += "element vertex " + std::to_string(positions.size()) + "\n";
+  for (const char axis : {'x', 'y', 'z'}) {
+    file += std::string("property ") + type + ' ' + axis + '\n';
+  }
   if (!mesh.normals.empty()) file += "property float nx\nproperty float ny\nproperty float nz\n";
   if (!mesh.scalars.empty()) file += "property float scalar\n";
   if (!mesh.colors.empty()) {
@@ -62,10 +66,10 @@ std::string ply(const PositionedMesh& mesh, const std::string& title, const std:
   }
   file += "element face " + std::to_string(mesh.triangles.size()) +
           "\nproperty list uchar uint vertex_indices\nend_header\n";
-  file.reserve(file.size() + 12 * (mesh.positions.size() + mesh.normals.size()) +
+  file.reserve(file.size() + sizeof(positions[0]) * positions.size() + 12 * mesh.normals.size() +
                4 * mesh.scalars.size() + 3 * mesh.colors.size() + 13 * mesh.triangles.size());
-  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-    append(file, mesh.positions[i]);
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    append(file, positions[i]);
     if (!mesh.normals.empty()) append(file, mesh.normals[i]);
     if (!mesh.scalars.empty()) append(file, mesh.scalars[i]);
     if (!mesh.colors.empty()) append(file, mesh.colors[i]);
@@ -80,16 +84,16 @@ std::string ply(const PositionedMesh& mesh, const std::string& title, const std:
 // An 80-byte header that must not begin with "solid", the number of triangles, then 50 bytes per
 // triangle: normal, three corners, two unused bytes.
 std::string stl(const PositionedMesh& mesh, const std::string& title) {
+  require_floats(mesh, "STL");
+  const std::vector<std::array<float, 3>> floats = float_positions(mesh);
   std::string file = title;
   file.resize(80, ' ');
   file.reserve(84 + 50 * mesh.triangles.size());
   append(file, static_cast<std::uint32_t>(mesh.triangles.size()));
   for (const TriangleIndices& t : mesh.triangles) {
-    const Position& a = mesh.positions[t[0]];
-    const Position& b = mesh.positions[t[1]];
-    const Position& c = mesh.positions[t[2]];
-    append(file, unit_or_upwards(area_vector(a, b, c)));
-    for (const Position* corner : {&a, &b, &c}) append(file, *corner);
+    append(file, unit_or_upwards(area_vector(mesh.positions[t[0]], mesh.positions[t[1]],
+                                             mesh.positions[t[2]])));
+    for (const std::uint32_t corner : t) append(file, floats[corner]);
     append(file, std::uint16_t{0});
   }
   return file;
@@ -104,10 +108,12 @@ void append_text(std::string& file, Number number) {
 }
 
 // Appends a line for each vector: its name and three numbers.
-void append_lines(std::string& file, std::string_view name, const std::vector<Position>& vectors) {
-  for (const Position& vector : vectors) {
+template <typename Number>
+void append_lines(std::string& file, std::string_view name,
+                  const std::vector<std::array<Number, 3>>& vectors) {
+  for (const std::array<Number, 3>& vector : vectors) {
     file += name;
-    for (const float coordinate : vector) {
+    for (const Number coordinate : vector) {
       file += ' ';
       append_text(file, coordinate);
     }
@@ -120,7 +126,11 @@ std::string obj(const PositionedMesh& mesh, const std::string& title, const std:
   if (!name.empty()) file += "o " + name + "\n";
   file.reserve(file.size() + 40 * (mesh.positions.size() + mesh.normals.size()) +
                (mesh.normals.empty() ? 30 : 60) * mesh.triangles.size());
-  append_lines(file, "v", mesh.positions);
+  if (fits_in_floats(mesh)) {
+    append_lines(file, "v", float_positions(mesh));
+  } else {
+    append_lines(file, "v", mesh.positions);
+  }
   append_lines(file, "vn", mesh.normals);
   for (const TriangleIndices& t : mesh.triangles) {
     file += 'f';
@@ -134,6 +144,25 @@ std::string obj(const PositionedMesh& mesh, const std::string& title, const std:
     file += '\n';
   }
   return file;
+}
+
+// Draco rounds to the nearest step of the longest side's range, and to floats twice.
+std::string drc(const PositionedMesh& mesh) {
+  if (mesh.triangles.empty()) return {};
+  require_floats(mesh, "Draco");
+  const auto [low, high] = position_bounds(mesh.positions);
+  double range = 0;
+  double largest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    range = std::max(range, high[axis] - low[axis]);
+    largest = std::max({largest, std::abs(low[axis]), std::abs(high[axis])});
+  }
+  const double limit = *std::min_element(mesh.rounding_limits.begin(), mesh.rounding_limits.end());
+  int bits = kDracoFileBits;
+  const auto rounding = [&] { return std::ldexp(range, -bits - 1) + std::ldexp(largest, -23); };
+  while (bits < kMaxDracoFileBits && rounding() > limit) ++bits;
+  if (rounding() > limit) refuse_coordinates(mesh, "Draco", rounding());
+  return encode_draco_file(mesh, bits);
 }
 
 }  // namespace
@@ -158,7 +187,9 @@ std::string mesh_file(const PositionedMesh& mesh, MeshFormat format, const MeshF
   if (facts.name.label) title += ", label " + shortest_text(*facts.name.label);
   switch (format) {
     case MeshFormat::kPly:
-      return ply(mesh, title, facts.name.text);
+      return fits_in_floats(mesh)
+                 ? ply(mesh, float_positions(mesh), "float", title, facts.name.text)
+                 : ply(mesh, mesh.positions, "double", title, facts.name.text);
     case MeshFormat::kStl:
       return stl(mesh, title);
     case MeshFormat::kObj:
@@ -169,7 +200,7 @@ std::string mesh_file(const PositionedMesh& mesh, MeshFormat format, const MeshF
     case MeshFormat::kVtp:
       return vtp_file(mesh);
     case MeshFormat::kDrc:
-      return mesh.triangles.empty() ? std::string() : encode_draco_file(mesh, kDracoFileBits);
+      return drc(mesh);
   }
   return {};
 }

@@ -1,14 +1,17 @@
 // Mesh files for other programs: binary PLY and STL, OBJ, GLB (binary glTF 2.0), Draco, and VTK's
 // VTP.
 //
-// All formats hold float positions in the coordinates of the mesh. GLB files have a node matrix
-// that converts z-up to glTF's y-up and leave the positions unchanged.
+// No file moves a vertex by more than the mesh's rounding limits. PLY, OBJ and VTP have 64-bit
+// coordinates where floats would. GLB files have a node matrix that converts z-up to glTF's y-up
+// and, where necessary, moves the surface to its place. STL and Draco files are refused.
 #pragma once
 
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "common/dataset/physical_meaning.hpp"
 #include "common/dataset/surface_name.hpp"
@@ -33,6 +36,15 @@ struct MeshFileFacts {
   MeshCodec codec = MeshCodec::kNone;  // Of GLB files.
 };
 
+// The coordinates of a mesh do not fit into a format. The text says what would, except that
+// programs may also offer to move the mesh by `shift`, "X,Y,Z".
+class MeshCoordinatesError : public std::invalid_argument {
+ public:
+  MeshCoordinatesError(const std::string& text, std::string shift_of_mesh)
+      : std::invalid_argument(text), shift(std::move(shift_of_mesh)) {}
+  std::string shift;
+};
+
 enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc, kVtp };
 
 // Parses "ply", "stl", "obj", "glb", "drc" or "vtp", in either case, with or without a dot.
@@ -44,8 +56,9 @@ enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc, kVtp };
 // without a mesh), except DRC, which has no such form and gives no bytes. All formats but STL,
 // which has normals of triangles, include the mesh's normals; without them GLB gets smooth normals.
 // GLB has a double-sided material. PLY, GLB (see scene_file.hpp) and VTP include scalars and
-// colors; PLY, STL, OBJ and GLB include `facts`. DRC is quantized to 20 bits over the bounding box.
-// Throws std::system_error if the mesh exceeds a limit of the format (GLB: 4 GiB).
+// colors; PLY, STL, OBJ and GLB include `facts`. DRC is quantized over the bounding box, to 20 bits
+// or as many as the rounding limits need. Throws std::system_error if the mesh exceeds a limit of
+// the format (GLB: 4 GiB), MeshCoordinatesError if its coordinates do.
 [[nodiscard]] std::string mesh_file(const PositionedMesh& mesh, MeshFormat format,
                                     const MeshFileFacts& facts = {});
 

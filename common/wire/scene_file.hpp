@@ -26,13 +26,15 @@ struct ScenePart {
   const PositionedMesh* mesh = nullptr;
 };
 
-// Returns the bytes of the file. Each node has a matrix that converts z-up to glTF's y-up and
-// leaves the positions unchanged. Meshes without normals get smooth normals. Colors become COLOR_0,
-// in linear light as glTF requires. Scalars become _SCALAR if every vertex has one, as glTF has no
-// NaN. Materials are double-sided. The asset's extras have what is known of the positions' world:
-// "length_unit" and "space". With kMeshopt, positions are rounded to 1 / 65535 of the longest side
-// of their box (unless triangles would degenerate), by at most position_rounding(), normals to 8
-// bits and colors to 16. Throws std::system_error beyond glTF's 4 GiB.
+// Returns the bytes of the file. Each node has a matrix that converts z-up to glTF's y-up;
+// where floats would be too coarse for the positions, these are relative to the center of their
+// box, to which the matrix moves them. Closed surfaces are marked (EXT_mesh_manifold). Meshes
+// without normals get smooth normals. Colors become COLOR_0, in linear light as glTF requires.
+// Scalars become _SCALAR if every vertex has one, as glTF has no NaN. Materials are double-sided.
+// The asset's extras have what is known of the positions' world: "length_unit" and "space". With
+// kMeshopt, positions are rounded to 1 / 65535 of the longest side of their box (unless vertices
+// would coincide), by at most position_rounding(), normals to 8 bits and colors to 16. Throws
+// std::system_error beyond glTF's 4 GiB, and MeshCoordinatesError (mesh_files.hpp).
 [[nodiscard]] std::string scene_glb(std::span<const ScenePart> parts,
                                     const PhysicalMeaning& world = {},
                                     MeshCodec codec = MeshCodec::kNone);

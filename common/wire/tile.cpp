@@ -15,6 +15,7 @@
 #include <draco/compression/mesh/mesh_edgebreaker_decoder.h>
 #include <draco/mesh/mesh.h>
 
+#include "common/wire/detail/file_positions.hpp"
 #include "common/wire/detail/tile_payload.hpp"
 #include "common/wire/draco_primitive.hpp"
 
@@ -375,8 +376,8 @@ std::string encode_draco_file(const PositionedMesh& mesh, int position_bits) {
   // only six decimals.
   encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, position_bits);
   if (!mesh.normals.empty()) add_normals(encoder, kMaxNormalBits);
-  return encoded(encoder,
-                 *draco_mesh(mesh.positions, draco::DT_FLOAT32, mesh.triangles, mesh.normals));
+  return encoded(
+      encoder, *draco_mesh(float_positions(mesh), draco::DT_FLOAT32, mesh.triangles, mesh.normals));
 }
 
 }  // namespace multitetra

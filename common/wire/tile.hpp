@@ -89,8 +89,9 @@ struct TileNormals {
 // Rounds normals to those that decode_tile() returns after encoding with `bits` bits.
 void round_normals(std::vector<UnitVector>& normals, int bits);
 
-// Encodes a mesh with float positions as a Draco file (.drc) for other programs, quantized over its
-// bounding box to `position_bits` (1 to 30) bits, and its normals, if any, to kMaxNormalBits.
+// Encodes a mesh, its positions rounded to floats, as a Draco file (.drc) for other programs,
+// quantized over its bounding box to `position_bits` (1 to 30) bits, and its normals, if any, to
+// kMaxNormalBits.
 [[nodiscard]] std::string encode_draco_file(const PositionedMesh& mesh, int position_bits);
 
 }  // namespace multitetra

@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "server/certify/detail/closed_components.hpp"
+#include "server/certify/detail/component_partners.hpp"
 #include "server/certify/detail/missing_components.hpp"
 #include "server/certify/detail/reference_surface.hpp"
+#include "server/certify/detail/suggested_map.hpp"
 #include "server/dataset/dataset.hpp"
 
 namespace multitetra {
@@ -121,15 +123,9 @@ bool Certificate::keeps_topology() const {
          mesh.euler_characteristic == reference.euler_characteristic;
 }
 
-bool Certificate::keeps_orientation() const {
-  const ClosedComponents& all = closed_of_reference;
-  return (closed.outwards <= all.outwards && closed.inwards <= all.inwards) ||
-         (closed.outwards <= all.inwards && closed.inwards <= all.outwards);
-}
-
 bool Certificate::passes() const {
   return error != ErrorVerdict::kExceeded &&
-         (!is_topology_required || (keeps_topology() && keeps_orientation()));
+         (!is_topology_required || (keeps_topology() && keeps_components()));
 }
 
 Certificate certify(const TriangleMesh& mesh, const Volume& volume, const CertifyOptions& options) {
@@ -145,9 +141,14 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   certificate.grid = grid_info(volume, options.outside, options.margin);
   certificate.is_topology_required = !options.any_topology && !options.within;
   const Field field(volume, options.outside, options.margin);
-  const WeldedMesh own = welded(mesh);
+  WeldedMesh own = welded(mesh);
+  if (options.is_inside_out) {
+    for (TriangleIndices& t : own.mesh.triangles) std::swap(t[1], t[2]);
+  }
   const double voxel = voxel_length(certificate.grid);
-  certificate.rounding_allowance = float_rounding(own.mesh);
+  const double float_rounding = multitetra::float_rounding(own.mesh);
+  if (mesh.has_floats) certificate.rounding = float_rounding;
+  if (options.allow_rounding) certificate.rounding_allowance = certificate.rounding;
   if (options.lattice) {
     certificate.lattice_allowance = lattice_rounding_world(certificate.grid, *options.lattice);
   }
@@ -162,7 +163,13 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   const ReferenceSurface reference =
       reference_surface(field, certificate.grid, options.isovalue, choose);
   certificate.reference = reference.topology;
-  certificate.closed_of_reference = reference.closed;
+  certificate.closed_of_reference = counts_of(reference.facings);
+  for (const double diagonal : reference.removed_diagonals) {
+    if (diagonal < options.min_component) continue;
+    ++certificate.left_out.count;
+    certificate.left_out.largest_diagonal =
+        std::max(certificate.left_out.largest_diagonal, diagonal);
+  }
   certificate.nonmanifold_vertices_of_reference =
       nonmanifold_vertices(reference.mesh.vertices.size(), reference.mesh.triangles);
 
@@ -176,8 +183,8 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
         is_open[components.of_vertex[a]] = 1;
         return open_places.contain_edge(own.mesh.vertices[a], own.mesh.vertices[b]);
       });
-  certificate.closed =
-      closed_components(own.mesh, components, is_open, certificate.rounding_allowance);
+  const std::vector<Facing> facings = facings_of(own.mesh, components, is_open, float_rounding);
+  certificate.closed = counts_of(facings);
   certificate.nonmanifold_vertices =
       nonmanifold_vertices(own.mesh.vertices.size(), own.mesh.triangles);
 
@@ -190,6 +197,16 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   }
   certificate.distance = two_sided_distance(own.mesh, reference.mesh, search, options.within);
   if (search.limit) certificate.error = verdict(certificate, *search.limit);
+  if (certificate.is_topology_required && certificate.keeps_topology() &&
+      certificate.error != ErrorVerdict::kExceeded) {
+    const double within = options.error ? allowed : certificate.maximum_at_most();
+    certificate.faults = compared_components(
+        {own.mesh, components, facings}, {reference.mesh, reference.components, reference.facings},
+        within, voxel);
+  }
+  if (options.try_maps && certificate.maximum() > std::max(allowed, voxel)) {
+    certificate.suggestion = suggested_map(own.mesh, reference.mesh, certificate.grid, allowed);
+  }
   const bool is_mesh_near = certificate.distance.mesh_to_reference.maximum <= allowed;
   if (!certificate.passes() && is_mesh_near && !options.within) {
     certificate.missing = missing_components(reference, own.mesh, components, allowed);

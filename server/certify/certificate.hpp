@@ -9,12 +9,13 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 
 #include "common/dataset/dataset_info.hpp"
 #include "common/mesh/mesh_checks.hpp"
+#include "common/mesh/self_intersections.hpp"
+#include "common/mesh/triangle_mesh.hpp"
 #include "server/certify/clipped_mesh.hpp"
-#include "server/certify/self_intersections.hpp"
-#include "server/certify/triangle_mesh.hpp"
 #include "server/certify/two_sided_distance.hpp"
 #include "server/core/framework/volume.hpp"
 
@@ -38,6 +39,13 @@ struct CertifyOptions {
   std::optional<double> outside = std::nullopt;
   // Grid steps around the data.
   std::int32_t margin = 0;
+  // Also allows for the rounding of 32-bit coordinates in the mesh.
+  bool allow_rounding = false;
+  // Triangles of the mesh face high values, as those of some programs do.
+  bool is_inside_out = false;
+  // Looks for a usual map, such as from metres to millimetres, with which a mesh that is too far
+  // away would fit.
+  bool try_maps = false;
   // Number of samples per surface for mean and percentile.
   std::uint64_t samples = 200'000;
   // Called at the start of each stage: "full surface", "topology", "distances",
@@ -69,6 +77,31 @@ struct ClosedComponents {
   friend bool operator==(const ClosedComponents&, const ClosedComponents&) = default;
 };
 
+// Components of the mesh that differ from those of the full surface although distances and totals
+// agree.
+struct ComponentFaults {
+  std::uint64_t reversed = 0;      // Their triangles face the other side.
+  bool are_all_reversed = false;   // These are all components of the mesh.
+  std::uint64_t misplaced = 0;     // They lie on another side of a large component.
+  std::optional<Vec3> place = {};  // On the first of them.
+
+  [[nodiscard]] bool is_none() const { return reversed == 0 && misplaced == 0; }
+};
+
+// Components of the full surface that `min_component` leaves out of the comparison although their
+// diagonal is not below it: the allowed error may have moved them across the limit.
+struct LeftOutComponents {
+  std::uint64_t count = 0;
+  double largest_diagonal = 0;  // In samples.
+};
+
+// A map of the mesh's coordinates, as an option of the command, with which the measured distance of
+// its vertices is small.
+struct MapSuggestion {
+  std::string option;
+  double distance = 0;  // World units.
+};
+
 struct Certificate {
   DatasetInfo grid;  // Describes the volume.
   MeshTopology mesh;
@@ -84,12 +117,18 @@ struct Certificate {
   // Vertices of the mesh in places without samples around them.
   std::uint64_t vertices_beyond_data = 0;
   TwoSidedDistance distance;  // In world units.
-  // Tolerances for the lattice and for 32-bit coordinates, in world units.
+  // What is allowed for vertices on the lattice, in world units.
   double lattice_allowance = 0;
+  // The largest displacement of a vertex by rounding to 32 bits, if the mesh's coordinates are such
+  // numbers; allowed only if the options say so.
+  double rounding = 0;
   double rounding_allowance = 0;
   ErrorVerdict error = ErrorVerdict::kNotRequested;
   // Whether the mesh must have the topology of the full surface.
   bool is_topology_required = true;
+  ComponentFaults faults = {};
+  LeftOutComponents left_out = {};
+  std::optional<MapSuggestion> suggestion;
   // Set if missing components are the only reason for failure.
   std::optional<MissingComponents> missing;
   std::optional<SelfIntersections> self_intersections;
@@ -103,10 +142,10 @@ struct Certificate {
   // Returns whether the mesh has as many components, holes and handles as the full surface, and is
   // open only where the data end or at void samples.
   [[nodiscard]] bool keeps_topology() const;
-  // Returns whether no more closed components face outwards, nor inwards, than on the full surface,
-  // possibly after all of them are reversed.
-  [[nodiscard]] bool keeps_orientation() const;
-  // Returns whether no point was found beyond the error and, if required, topology and orientation
+  // Returns whether every component faces the side that its counterpart in the full surface faces,
+  // and lies inside the same components. Known only if the topology is kept and required.
+  [[nodiscard]] bool keeps_components() const { return faults.is_none(); }
+  // Returns whether no point was found beyond the error and, if required, topology and components
   // are kept.
   [[nodiscard]] bool passes() const;
 };

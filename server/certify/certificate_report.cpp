@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/base/json.hpp"
+#include "common/base/number_at_resolution.hpp"
 #include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
@@ -30,6 +31,7 @@ class Lengths {
   explicit Lengths(const DatasetInfo& grid)
       : voxel_(voxel_length(grid)), unit_(grid.meaning.length_unit) {}
 
+  [[nodiscard]] std::string voxels(double world) const { return digits(world / voxel_); }
   [[nodiscard]] std::string text(double world) const {
     if (std::isinf(world)) return "infinite";
     const std::string unit = unit_.empty() ? "units" : printable(unit_);
@@ -41,19 +43,30 @@ class Lengths {
   std::string unit_;
 };
 
-std::string place_text(const Vec3& place) {
-  return digits(place[0]) + ", " + digits(place[1]) + ", " + digits(place[2]);
+// To a hundredth of a voxel.
+std::string place_text(const Vec3& place, const Certificate& certificate) {
+  const double resolution = voxel_length(certificate.grid) / 100;
+  return number_at(place[0], resolution) + ", " + number_at(place[1], resolution) + ", " +
+         number_at(place[2], resolution);
+}
+
+// Returns "allowed: 0.05 error + 0.054 lattice = 0.104 voxels (0.052 mm)".
+std::string allowed_text(const Certificate& certificate, const CertifyOptions& options,
+                         const Lengths& lengths) {
+  double sum = *options.error;
+  std::string parts = lengths.voxels(sum) + " error";
+  const auto add = [&](double allowance, const char* name) {
+    sum += allowance;
+    if (allowance > 0) parts += " + " + lengths.voxels(allowance) + " " + name;
+  };
+  add(certificate.lattice_allowance, "lattice");
+  add(certificate.rounding_allowance, "rounding of 32-bit coordinates");
+  return "allowed: " + parts + " = " + lengths.text(sum);
 }
 
 std::string error_line(const Certificate& certificate, const CertifyOptions& options,
                        const Lengths& lengths) {
-  std::string allowed;
-  if (options.error) {
-    allowed = "allowed: " + lengths.text(*options.error);
-    if (options.lattice) {
-      allowed += " and " + lengths.text(certificate.lattice_allowance) + " for the lattice";
-    }
-  }
+  const std::string allowed = options.error ? allowed_text(certificate, options, lengths) : "";
   switch (certificate.error) {
     case ErrorVerdict::kNotRequested:
       return "not requested (--error): no point of either surface is farther from the other than " +
@@ -72,6 +85,18 @@ std::string error_line(const Certificate& certificate, const CertifyOptions& opt
   return {};
 }
 
+std::string faults_text(const Certificate& certificate) {
+  const ComponentFaults& faults = certificate.faults;
+  if (faults.are_all_reversed) {
+    return "all components are inside out: their triangles face high values. For meshes of "
+           "programs that orient them so: --inside-out";
+  }
+  const bool is_reversed = faults.reversed > 0;
+  return human_count_of(is_reversed ? faults.reversed : faults.misplaced, "component") +
+         (is_reversed ? " inside out" : " on another side of a larger one") +
+         (faults.place ? ", the first at " + place_text(*faults.place, certificate) : "");
+}
+
 std::string topology_line(const Certificate& certificate, const CertifyOptions& options) {
   if (options.within) return "not compared: only distances inside the box are";
   const bool is_kept = certificate.keeps_topology();
@@ -80,14 +105,10 @@ std::string topology_line(const Certificate& certificate, const CertifyOptions& 
            ", which is allowed";
   }
   if (!is_kept) return "NOT KEPT: see the table";
-  if (!certificate.keeps_orientation()) {
-    const ClosedComponents& all = certificate.closed_of_reference;
-    const std::int64_t reversed = std::max(certificate.closed.outwards - all.outwards,
-                                           certificate.closed.inwards - all.inwards);
-    return "NOT KEPT: " + human_count_of(static_cast<std::uint64_t>(reversed), "component") +
-           " inside out";
-  }
-  return std::string("kept: components and Euler characteristic are those of the full surface") +
+  if (!certificate.keeps_components()) return "NOT KEPT: " + faults_text(certificate);
+  return std::string(
+             "kept: components, their orientation and Euler characteristic are those of the full "
+             "surface") +
          (options.min_component > 0 ? ", without the components that --min-component leaves out"
                                     : "");
 }
@@ -118,7 +139,7 @@ std::string distances_text(const Certificate& certificate, const Lengths& length
                            "\"found\" meet.\n";
   return text_table(rows) + given_up + "The farthest point is on the " +
          (is_there ? "mesh" : "full surface") + ", at " +
-         place_text((is_there ? there : back).farthest) + " in world coordinates.\n";
+         place_text((is_there ? there : back).farthest, certificate) + " in world coordinates.\n";
 }
 
 std::string topology_text(const Certificate& certificate) {
@@ -159,7 +180,7 @@ std::string topology_text(const Certificate& certificate) {
     add_own("triangles with zero area", human_count(found.flat_triangles));
     if (found.triangles > 0) {
       return text_table(rows) + "A triangle that intersects others is at " +
-             place_text(found.place) + " in world coordinates.\n";
+             place_text(found.place, certificate) + " in world coordinates.\n";
     }
   } else {
     add_own("triangles that intersect others", "not counted (--self-intersections)");
@@ -181,12 +202,35 @@ std::string missing_text(const Certificate& certificate) {
   return text + "\n";
 }
 
+std::string left_out_text(const Certificate& certificate, const CertifyOptions& options) {
+  const LeftOutComponents& left_out = certificate.left_out;
+  if (left_out.count == 0) return {};
+  return "\n" + human_count_of(left_out.count, "component") + " of the full surface with up to " +
+         digits(left_out.largest_diagonal) + " samples, not below --min-component " +
+         shortest_text(options.min_component) +
+         ", are not in the mesh: the allowed error may have moved them across this limit. "
+         "Distances leave them out.\n";
+}
+
 // Suggests a cause of a failure.
-std::string hint(const Certificate& certificate, const CertifyOptions& options) {
+std::string hint(const Certificate& certificate, const CertifyOptions& options,
+                 const Lengths& lengths) {
   if (certificate.missing) return missing_text(certificate);
+  if (certificate.suggestion) {
+    return "\nThe mesh would be within " + lengths.text(certificate.suggestion->distance) +
+           " of the full surface, where measured, with " + certificate.suggestion->option + ".\n";
+  }
+  if (certificate.error == ErrorVerdict::kExceeded && !options.allow_rounding &&
+      certificate.maximum() <=
+          *options.error + certificate.lattice_allowance + certificate.rounding) {
+    return "\nThe excess is less than the rounding of the mesh's 32-bit coordinates, " +
+           lengths.text(certificate.rounding) +
+           " here, which --allow-rounding allows. PLY, OBJ and VTP files of `extract` have 64 bits "
+           "where these are needed.\n";
+  }
   const double rounded = lattice_rounding_world(certificate.grid, kDefaultLatticeResolution);
   if (certificate.error == ErrorVerdict::kExceeded && !options.lattice &&
-      certificate.maximum() <= *options.error + rounded + certificate.rounding_allowance) {
+      certificate.maximum() <= *options.error + rounded) {
     return "\nThe excess is less than the rounding of vertices in meshes of a server, which "
            "--lattice " +
            std::to_string(kDefaultLatticeResolution) + " allows.\n";
@@ -226,7 +270,14 @@ Json error_json(const Certificate& certificate, const CertifyOptions& options, d
       {"world", is_requested ? Json(*options.error) : Json(nullptr)},
       {"voxel", is_requested ? Json(*options.error / voxel) : Json(nullptr)},
       {"lattice_allowance_world", certificate.lattice_allowance},
-      {"rounding_allowance_world", certificate.rounding_allowance}};
+      {"rounding_allowance_world", certificate.rounding_allowance},
+      {"rounding_world", certificate.rounding}};
+}
+
+Json faults_json(const ComponentFaults& faults) {
+  return {{"reversed", faults.reversed},
+          {"misplaced", faults.misplaced},
+          {"place", faults.place ? Json(*faults.place) : Json(nullptr)}};
 }
 
 Json missing_json(const Certificate& certificate) {
@@ -280,8 +331,9 @@ std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
   }
   return std::string(headline(certificate)) + printable(files.mesh) + ", for the surface of " +
          printable(files.volume) + " at isovalue " + shortest_text(options.isovalue) + ".\n" +
-         text_table(rows) + "\n" + distances_text(certificate, lengths) + "\n" +
-         topology_text(certificate) + digests_text(files) + hint(certificate, options);
+         text_table(rows) + "\n" + distances_text(certificate, lengths) + "\n" + topology_text(certificate) +
+         digests_text(files) + left_out_text(certificate, options) +
+         hint(certificate, options, lengths);
 }
 
 Json json_of(const Certificate& certificate, const CertifiedFiles& files,
@@ -295,26 +347,32 @@ Json json_of(const Certificate& certificate, const CertifiedFiles& files,
   Json reference = json_of(certificate.reference);
   reference["nonmanifold_vertices"] = certificate.nonmanifold_vertices_of_reference;
   reference["closed_components"] = json_of(certificate.closed_of_reference);
-  Json json = {{"kept", certificate.passes()},
-               {"mesh_file", files.mesh},
-               {"volume", files.volume},
-               {"mesh_sha256", digest_json(files.mesh_sha256)},
-               {"volume_sha256", digest_json(files.volume_sha256)},
-               {"isovalue", options.isovalue},
-               {"geometry", geometry_json(certificate.grid.meaning)},
-               {"error", error_json(certificate, options, voxel)},
-               {"topology_kept", certificate.keeps_topology()},
-               {"orientation_kept", certificate.keeps_orientation()},
-               {"watertight", certificate.is_watertight()},
-               {"distances",
-                {{"mesh_to_full", json_of(certificate.distance.mesh_to_reference, voxel)},
-                 {"full_to_mesh", json_of(certificate.distance.reference_to_mesh, voxel)}}},
-               {"mesh", std::move(mesh)},
-               {"full_surface", std::move(reference)},
-               {"missing_components", missing_json(certificate)},
-               {"min_component", options.min_component},
-               {"box", box_json(options)},
-               {"self_intersections", nullptr}};
+  Json json = {
+      {"kept", certificate.passes()},
+      {"mesh_file", files.mesh},
+      {"volume", files.volume},
+      {"mesh_sha256", digest_json(files.mesh_sha256)},
+      {"volume_sha256", digest_json(files.volume_sha256)},
+      {"isovalue", options.isovalue},
+      {"geometry", geometry_json(certificate.grid.meaning)},
+      {"error", error_json(certificate, options, voxel)},
+      {"topology_kept", certificate.keeps_topology()},
+      {"orientation_kept", certificate.faults.reversed == 0},
+      {"components", faults_json(certificate.faults)},
+      {"watertight", certificate.is_watertight()},
+      {"distances",
+       {{"mesh_to_full", json_of(certificate.distance.mesh_to_reference, voxel)},
+        {"full_to_mesh", json_of(certificate.distance.reference_to_mesh, voxel)}}},
+      {"mesh", std::move(mesh)},
+      {"full_surface", std::move(reference)},
+      {"missing_components", missing_json(certificate)},
+      {"min_component", options.min_component},
+      {"left_out_above_min_component",
+       {{"count", certificate.left_out.count},
+        {"largest_diagonal", certificate.left_out.largest_diagonal}}},
+      {"fits_with", certificate.suggestion ? Json(certificate.suggestion->option) : Json(nullptr)},
+      {"box", box_json(options)},
+      {"self_intersections", nullptr}};
   if (certificate.self_intersections) {
     const SelfIntersections& found = *certificate.self_intersections;
     json["self_intersections"] = {{"triangles", found.triangles},

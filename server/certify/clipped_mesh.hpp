@@ -2,8 +2,8 @@
 #pragma once
 
 #include "common/base/affine.hpp"
+#include "common/mesh/triangle_mesh.hpp"
 #include "common/request/local_thresholds.hpp"
-#include "server/certify/triangle_mesh.hpp"
 
 namespace multitetra {
 

@@ -1,11 +1,12 @@
 #include "server/certify/mesh_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <iterator>
 #include <new>
+#include <optional>
 
 #include "common/base/open_file.hpp"
 #include "common/base/parse_number.hpp"
@@ -15,7 +16,7 @@
 #include "common/sandbox/packed.hpp"
 #include "common/sandbox/sandbox.hpp"
 #include "common/wire/mesh_files.hpp"
-#include "server/certify/detail/mesh_bytes.hpp"
+#include "common/wire/mesh_readers.hpp"
 #include "server/certify/detail/vtp_reader.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
@@ -24,23 +25,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kSpaces = " \t\r\n\v\f";
-
 std::string contents_of(const fs::path& file) {
   const OpenFile opened(file);
   if (!opened.regular_size()) fail_reading(file, "the file does not exist", "Check its name");
   auto bytes = opened.content(SIZE_MAX);
   if (!bytes) fail_reading(file, "it cannot be read", "Check the disk");
   return *std::move(bytes);
-}
-
-template <typename Number>
-Number number_from(std::string_view word, const char* kind) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  const auto number = parse_number<Number>(word);
-  if (!number)
-    throw MeshFileError("'" + std::string(word.substr(0, 40)) + "' is not a valid " + kind);
-  return *number;
 }
 
 // Returns the text after the title of our files in the same line: ", lattice 5, min_component 12".
@@ -73,49 +63,79 @@ TriangleMesh with_facts(TriangleMesh mesh, std::string_view file) {
   return mesh;
 }
 
-TriangleMesh read(const fs::path& file) {
-  const std::string suffix = lower_case(file.extension().string());
-  if (suffix == ".vtp") return read_vtp(file);
-  const std::string bytes = contents_of(file);
-  if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) {
-    return with_facts(read_ply(bytes), bytes);
+// Returns the format that the content shows, or nullopt.
+std::optional<MeshFormat> format_by_content(std::string_view bytes) {
+  constexpr std::size_t kWithin = 4096;
+  if (bytes.starts_with("glTF")) return MeshFormat::kGlb;
+  if (bytes.starts_with("DRACO")) return MeshFormat::kDrc;
+  if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return MeshFormat::kPly;
+  constexpr std::size_t kStlHeader = 84;
+  if (bytes.size() >= kStlHeader) {
+    std::uint32_t triangles = 0;
+    std::memcpy(&triangles, bytes.data() + kStlHeader - 4, sizeof triangles);
+    if (bytes.size() == kStlHeader + std::size_t{50} * triangles) return MeshFormat::kStl;
   }
-  if (bytes.starts_with("glTF")) return read_glb(bytes);
-  if (bytes.starts_with("DRACO")) return read_draco(bytes);
-  if (suffix == ".stl") return with_facts(read_stl(bytes), bytes);
-  if (suffix == ".obj") return with_facts(read_obj(bytes), bytes);
-  throw MeshFileError("its format is not one of PLY, STL, OBJ, GLB, DRC and VTP");
+  std::string_view text = bytes.substr(0, kWithin);
+  if (text.find("<VTKFile") != text.npos) return MeshFormat::kVtp;
+  while (!text.empty()) {
+    std::string_view line = take_line(text);
+    const std::size_t begin = line.find_first_not_of(" \t\r");
+    if (begin == line.npos || line[begin] == '#') continue;
+    line.remove_prefix(begin);
+    const std::string word = lower_case(line.substr(0, line.find_first_of(" \t\r")));
+    if (word == "solid") return MeshFormat::kStl;
+    constexpr std::array<std::string_view, 10> kObjWords = {"v", "vn",     "vt",     "f", "o",
+                                                            "g", "mtllib", "usemtl", "s", "l"};
+    const bool is_obj = std::find(kObjWords.begin(), kObjWords.end(), word) != kObjWords.end();
+    return is_obj ? std::optional(MeshFormat::kObj) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+TriangleMesh read(const fs::path& file) {
+  const std::optional<MeshFormat> by_suffix = mesh_format_from(file.extension().string());
+  if (by_suffix == MeshFormat::kVtp) return read_vtp(file);
+  const std::string bytes = contents_of(file);
+  const std::optional<MeshFormat> by_content = format_by_content(bytes);
+  const bool has_no_signature = by_suffix == MeshFormat::kStl || by_suffix == MeshFormat::kObj;
+  const std::optional<MeshFormat> format = by_content || !has_no_signature ? by_content : by_suffix;
+  if (!format) {
+    throw MeshFileError(
+        "its format is unknown: it begins with neither 'ply', 'glTF', 'DRACO' nor 'solid', has no "
+        "'<VTKFile', no lines of OBJ and not the length of binary STL, and its name ends in "
+        "neither .stl nor .obj");
+  }
+  switch (*format) {
+    case MeshFormat::kPly:
+      return with_facts(read_ply(bytes), bytes);
+    case MeshFormat::kStl:
+      return with_facts(read_stl(bytes), bytes);
+    case MeshFormat::kObj:
+      return with_facts(read_obj(bytes), bytes);
+    case MeshFormat::kGlb:
+      return read_glb(bytes);
+    case MeshFormat::kDrc:
+      return read_draco(bytes);
+    case MeshFormat::kVtp:
+      return read_vtp(file);
+  }
+  return {};
 }
 
 }  // namespace
 
-std::string_view MeshBytes::take_word() {
-  rest_.remove_prefix(std::min(rest_.find_first_not_of(kSpaces), rest_.size()));
-  const std::string_view word = rest_.substr(0, rest_.find_first_of(kSpaces));
-  rest_.remove_prefix(word.size());
-  return word;
-}
-
-double MeshBytes::take_decimal() {
-  const std::string_view word = take_word();
-  if (word.empty()) throw MeshFileError("it ends too early");
-  return decimal_from(word);
-}
-
-double decimal_from(std::string_view word) { return number_from<double>(word, "number"); }
-std::int64_t integer_from(std::string_view word) {
-  return number_from<std::int64_t>(word, "integer");
-}
-
 namespace {
 
-void check_vertices(const TriangleMesh& mesh) {
+// Checks the vertices, and finds whether all are floats.
+void check_vertices(TriangleMesh& mesh) {
+  mesh.has_floats = true;
   for (const Vec3& vertex : mesh.vertices) {
     // Larger coordinates make squared lengths overflow or meaningless.
     constexpr double kMaxVertexCoordinate = 1e100;
     for (const double coordinate : vertex) {
       if (!(std::abs(coordinate) < kMaxVertexCoordinate))
         throw MeshFileError("a coordinate is not a number");
+      mesh.has_floats = mesh.has_floats && double{static_cast<float>(coordinate)} == coordinate;
     }
   }
 }

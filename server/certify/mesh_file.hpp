@@ -7,12 +7,12 @@
 
 #include <filesystem>
 
-#include "server/certify/triangle_mesh.hpp"
+#include "common/mesh/triangle_mesh.hpp"
 
 namespace multitetra {
 
 // Reads all triangles of the file, in its coordinates. Cuts polygons into fans; ignores everything
-// that is not a surface. Recognizes the format by its signature if it has one, else by its suffix.
+// that is not a surface. Recognizes the format by its content if that shows it, else by its suffix.
 // Applies the transforms of nodes of a glTF scene, and turns glTF's y-up to z-up. Our PLY, STL and
 // OBJ files name the lattice of their vertices.
 //

@@ -11,8 +11,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "common/mesh/triangle_mesh.hpp"
 #include "server/certify/clipped_mesh.hpp"
-#include "server/certify/triangle_mesh.hpp"
 
 namespace multitetra {
 

@@ -33,8 +33,11 @@ struct CertifyArguments {
   std::optional<double> min_component;
   bool any_topology = false;
   bool self_intersections = false;
-  std::vector<double> box;  // X0,Y0,Z0,X1,Y1,Z1; empty: everywhere.
-  std::string outside;      // Empty: not given.
+  bool allow_rounding = false;
+  bool is_inside_out = false;
+  std::vector<double> shift;  // X,Y,Z; empty: none.
+  std::vector<double> box;    // X0,Y0,Z0,X1,Y1,Z1; empty: everywhere.
+  std::string outside;        // Empty: not given.
   std::optional<int> margin;
   std::string coordinates = "world";
   std::string space = "native";
@@ -49,14 +52,17 @@ struct CertifyArguments {
 // Returns the map from the mesh's coordinates to the volume's world.
 Affine mesh_to_world(const CertifyArguments& arguments, const Volume& volume) {
   if (arguments.coordinates == "index") {
-    if (arguments.space != "native") {
+    if (arguments.space != "native" || !arguments.shift.empty()) {
       throw std::invalid_argument(
-          "--space applies to world coordinates only, not to --coordinates index.");
+          "--space and --shift apply to world coordinates only, not to --coordinates index.");
     }
     return volume.index_to_world;
   }
   Affine map;
-  for (std::size_t axis = 0; axis < 3; ++axis) map.columns[axis][axis] = arguments.scale;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    map.columns[axis][axis] = arguments.scale;
+    if (!arguments.shift.empty()) map.translation[axis] = -arguments.scale * arguments.shift[axis];
+  }
   if (arguments.space == "native") return map;
   if (volume.meaning.space == WorldSpace::kUnnamed) {
     throw std::invalid_argument(
@@ -65,7 +71,10 @@ Affine mesh_to_world(const CertifyArguments& arguments, const Volume& volume) {
   if (volume.meaning.space == (arguments.space == "lps" ? WorldSpace::kLps : WorldSpace::kRas)) {
     return map;
   }
-  for (std::size_t axis = 0; axis < 2; ++axis) map.columns[axis][axis] = -arguments.scale;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    map.columns[axis][axis] = -arguments.scale;
+    map.translation[axis] = -map.translation[axis];
+  }
   return map;
 }
 
@@ -116,6 +125,10 @@ int run_certify(const CertifyArguments& arguments) {
                          .lattice = arguments.lattice,
                          .any_topology = arguments.any_topology,
                          .count_self_intersections = arguments.self_intersections,
+                         .allow_rounding = arguments.allow_rounding,
+                         .is_inside_out = arguments.is_inside_out,
+                         .try_maps = arguments.coordinates == "world" && arguments.scale == 1 &&
+                                     arguments.space == "native" && arguments.shift.empty(),
                          .samples = arguments.samples};
   Progress progress("certify", arguments.self_intersections ? 6 : 5,
                     arguments.quiet || arguments.json);
@@ -192,6 +205,10 @@ void add_certify_command(Command& program, Run& run) {
                     "Check the distance only, not components, holes and cracks");
   command->add_flag("--self-intersections", a->self_intersections,
                     "Count self-intersecting triangles, exactly; touching ones count");
+  command->add_flag("--allow-rounding", a->allow_rounding,
+                    "Also allow for the rounding of 32-bit coordinates in the mesh");
+  command->add_flag("--inside-out", a->is_inside_out,
+                    "Triangles of the mesh face high values, as some programs write them");
   add_threads_option(*command, a->threads);
   command->add_flag("--json", a->json, "Print a JSON report");
   command->add_flag("--quiet", a->quiet, "Print errors and notices about the data only");
@@ -229,6 +246,12 @@ void add_certify_command(Command& program, Run& run) {
                    "a volume in mm")
       ->within(1e-9, 1e9)
       ->capture_default_str();
+  command
+      ->add_option("--shift", a->shift,
+                   "The mesh's world coordinates were shifted by this, as by --shift of `extract`")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("X,Y,Z");
   command
       ->add_option("--samples", a->samples,
                    "Sample points of each surface for the mean and the 99th percentile; the "

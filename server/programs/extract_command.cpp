@@ -17,7 +17,6 @@
 #include "common/cli/surface_options.hpp"
 #include "common/cli/terminal.hpp"
 #include "common/mesh/content_digest.hpp"
-#include "common/mesh/lattice_intersections.hpp"
 #include "common/request/lattice_limit.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/request/threshold_shrinking.hpp"
@@ -157,6 +156,7 @@ struct Extraction {
   ReferenceModel reference = {};
   OutputSurface output = {};
   std::string file = {};
+  WrittenMesh written = {};
 };
 
 // Returns a file for each isovalue; a GLB contains all surfaces.
@@ -232,9 +232,6 @@ Extraction extracted(const ExtractArguments& arguments, const std::string& file,
       .simplification_bound = simplification_bound(result.surface)};
   for (TileMesh& tile : result.surface.tiles) tile.mesh = {};  // Only their number is reported.
   result.content = digest(mesh);
-  if (measured.simplification_bound > 0) {
-    measured.self_intersecting = lattice_intersections(mesh).triangles;
-  }
   if (arguments.json || !arguments.report.empty()) {
     measure(measured, mesh, arguments.surface, request, info, !arguments.level);
     notices.add(volume_notice(*measured.measures, measured.distance_bound));
@@ -245,14 +242,11 @@ Extraction extracted(const ExtractArguments& arguments, const std::string& file,
   colors.paint(extraction.output.mesh);
   const std::string left_out = removed_text(extraction.output);
   if (!left_out.empty()) notices.add("The file has " + left_out + ".");
-  if (format_of(file) == MeshFormat::kStl) {
-    notices.add(printing_notices(file, extraction.output, measured.self_intersecting.value_or(0)));
-  }
   return extraction;
 }
 
-void write_meshes(const std::vector<Extraction>& surfaces, const DatasetInfo& info,
-                  MeshCodec codec) {
+void write_meshes(std::vector<Extraction>& surfaces, const DatasetInfo& info, MeshCodec codec,
+                  Notices& notices) {
   const auto name_of = [&](const Extraction& surface) {
     SurfaceName name = surface_name(info);
     if (surfaces.size() > 1) {
@@ -265,7 +259,20 @@ void write_meshes(const std::vector<Extraction>& surfaces, const DatasetInfo& in
   for (const Extraction& surface : surfaces) {
     files.push_back({.file = surface.file, .name = name_of(surface), .surface = &surface.output});
   }
-  write_surfaces(files, format_of(surfaces.front().file), codec);
+  const MeshFormat format = format_of(surfaces.front().file);
+  const bool is_simplified = std::any_of(surfaces.begin(), surfaces.end(), [](const auto& one) {
+    return one.result.measured.simplification_bound > 0;
+  });
+  const std::vector<WrittenMesh> written = write_surfaces(files, format, codec, is_simplified);
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    Extraction& surface = surfaces[i];
+    surface.written = written[i];
+    if (const auto& crossing = written[i].self_intersections) {
+      surface.result.measured.self_intersecting = crossing->triangles;
+    }
+    if (format == MeshFormat::kStl)
+      notices.add(printing_notices(surface.file, surface.written, info));
+  }
 }
 
 int extract(const ExtractArguments& arguments) {
@@ -297,7 +304,7 @@ int extract(const ExtractArguments& arguments) {
     for (const Extraction& surface : surfaces) {
       reports.push_back(json_of(surface.result, arguments, notices.texts(), progress.seconds()));
       colors.describe(reports.back());
-      if (is_written) add_file(reports.back(), surface.file, surface.output);
+      if (is_written) add_file(reports.back(), surface.file, surface.output, surface.written);
     }
     const Json report = surfaces.size() == 1 ? reports.front() : Json{{"surfaces", reports}};
     write_report(report, arguments);
@@ -309,7 +316,7 @@ int extract(const ExtractArguments& arguments) {
     throw ExitError(kEmptySurface, not_written_text(surface.file));
   }
   progress.begin("file");
-  write_meshes(surfaces, info, arguments.surface.query.codec);
+  write_meshes(surfaces, info, arguments.surface.query.codec, notices);
   notices.add(larger_file_notice(arguments.output, arguments.surface.query.request.max_bytes));
   if (has_model_file) {
     progress.begin("model_file");

@@ -29,6 +29,7 @@ Json json_of(const ExtractResult& result, const ExtractArguments& arguments,
   report["parameters"] = json_of(result.request);
   report["parameters"]["coordinates"] = name(arguments.surface.query.coordinates);
   report["parameters"]["errors"] = arguments.errors;
+  if (!arguments.surface.shift.empty()) report["parameters"]["shift"] = arguments.surface.shift;
   if (arguments.level) report["parameters"]["level"] = *arguments.level;
   report["notices"] = notices;
   report["mesh_file"] = nullptr;

@@ -16,7 +16,6 @@
 #include "common/cli/output_files.hpp"
 #include "common/cli/surface_files.hpp"
 #include "common/cli/terminal.hpp"
-#include "common/mesh/lattice_intersections.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/request/isosurface_request.hpp"
 #include "common/request/request_notices.hpp"
@@ -51,6 +50,7 @@ struct ExtractedSurface {
   std::size_t common_triangles = 0;
   OutputSurface output;
   std::string file;
+  WrittenMesh written = {};
 };
 
 Json json_of(const ExtractedSurface& surface) {
@@ -58,9 +58,13 @@ Json json_of(const ExtractedSurface& surface) {
   if (const auto label = surface_name(*surface.info).label) report["label"] = *label;
   report.update(json_of(surface.measured));
   report["common_triangles"] = surface.common_triangles;
-  add_file(report, surface.file, surface.output);
+  add_file(report, surface.file, surface.output, surface.written);
   if (surface.file.empty()) report["mesh_file"] = nullptr;
   return report;
+}
+
+bool has_report(const ExtractSeriesArguments& arguments) {
+  return arguments.json || !arguments.report.empty();
 }
 
 // Writes the files. Unless `allow_empty` is set, clears the names of those without any triangle,
@@ -72,8 +76,20 @@ void write_meshes(const ExtractSeriesArguments& arguments, std::vector<Extracted
     files.push_back({.file = one.file, .name = surface_name(*one.info), .surface = &one.output});
   }
   if (!surface.allow_empty) notices.add(leave_out_empty_files(files));
-  for (std::size_t i = 0; i < files.size(); ++i) surfaces[i].file = files[i].file;
-  write_surfaces(files, arguments.format, surface.query.codec);
+  const bool is_for_printing = arguments.format == MeshFormat::kStl;
+  const bool counts_intersections =
+      surface.query.request.simplify && (has_report(arguments) || is_for_printing);
+  const std::vector<WrittenMesh> written =
+      write_surfaces(files, arguments.format, surface.query.codec, counts_intersections);
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    surfaces[i].file = files[i].file;
+    surfaces[i].written = written[i];
+    if (const auto& crossing = written[i].self_intersections) {
+      surfaces[i].measured.self_intersecting = crossing->triangles;
+    }
+    if (is_for_printing)
+      notices.add(printing_notices(surfaces[i].file, written[i], *surfaces[i].info));
+  }
 }
 
 void print_facts(const ExtractedSurface& surface) {
@@ -121,10 +137,6 @@ TouchingSurfaces extract_by_time(const std::vector<DatasetPtr>& datasets,
   return all;
 }
 
-bool has_report(const ExtractSeriesArguments& arguments) {
-  return arguments.json || !arguments.report.empty();
-}
-
 // Checks and measures a mesh, and makes its output. Adds notices that name the surface.
 void check(ExtractedSurface& one, Simplified simplified, const ExtractSeriesArguments& arguments,
            const SurfaceArguments& surface, const IsosurfaceRequest& request,
@@ -136,10 +148,6 @@ void check(ExtractedSurface& one, Simplified simplified, const ExtractSeriesArgu
   measured.topology = topology(simplified.mesh, data_border(*one.info, request.lattice_resolution,
                                                             request.topology_tolerance));
   measured.simplification_bound = simplified.bound;
-  const bool is_for_printing = arguments.format == MeshFormat::kStl;
-  if (request.simplify && (has_report(arguments) || is_for_printing)) {
-    measured.self_intersecting = lattice_intersections(simplified.mesh).triangles;
-  }
   if (has_report(arguments)) {
     measure(measured, simplified.mesh, surface, request, *one.info);
     for (const std::string& text : volume_notice(*measured.measures, measured.distance_bound)) {
@@ -149,9 +157,6 @@ void check(ExtractedSurface& one, Simplified simplified, const ExtractSeriesArgu
   colors.add_scalars(simplified.mesh, *one.info, notices, arguments.quiet);
   one.output = output_surface(simplified.mesh, surface, *one.info);
   colors.paint(one.output.mesh);
-  if (is_for_printing) {
-    notices.add(printing_notices(one.file, one.output, measured.self_intersecting.value_or(0)));
-  }
   if (measured.topology.triangles == 0) {
     add_notice(": " + empty_surface_text(request, *one.info));
   }

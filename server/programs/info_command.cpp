@@ -96,19 +96,19 @@ void print_facts(const std::string& place, const PreparedFile& file) {
   line("world axes", info.meaning.space == WorldSpace::kUnnamed
                          ? "those of the file"
                          : std::string(name(info.meaning.space)));
-  line("origin", vector_text(info.index_to_world.translation));
+  line("origin", human_place(info.index_to_world.translation, info));
   line("x, y, z axes", "(" + vector_text(info.index_to_world.columns[0]) + "), (" +
                            vector_text(info.index_to_world.columns[1]) + "), (" +
                            vector_text(info.index_to_world.columns[2]) + ") per sample");
-  line("values", with_unit(human_number(info.min) + " to " + human_number(info.max),
+  line("values", with_unit(human_value(info.min, info) + " to " + human_value(info.max, info),
                            info.meaning.value_unit));
   if (info.display_window) {
-    line("display window", with_unit(human_number(info.display_window->low) + " to " +
-                                         human_number(info.display_window->high),
+    line("display window", with_unit(human_value(info.display_window->low, info) + " to " +
+                                         human_value(info.display_window->high, info),
                                      info.meaning.value_unit));
   }
   line("void samples", human_count(info.void_samples) + " (NaN: no surface there)");
-  line("outside", info.outside ? human_number(*info.outside) + " (value beyond the data)"
+  line("outside", info.outside ? shortest_text(*info.outside) + " (value beyond the data)"
                                : "void (surfaces end at the last sample)");
   line("margin", std::to_string(info.margin) + (info.margin == 1 ? " layer" : " layers") +
                      " of samples around the data");

@@ -8,6 +8,7 @@ namespace multitetra {
 
 void measure(MeasuredSurface& surface, const LatticeMesh& mesh, const SurfaceArguments& arguments,
              const IsosurfaceRequest& request, const DatasetInfo& info, bool is_bounded) {
+  surface.open_reason = open_reason(info);
   surface.measures = measures_from(mesh, arguments.query.min_component, grid_to_world(info));
   is_bounded =
       is_bounded && request.topology_tolerance == 0 && request.measure == ErrorMeasure::kCertified;
@@ -20,17 +21,12 @@ void measure(MeasuredSurface& surface, const LatticeMesh& mesh, const SurfaceArg
 Json json_of(const MeasuredSurface& surface) {
   Json report = json_of(surface.topology);
   report["simplification_bound_world"] = surface.simplification_bound;
-  report.update(json_of(surface.measures, surface.distance_bound, surface.is_full_resolution));
+  report.update(json_of(surface.measures, surface.distance_bound, surface.is_full_resolution,
+                        surface.open_reason));
   if (surface.self_intersecting) {
     report["self_intersecting_triangles"] = *surface.self_intersecting;
   }
   return report;
-}
-
-void add_file(Json& report, const std::string& file, const OutputSurface& output) {
-  report["mesh_file"] = file;
-  report["components_written"] = output.components;
-  report["triangles_written"] = output.mesh.triangles.size();
 }
 
 }  // namespace multitetra

@@ -14,13 +14,15 @@ namespace multitetra {
 struct MeasuredSurface {
   MeshTopology topology = {};
   double simplification_bound = 0;  // World units.
-  // Only simplification can cause self-intersections; absent without it.
+  // Triangles in the file that intersect others. Only simplification can cause them; absent
+  // without it.
   std::optional<std::size_t> self_intersecting = {};
   // The measures of the components in the file.
   std::optional<SurfaceMeasures> measures = {};
   // In world units, including the lattice; absent if unbounded.
   std::optional<double> distance_bound = {};
   bool is_full_resolution = false;
+  std::string open_reason = {};  // See json_report.hpp.
 };
 
 // Adds area, volume and their bounds. `is_bounded` is whether the request's error bounds the
@@ -32,8 +34,5 @@ void measure(MeasuredSurface& surface, const LatticeMesh& mesh, const SurfaceArg
 // Keys: those of topology and measures, simplification_bound_world, self_intersecting_triangles if
 // there is a number.
 [[nodiscard]] Json json_of(const MeasuredSurface& surface);
-
-// Adds the keys of the file: mesh_file, components_written, triangles_written.
-void add_file(Json& report, const std::string& file, const OutputSurface& output);
 
 }  // namespace multitetra

@@ -17,7 +17,7 @@ namespace multitetra {
 namespace {
 
 // The version of the output. Increase it when equal requests give different bytes.
-constexpr std::string_view kFormVersion = "8";
+constexpr std::string_view kFormVersion = "9";
 
 // Meshes above this size take noticeable time.
 constexpr std::uint64_t kManyTriangles = 200'000;

@@ -28,15 +28,15 @@ double coverage_where_pixel(double error, double diameter) {
 }
 
 double diagonal(const PositionedMesh& mesh) {
-  std::array<float, 3> low = mesh.positions.front();
-  std::array<float, 3> high = low;
-  for (const std::array<float, 3>& position : mesh.positions) {
+  Vec3 low = mesh.positions.front();
+  Vec3 high = low;
+  for (const Vec3& position : mesh.positions) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       low[axis] = std::min(low[axis], position[axis]);
       high[axis] = std::max(high[axis], position[axis]);
     }
   }
-  return std::hypot(double{high[0]} - low[0], double{high[1]} - low[1], double{high[2]} - low[2]);
+  return length(difference(high, low));
 }
 
 }  // namespace

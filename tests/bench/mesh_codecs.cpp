@@ -18,8 +18,9 @@ namespace multitetra {
 
 EncodedMesh encoded_by_draco(const PlainMesh& mesh) {
   if (mesh.triangles.empty()) return {.bytes = 0, .decode = [] {}};
-  const auto bytes = std::make_shared<const std::string>(
-      encode_draco_file({.positions = mesh.positions, .triangles = mesh.triangles}, kPeerBits));
+  PositionedMesh placed{.positions = {}, .triangles = mesh.triangles};
+  for (const auto& position : mesh.positions) placed.positions.push_back(vec3(position));
+  const auto bytes = std::make_shared<const std::string>(encode_draco_file(placed, kPeerBits));
   return {.bytes = bytes->size(), .decode = [bytes] {
             draco::DecoderBuffer buffer;
             buffer.Init(bytes->data(), bytes->size());
@@ -29,7 +30,6 @@ EncodedMesh encoded_by_draco(const PlainMesh& mesh) {
             }
           }};
 }
-
 
 namespace {
 
@@ -183,6 +183,5 @@ PlainMesh simplified_by_meshoptimizer(const PlainMesh& mesh, double error) {
   }
   return result;
 }
-
 
 }  // namespace multitetra

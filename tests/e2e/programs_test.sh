@@ -155,6 +155,33 @@ head -c 20000 /dev/zero | tr '\0' 'x' >long.raw
 "$server" prepare long.raw --dims 5000,2,2 -o long.mtd --quiet
 ends 2 "at most 7" "$server" extract long.mtd --isovalue 1 --error 1 --lattice 8 -o x.ply
 
+# --- the file is what its report says, far from the origin, too
+"$server" prepare sphere.nrrd --origin 500000,5400000,120 --spacing 0.5,0.5,0.5 -o far.mtd --force --quiet
+for format in ply obj vtp glb; do
+  "$server" extract far.mtd --isovalue 0 --error 0 -o "far.$format" --json --quiet >far.json
+  "$server" certify "far.$format" --volume far.mtd --isovalue 0 --error 0 --lattice 5 --json --quiet >certificate.json
+  python3 - <<'END' || fail "far.$format is not what its report says: $(cat far.json certificate.json)"
+import json
+report, found = json.load(open("far.json")), json.load(open("certificate.json"))
+assert found["kept"] and report["written"]["degenerate_triangles"] == 0
+for key in "triangles", "vertices", "euler_characteristic", "components", "nonmanifold_edges":
+    assert report[key] == report["written"][key] == found["mesh"][key], key
+END
+done
+for format in stl drc; do
+  ends 2 "--coordinates index, or --shift -500000,-5400000," "$server" extract far.mtd --isovalue 0 --error 0 -o "far.$format"
+  "$server" extract far.mtd --isovalue 0 --error 0 --shift -500000,-5400000,0 -o "far.$format" --report far.json --quiet
+  grep -q '"shift"' far.json || fail "the shift is not in the report"
+  "$server" certify "far.$format" --volume far.mtd --isovalue 0 --error 0 --lattice 5 --shift -500000,-5400000,0 --quiet
+done
+printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 2 2 1\nencoding: ascii\n\n1 2 3 4\n' >slice.nrrd
+ends 2 "a single slice has no surface" "$server" prepare slice.nrrd -o never.mtd
+"$server" prepare slice.nrrd --outside 0 --margin 1 -o slice.mtd --quiet
+printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n%s\n' "$(yes nan | head -8 | tr '\n' ' ')" >void.nrrd
+ends 2 "all its samples are void" "$server" prepare void.nrrd -o never.mtd
+printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n%s\n' "$(yes 1152921504606846976 | head -8 | tr '\n' ' ')" >constant.nrrd
+"$server" prepare constant.nrrd -o constant.mtd --quiet
+
 # --- serving and fetching
 start server "$server" serve . --tcp 127.0.0.1:0 --http 127.0.0.1:0
 url=$(url_of server tcp)
@@ -169,7 +196,15 @@ for dataset in gyroid head torus; do
       [ "$(last_value report.json content_digest)" = "$(value extract.json content_digest)" ] ||
         fail "$dataset at error $error: the fetched mesh is not the one extracted with $threads threads"
     done
-    [ "$(stat -c %s fetched.ply)" = "$(stat -c %s extracted.ply)" ] || fail "$dataset: the files differ in size"
+    # All ways to a file give the same bytes.
+    for format in ply glb obj vtp; do
+      "$client" fetch --server "$url" --dataset "$dataset" --error "$error" -o "fetched.$format" --quiet
+      "$server" extract "$dataset.mtd" --error "$error" -o "extracted.$format" --quiet
+      python3 -c 'import sys, urllib.request; open(sys.argv[2], "wb").write(urllib.request.urlopen(sys.argv[1]).read())' \
+        "$(url_of server http)/v1/datasets/$dataset/isosurface?format=$format&error=$error" "served.$format"
+      cmp "fetched.$format" "extracted.$format" || fail "$dataset at error $error: fetch and extract write different bytes"
+      cmp "served.$format" "extracted.$format" || fail "$dataset at error $error: HTTP and extract send different bytes"
+    done
   done
 done
 ls steps/step_0.ply >/dev/null || fail "no saved step"
@@ -252,7 +287,7 @@ ends 2 "#dd8265" "$client" snapshot $two --surface-color red -o never.png
 
 # Files to print have notices of open edges and self-intersections, others have not.
 for command in "$client fetch --server $url --dataset marschner-lobb" "$server extract marschner-lobb.mtd"; do
-  ends 0 "is open where the data ends, at" $command --error 1 -o printed.stl
+  ends 0 "cannot be printed: it ends at the border of the data" $command --error 1 -o printed.stl
   ends 0 " that intersect others; --intersection-free avoids them." $command --error 2 -o printed.stl
   $command --error 2 -o printed.ply --quiet >out 2>&1 && ! grep "printed\|intersection-free" out || fail "a notice of a .ply: $(cat out)"
 done

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/dataset/dataset_info.hpp"
-#include "server/certify/triangle_mesh.hpp"
+#include "common/mesh/triangle_mesh.hpp"
 #include "server/extraction/surface_extractor.hpp"
 
 namespace multitetra::testing {

@@ -17,6 +17,24 @@ def _edges(mesh):
     return len(distinct), np.count_nonzero(times == 1)
 
 
+def _bends(mesh):
+    """The sums of length times bending angle over edges of two triangles: around high values, and around low ones."""
+    a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
+    normals = np.cross(b - a, c - a)
+    faces = mesh.faces.astype(np.int64)
+    begin, end, opposite = np.concatenate([faces, faces[:, [1, 2, 0]], faces[:, [2, 0, 1]]]).T
+    edge = np.minimum(begin, end) * len(mesh.vertices) + np.maximum(begin, end)
+    order = np.argsort(edge, kind="stable")
+    is_pair = np.flatnonzero(edge[order][1:] == edge[order][:-1])
+    first, second = order[is_pair], order[is_pair + 1]
+    here, there = normals[first % len(faces)], normals[second % len(faces)]
+    angles = np.arctan2(np.linalg.norm(np.cross(here, there), axis=1), np.einsum("ij,ij->i", here, there))
+    start = mesh.vertices[begin[first]]
+    bends = angles * np.linalg.norm(mesh.vertices[end[first]] - start, axis=1)
+    is_convex = np.einsum("ij,ij->i", here, mesh.vertices[opposite[second]] - start) < 0
+    return bends[is_convex].sum(), bends[~is_convex].sum()
+
+
 @dataclass
 class Mesh:
     """An isosurface in world coordinates. Triangles face the side of low values."""
@@ -69,11 +87,15 @@ class Mesh:
 
     @property
     def volume_bound(self):
-        """How far `volume` may be from that of the full-resolution surface: area times error_bound. None without a bound.
+        """How far `volume` may be from that of the full-resolution surface, unless this mesh intersects itself. None without a bound.
 
-        A simplified surface encloses too little where it is convex: its vertices lie on the full-resolution one.
+        All points between the two surfaces lie within error_bound of this one, which has area, edges and vertices (the tube formula
+        of Steiner and Weyl). A simplified surface encloses too little where it is convex: its vertices lie on the full-resolution one.
         """
-        return None if self.error_bound is None else self.area * self.error_bound
+        if self.error_bound is None:
+            return None
+        d, bend = self.error_bound, max(_bends(self))
+        return d * (self.area + d * (bend / 2 + d * 2 * np.pi / 3 * len(self.vertices)))
 
     def components(self):
         """A Mesh for each connected component, the one with the most triangles first."""
@@ -97,7 +119,11 @@ class Mesh:
         return Mesh(self.vertices[kept], faces.reshape(-1, 3).astype(np.uint32), *values, self.error_bound, self.is_full_resolution)
 
     def save(self, path):
-        """Writes a .ply, .stl, .obj, .glb, .drc or .vtp file, in world coordinates (rounded to 32 bits)."""
+        """Writes a .ply, .stl, .obj, .glb, .drc or .vtp file, in world coordinates.
+
+        Coordinates have 64 bits where 32 would move a vertex by more than a hundredth of the shortest edge. STL and Draco files have 32:
+        ValueError if these are too coarse; subtract a corner of `bounds` from `vertices` first.
+        """
         _client.save_mesh(str(path), self.vertices, self.faces, self.normals, self.scalars)
 
     def to_pyvista(self):

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/wire/detail/position_bounds.hpp"
+#include "common/wire/detail/file_positions.hpp"
 #include "common/wire/scene_file.hpp"
 
 namespace multitetra {
@@ -34,7 +34,7 @@ double step_of(const PositionedMesh& mesh) {
   const auto [low, high] = position_bounds(mesh.positions);
   double longest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    longest = std::max(longest, double{high[axis]} - double{low[axis]});
+    longest = std::max(longest, high[axis] - low[axis]);
   }
   return longest / 65535;
 }
@@ -51,6 +51,7 @@ PositionedMesh in_compressible_order(const PositionedMesh& mesh) {
   const std::size_t used =
       meshopt_optimizeVertexFetchRemap(remap.data(), indices, corners, mesh.positions.size());
   meshopt_remapIndexBuffer(indices, indices, corners, remap.data());
+  ordered.rounding_limits = mesh.rounding_limits;
   ordered.positions = remapped(mesh.positions, remap, used);
   ordered.normals = remapped(mesh.normals, remap, used);
   ordered.scalars = remapped(mesh.scalars, remap, used);
@@ -63,23 +64,21 @@ double position_rounding(const PositionedMesh& mesh) {
 }
 
 std::optional<PositionSteps> position_steps(const PositionedMesh& mesh) {
-  const auto low = position_bounds(mesh.positions).first;
-  PositionSteps found{.low = {low[0], low[1], low[2]}, .step = step_of(mesh), .steps = {}};
+  PositionSteps found{
+      .low = position_bounds(mesh.positions).first, .step = step_of(mesh), .steps = {}};
   if (!(found.step > 0)) return std::nullopt;
   found.steps.reserve(mesh.positions.size());
-  for (const std::array<float, 3>& p : mesh.positions) {
+  for (const Vec3& p : mesh.positions) {
     auto& steps = found.steps.emplace_back();
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double rounded = std::nearbyint((double{p[axis]} - found.low[axis]) / found.step);
+      const double rounded = std::nearbyint((p[axis] - found.low[axis]) / found.step);
       steps[axis] = static_cast<std::uint16_t>(std::clamp(rounded, 0.0, 65535.0));
     }
   }
-  for (const auto& [p, q, r] : mesh.triangles) {
-    if (found.steps[p] == found.steps[q] || found.steps[q] == found.steps[r] ||
-        found.steps[r] == found.steps[p]) {
-      return std::nullopt;
-    }
-  }
+  // Vertices that coincide would be welded by readers, which changes the topology.
+  std::vector<std::array<std::uint16_t, 4>> sorted = found.steps;
+  std::sort(sorted.begin(), sorted.end());
+  if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) return std::nullopt;
   return found;
 }
 

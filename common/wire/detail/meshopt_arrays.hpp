@@ -19,14 +19,14 @@ namespace multitetra {
 
 // Positions as multiples of one step above a corner of their box.
 struct PositionSteps {
-  std::array<double, 3> low = {};
+  Vec3 low = {};
   double step = 0;
   // The fourth is 0.
   std::vector<std::array<std::uint16_t, 4>> steps;
 };
 
 // Rounds positions to 1 / 65535 of the longest side of their box, by at most
-// position_rounding(). Returns nullopt if corners of a triangle would coincide.
+// position_rounding(). Returns nullopt if two of them would coincide.
 [[nodiscard]] std::optional<PositionSteps> position_steps(const PositionedMesh& mesh);
 
 // Returns unit vectors for the filter OCTAHEDRAL, with 8 bits each.

@@ -9,9 +9,10 @@
 #include <vector>
 
 #include "common/image/srgb.hpp"
+#include "common/mesh/mesh_checks.hpp"
+#include "common/wire/detail/file_positions.hpp"
 #include "common/wire/detail/glb.hpp"
 #include "common/wire/detail/meshopt_arrays.hpp"
-#include "common/wire/detail/position_bounds.hpp"
 #include "common/wire/detail/triangle_normals.hpp"
 
 namespace multitetra {
@@ -35,8 +36,7 @@ constexpr int kIndexBuffer = 34963;
 
 // Returns the lengths of the edges opposite to the corners.
 Vec3 edge_lengths(const PositionedMesh& mesh, const TriangleIndices& t) {
-  const Vec3 a = vec3(mesh.positions[t[0]]), b = vec3(mesh.positions[t[1]]),
-             c = vec3(mesh.positions[t[2]]);
+  const Vec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
   return {length(difference(b, c)), length(difference(c, a)), length(difference(a, b))};
 }
 
@@ -83,14 +83,20 @@ bool has_scalars(const PositionedMesh& mesh) {
                                                [](float v) { return std::isnan(v); });
 }
 
-// Returns a node's matrix, column-major: (x, y, z) -> (x, z, -y), z up to y up, after moving by
-// `low` and scaling.
-Json upright(const UnitLengths& unit, const std::array<double, 3>& low = {0, 0, 0},
-             double step = 1) {
+// Returns a node's matrix, column-major: (x, y, z) -> (x, z, -y), z up to y up, after scaling by
+// `step` and moving by `origin`.
+Json upright(const UnitLengths& unit, const Vec3& origin, double step = 1) {
   const auto [x, y, z] = unit;
-  return {x * step, 0, 0, 0, 0, 0, -y * step, 0, 0, z * step, 0, 0, x * low[0], z * low[2],
+  return {x * step, 0, 0, 0, 0, 0, -y * step, 0, 0, z * step, 0, 0, x * origin[0], z * origin[2],
           // Avoids -0.
-          low[1] == 0 ? 0 : -y * low[1], 1};
+          origin[1] == 0 ? 0 : -y * origin[1], 1};
+}
+
+// Returns whether every edge has two triangles with opposite directions.
+bool is_closed(const PositionedMesh& mesh) {
+  const MeshTopology found = topology(mesh.positions.size(), mesh.triangles,
+                                      [](std::uint32_t, std::uint32_t) { return true; });
+  return found.is_sound() && found.border_edges == 0;
 }
 
 template <typename T>
@@ -108,8 +114,9 @@ void SceneWriter::add(const ScenePart& part, std::size_t color, const UnitLength
   const PositionedMesh& mesh = is_packed ? ordered : *part.mesh;
   const std::optional<PositionSteps> rounded =
       is_packed && !has_exact_positions ? position_steps(mesh) : std::nullopt;
+  const Vec3 origin = rounded ? rounded->low : origin_for_floats(mesh);
   Json attributes;
-  attributes["POSITION"] = add_positions(mesh, rounded ? &*rounded : nullptr);
+  attributes["POSITION"] = rounded ? add_positions(*rounded) : add_positions(mesh, origin);
   attributes["NORMAL"] = add_normals(mesh);
   if (!mesh.colors.empty()) attributes["COLOR_0"] = add_colors(mesh);
   if (has_scalars(mesh)) {
@@ -119,8 +126,8 @@ void SceneWriter::add(const ScenePart& part, std::size_t color, const UnitLength
                                            .stride = sizeof(float)});
   }
   const std::size_t indices = add_triangles(mesh);
-  add_node(part, color, attributes, indices,
-           rounded ? upright(unit, rounded->low, rounded->step) : upright(unit));
+  add_node(part, color, attributes, indices, upright(unit, origin, rounded ? rounded->step : 1));
+  if (is_closed(mesh)) mark_manifold(attributes["POSITION"], indices);
 }
 
 void SceneWriter::set_world(const PhysicalMeaning& world) {
@@ -139,7 +146,7 @@ void SceneWriter::make_levels(std::span<const LevelOfDetail> levels) {
   }
   json_["scenes"][0]["nodes"] = {0};
   if (coarser.empty()) return;
-  json_["extensionsUsed"] = {"MSFT_lod"};
+  json_["extensionsUsed"].push_back("MSFT_lod");
   json_["nodes"][0]["extensions"]["MSFT_lod"]["ids"] = std::move(coarser);
   json_["nodes"][0]["extras"]["MSFT_screencoverage"] = std::move(coverage);
 }
@@ -158,16 +165,23 @@ std::string SceneWriter::file() && {
   return glb_beginning(json_, binary_.size()) + binary_;
 }
 
-std::size_t SceneWriter::add_positions(const PositionedMesh& mesh, const PositionSteps* rounded) {
-  if (rounded == nullptr) {
-    const std::size_t accessor = add_attribute(
-        {.bytes = bytes_of(mesh.positions), .component = kFloat, .stride = sizeof(Triple)});
-    const auto [low, high] = position_bounds(mesh.positions);
-    json_["accessors"].back()["min"] = low;
-    json_["accessors"].back()["max"] = high;
-    return accessor;
-  }
-  const auto& steps = rounded->steps;
+std::size_t SceneWriter::add_positions(const PositionedMesh& mesh, const Vec3& origin) {
+  require_floats(mesh, "GLB", origin);
+  const std::vector<Triple> positions = float_positions(mesh, origin);
+  const std::size_t accessor =
+      add_attribute({.bytes = bytes_of(positions), .component = kFloat, .stride = sizeof(Triple)});
+  // Rounding keeps the order of numbers.
+  const auto [low, high] = position_bounds(mesh.positions);
+  const auto as_floats = [&](const Vec3& corner) {
+    return float_positions({.positions = {corner}, .triangles = {}}, origin).front();
+  };
+  json_["accessors"].back()["min"] = as_floats(low);
+  json_["accessors"].back()["max"] = as_floats(high);
+  return accessor;
+}
+
+std::size_t SceneWriter::add_positions(const PositionSteps& rounded) {
+  const auto& steps = rounded.steps;
   const std::size_t accessor = add_attribute(
       {.bytes = bytes_of(steps), .component = kUnsignedShort, .stride = sizeof(steps[0])});
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -276,6 +290,14 @@ void SceneWriter::add_packed_view(std::string_view packed, std::size_t stride, s
   binary_ += packed;
   binary_.resize((binary_.size() + 3) / 4 * 4, '\0');
   unpacked_bytes_ = (unpacked_bytes_ + count * stride + 3) / 4 * 4;
+}
+
+void SceneWriter::mark_manifold(const Json& positions, std::size_t indices) {
+  constexpr const char* kManifold = "EXT_mesh_manifold";
+  Json& used = json_["extensionsUsed"];
+  if (std::find(used.begin(), used.end(), kManifold) == used.end()) used.push_back(kManifold);
+  json_["meshes"].back()["extensions"][kManifold]["manifoldPrimitive"] = {
+      {"attributes", {{"POSITION", positions}}}, {"indices", indices}, {"mode", 4}};
 }
 
 void SceneWriter::add_node(const ScenePart& part, std::size_t color, const Json& attributes,

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "common/base/json.hpp"
+#include "common/base/vec3.hpp"
 #include "common/dataset/physical_meaning.hpp"
 #include "common/request/mesh_codec.hpp"
 #include "common/wire/detail/glb.hpp"
@@ -48,8 +49,8 @@ class SceneWriter {
   std::size_t add_attribute(const Elements& elements);
   std::size_t add_triangles(const PositionedMesh& mesh);
   std::size_t add_accessor(std::size_t count, int component, const char* type);
-  // `rounded` are the positions as written, or null.
-  std::size_t add_positions(const PositionedMesh& mesh, const PositionSteps* rounded);
+  std::size_t add_positions(const PositionedMesh& mesh, const Vec3& origin);
+  std::size_t add_positions(const PositionSteps& rounded);
   std::size_t add_normals(const PositionedMesh& mesh);
   std::size_t add_colors(const PositionedMesh& mesh);
   // Appends the bytes of a view; `packed` are those of EXT_meshopt_compression, if it is used.
@@ -58,6 +59,9 @@ class SceneWriter {
                        nlohmann::json extension, int target);
   void add_node(const ScenePart& part, std::size_t color, const nlohmann::json& attributes,
                 std::size_t indices, const nlohmann::json& matrix);
+
+  // Declares that the last mesh, whose accessors these are, bounds a solid (EXT_mesh_manifold).
+  void mark_manifold(const nlohmann::json& positions, std::size_t indices);
 
   MeshCodec codec_;
   nlohmann::json json_ = empty_gltf();

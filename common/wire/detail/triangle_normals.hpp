@@ -1,4 +1,4 @@
-// Normals of triangles with float positions, for mesh files.
+// Normals of triangles for mesh files.
 #pragma once
 
 #include <array>
@@ -9,9 +9,8 @@
 namespace multitetra {
 
 // Returns the normal by the right-hand rule, times twice the area.
-[[nodiscard]] inline Vec3 area_vector(const std::array<float, 3>& a, const std::array<float, 3>& b,
-                                      const std::array<float, 3>& c) {
-  return cross(difference(vec3(b), vec3(a)), difference(vec3(c), vec3(a)));
+[[nodiscard]] inline Vec3 area_vector(const Vec3& a, const Vec3& b, const Vec3& c) {
+  return cross(difference(b, a), difference(c, a));
 }
 
 // Returns the vector scaled to length 1, or the z axis for a zero vector.

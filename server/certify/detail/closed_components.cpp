@@ -1,5 +1,6 @@
 #include "server/certify/detail/closed_components.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -7,21 +8,20 @@
 namespace multitetra {
 namespace {
 
-void count(double volume, ClosedComponents& counts) {
-  if (volume > 0) ++counts.outwards;
-  if (volume < 0) ++counts.inwards;
+Facing facing_of(double volume) {
+  return volume > 0 ? Facing::kOutwards : volume < 0 ? Facing::kInwards : Facing::kOpen;
 }
 
 }  // namespace
 
-ClosedComponents closed_components(std::span<const SurfaceMeasures> measures) {
-  ClosedComponents counts;
-  for (const SurfaceMeasures& one : measures) count(one.volume.value_or(0), counts);
-  return counts;
+std::vector<Facing> facings_of(std::span<const SurfaceMeasures> measures) {
+  std::vector<Facing> facings;
+  for (const SurfaceMeasures& one : measures) facings.push_back(facing_of(one.volume.value_or(0)));
+  return facings;
 }
 
-ClosedComponents closed_components(const TriangleMesh& mesh, const MeshComponents& components,
-                                   const std::vector<char>& is_open, double rounding) {
+std::vector<Facing> facings_of(const TriangleMesh& mesh, const MeshComponents& components,
+                               const std::vector<char>& is_open, double rounding) {
   constexpr std::uint32_t kNone = 0xFFFFFFFF;
   // Volumes are summed as seen from a vertex of the component, which rounds least.
   std::vector<std::uint32_t> origins(is_open.size(), kNone);
@@ -37,13 +37,18 @@ ClosedComponents closed_components(const TriangleMesh& mesh, const MeshComponent
     volumes[component] += dot(a, cross(b, c));
     areas[component] += length(cross(difference(b, a), difference(c, a)));
   }
-  ClosedComponents counts;
+  std::vector<Facing> facings(volumes.size(), Facing::kOpen);
   for (std::size_t i = 0; i < volumes.size(); ++i) {
     // Rounding changes a volume by at most its distance times the area.
     const bool is_known = std::abs(volumes[i]) > 3 * rounding * areas[i];
-    if (is_open[i] == 0 && is_known) count(volumes[i], counts);
+    if (is_open[i] == 0 && is_known) facings[i] = facing_of(volumes[i]);
   }
-  return counts;
+  return facings;
+}
+
+ClosedComponents counts_of(std::span<const Facing> facings) {
+  return {.outwards = std::count(facings.begin(), facings.end(), Facing::kOutwards),
+          .inwards = std::count(facings.begin(), facings.end(), Facing::kInwards)};
 }
 
 }  // namespace multitetra

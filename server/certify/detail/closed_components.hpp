@@ -1,4 +1,4 @@
-// Counts the closed components of a surface by their orientation.
+// The orientation of the closed components of a surface.
 #pragma once
 
 #include <span>
@@ -6,18 +6,23 @@
 
 #include "common/mesh/components.hpp"
 #include "common/mesh/mesh_measures.hpp"
+#include "common/mesh/triangle_mesh.hpp"
 #include "server/certify/certificate.hpp"
-#include "server/certify/triangle_mesh.hpp"
 
 namespace multitetra {
 
-// Returns the counts for components with these measures; those without a volume are open.
-[[nodiscard]] ClosedComponents closed_components(std::span<const SurfaceMeasures> measures);
+// kOpen also stands for closed components whose volume is within the rounding error.
+enum class Facing : signed char { kInwards = -1, kOpen = 0, kOutwards = 1 };
 
-// Returns the counts for a mesh in world coordinates. `is_open[i]` is 1 if component i has an open
-// edge; `rounding` is the largest displacement of a vertex by rounding, in world units.
-[[nodiscard]] ClosedComponents closed_components(const TriangleMesh& mesh,
-                                                 const MeshComponents& components,
-                                                 const std::vector<char>& is_open, double rounding);
+// Returns the orientations of components with these measures; those without a volume are open.
+[[nodiscard]] std::vector<Facing> facings_of(std::span<const SurfaceMeasures> measures);
+
+// Returns those of a mesh in world coordinates. `is_open[i]` is 1 if component i has an open edge;
+// `rounding` is the largest displacement of a vertex by rounding, in world units.
+[[nodiscard]] std::vector<Facing> facings_of(const TriangleMesh& mesh,
+                                             const MeshComponents& components,
+                                             const std::vector<char>& is_open, double rounding);
+
+[[nodiscard]] ClosedComponents counts_of(std::span<const Facing> facings);
 
 }  // namespace multitetra

@@ -6,9 +6,9 @@
 
 #include "common/base/affine.hpp"
 #include "common/mesh/components.hpp"
+#include "common/mesh/triangle_mesh.hpp"
 #include "server/certify/certificate.hpp"
 #include "server/certify/detail/reference_surface.hpp"
-#include "server/certify/triangle_mesh.hpp"
 
 namespace multitetra {
 

@@ -142,13 +142,16 @@ ReferenceSurface reference_surface(const Field& field, const DatasetInfo& info, 
   if (choose) {
     MeshComponents chosen = reference.components;
     const std::vector<char> stays = choose(reference.mesh.vertices, chosen);
-    for (std::size_t i = 0; i < stays.size(); ++i) chosen.diagonals[i] = stays[i] != 0 ? 1 : 0;
+    for (std::size_t i = 0; i < stays.size(); ++i) {
+      if (stays[i] == 0) reference.removed_diagonals.push_back(chosen.diagonals[i]);
+      chosen.diagonals[i] = stays[i] != 0 ? 1 : 0;
+    }
     surface = with_components(surface, chosen, /*min_diagonal=*/1);
     reference.mesh.vertices = crossings(field, surface, isovalue, to_world);
     reference.components = components_of(surface);
   }
   reference.topology = topology(surface, data_border(info, surface.resolution, 0));
-  reference.closed = closed_components(measures_of(surface, reference.components, to_world));
+  reference.facings = facings_of(measures_of(surface, reference.components, to_world));
   reference.mesh.triangles = std::move(surface.triangles);
   if (to_world.determinant() < 0) {
     for (TriangleIndices& t : reference.mesh.triangles) std::swap(t[1], t[2]);

@@ -13,8 +13,9 @@
 #include "common/dataset/dataset_info.hpp"
 #include "common/mesh/components.hpp"
 #include "common/mesh/mesh_checks.hpp"
+#include "common/mesh/triangle_mesh.hpp"
 #include "server/certify/certificate.hpp"
-#include "server/certify/triangle_mesh.hpp"
+#include "server/certify/detail/closed_components.hpp"
 #include "server/core/framework/field.hpp"
 
 namespace multitetra {
@@ -30,8 +31,10 @@ struct ReferenceSurface {
   TriangleMesh mesh;
   // Topology of the surface on the lattice, where vertices on different edges are distinct.
   MeshTopology topology;
-  MeshComponents components;  // Components of `mesh`, measured on the lattice.
-  ClosedComponents closed;    // Likewise.
+  MeshComponents components;    // Components of `mesh`, measured on the lattice.
+  std::vector<Facing> facings;  // Their orientations.
+  // The diagonals of components that `choose` removed, in grid steps.
+  std::vector<double> removed_diagonals;
 };
 
 // Returns for each component of the full surface whether to keep it. Takes world coordinates.

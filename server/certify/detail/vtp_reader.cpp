@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "server/certify/detail/mesh_bytes.hpp"
+#include "common/wire/polygon_sink.hpp"
 #include "server/volume/formats/vtk/vtk_arrays.hpp"
 
 namespace multitetra {

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "server/certify/triangle_mesh.hpp"
+#include "common/mesh/triangle_mesh.hpp"
 
 namespace multitetra {
 

@@ -216,7 +216,9 @@ SampleStatistics SampleStatisticsBuilder::of_floats() const {
   if (needs_second_pass()) {
     result.histogram = {result.min, result.max, bin_counts_};
   } else {
-    result.histogram = {result.min - 0.5, result.max + 0.5, {samples_ - void_samples_}};
+    // One bin around the only value: half a unit, or what makes a difference for large numbers.
+    const double half = std::max(0.5, std::abs(result.min) * 1e-9);
+    result.histogram = {result.min - half, result.max + half, {samples_ - void_samples_}};
   }
   return result;
 }

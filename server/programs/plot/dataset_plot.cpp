@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/base/number_at_resolution.hpp"
 #include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "server/programs/plot/svg.hpp"
@@ -70,7 +71,7 @@ void draw_axes(Svg& svg, const Frame& frame, std::string_view ordinate) {
   for (double tick = std::ceil(frame.low / step); tick * step <= frame.high; ++tick) {
     const double x = frame.x(tick * step);
     svg.line(x, frame.bottom, x, frame.bottom + 5, kQuiet, 1);
-    svg.text(x, frame.bottom + 20, human_number(tick * step),
+    svg.text(x, frame.bottom + 20, number_at(tick * step, step / 10),
              {.size = 12, .color = kQuiet, .anchor = Svg::Anchor::kMiddle});
   }
   svg.line(kLeft, frame.bottom, kRight, frame.bottom, kQuiet, 1);
@@ -118,7 +119,7 @@ void draw_suggestions(Svg& svg, const Frame& above, const Frame& below, const Da
     const double x = above.x(isovalue);
     svg.line(x, above.top - 6, x, below.bottom, kMark, 1.2, "4 4");
     const double y = x < free_from ? above.top - 24 : above.top - 10;
-    svg.text(x, y, human_number(isovalue),
+    svg.text(x, y, human_value(isovalue, info),
              {.size = 12, .color = kMark, .anchor = Svg::Anchor::kMiddle});
     if (x >= free_from) free_from = x + 48;
   }

@@ -38,7 +38,7 @@ std::string facts_of(const PrepareResult& prepared) {
   const DatasetInfo& info = prepared.info;
   const std::string& unit = info.meaning.value_unit;
   return "\"" + info.name + "\", " + sides_text(info.dims) + " " + std::string(name(info.type)) +
-         ", values " + human_number(info.min) + " to " + human_number(info.max) +
+         ", values " + human_value(info.min, info) + " to " + human_value(info.max, info) +
          (unit.empty() ? "" : " " + unit) + ", " + human_bytes(prepared.file_bytes) +
          (prepared.label_volume ? ", " + human_label_volume(*prepared.label_volume, info) : "");
 }

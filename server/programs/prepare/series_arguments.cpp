@@ -99,7 +99,13 @@ std::vector<double> SeriesArguments::label_values() const {
   std::vector<double> values;
   for (const std::string& label : labels) {
     const std::optional<double> value = parse_finite(label);
-    if (!value || std::trunc(*value) != *value || std::abs(*value) > 16'777'216) {
+    constexpr double kFirstInexactLabel = 16'777'216;
+    if (value && std::abs(*value) >= kFirstInexactLabel) {
+      throw_usage_error("--label: " + label +
+                        " is not below 2^24; renumber the labels from 1, as with "
+                        "skimage.segmentation.relabel_sequential or fastremap.renumber.");
+    }
+    if (!value || std::trunc(*value) != *value) {
       throw_usage_error("--label: \"" + label +
                         "\" is not a list of labels; write integers such as 3,7, or all.");
     }

@@ -149,6 +149,7 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
       add_removal_notices(header, surface.mesh, components, shortest, info);
       surface.mesh = with_components(surface.mesh, components, shortest);
     }
+    surface.mesh = in_canonical_order(surface.mesh);
     meshes.push_back(painted(surface.mesh, surface.scalars, info, form));
     if (form.codec == MeshCodec::kMeshopt && form.is_in_world) {
       rounding = std::max(rounding, position_rounding(meshes.back()));
@@ -161,12 +162,17 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
   add_facts(header, all);
   const PhysicalMeaning world = form.is_in_world ? info.meaning : PhysicalMeaning();
   add_world(header, world);
-  const std::string bytes = file_of(meshes, isovalues, form.format,
-                                    {.name = surface_name(info),
-                                     .lattice = lattice,
-                                     .min_component = shortest,
-                                     .world = world,
-                                     .codec = form.codec});
+  std::string bytes;
+  try {
+    bytes = file_of(meshes, isovalues, form.format,
+                    {.name = surface_name(info),
+                     .lattice = lattice,
+                     .min_component = shortest,
+                     .world = world,
+                     .codec = form.codec});
+  } catch (const MeshCoordinatesError& error) {
+    return fail(ErrorCode::kInvalidArgument, error.what());
+  }
   meshes.clear();
   auto reservation = place.reservation(bytes.size());
   if (!reservation) return tl::unexpected(reservation.error());

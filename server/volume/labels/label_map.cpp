@@ -12,6 +12,7 @@
 #include <utility>
 #include <variant>
 
+#include "common/base/number_text.hpp"
 #include "common/base/scratch_file.hpp"
 #include "server/volume/labels/border_samples.hpp"
 #include "server/volume/labels/label_borders.hpp"
@@ -21,8 +22,8 @@
 namespace multitetra {
 namespace {
 
-// f32 represents all integers up to this one.
-constexpr float kMaxExactInteger = 16'777'216;
+// Wider integers are rounded to f32. Those from here on may have been other labels.
+constexpr float kFirstInexactInteger = 16'777'216;
 
 // Marks void samples; labels cannot have this value.
 constexpr std::int32_t kVoidLabel = std::numeric_limits<std::int32_t>::min();
@@ -97,12 +98,20 @@ class LabelCensus {
   }
 
   void require_label(float value, const std::array<std::int32_t, 3>& place) const {
-    if (std::trunc(value) == value && std::abs(value) <= kMaxExactInteger) return;
+    const bool is_integer = std::trunc(value) == value;
+    if (is_integer && std::abs(value) < kFirstInexactInteger) return;
     const std::string where = std::to_string(place[0]) + ", " + std::to_string(place[1]) + ", " +
                               std::to_string(place[2]);
+    if (is_integer) {
+      fail_reading(name_,
+                   "its sample at " + where +
+                       " has a label of 2^24 or more, which cannot be told from its neighbors",
+                   "Renumber the labels from 1, as with skimage.segmentation.relabel_sequential or "
+                   "fastremap.renumber, and prepare the result");
+    }
     fail_reading(name_,
-                 "its sample at " + where + " is " + std::to_string(value) +
-                     ", which is not an integer of at most 2^24",
+                 "its sample at " + where + " is " + shortest_text(double{value}) +
+                     ", which is not an integer",
                  "Labels are for segmentations; prepare it without label options");
   }
 

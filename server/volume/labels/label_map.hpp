@@ -45,7 +45,7 @@ struct LabelSummary {
   double value = 0;  // An integer.
   std::uint64_t samples = 0;
   // The volume inside the surface, in sample volumes. For samples at the ends of the map, the half
-  // beyond counts as inside.
+  // beyond counts as inside; the surface that closes there may enclose less of it.
   double surface_samples = 0;
   // Number of samples in parts one sample thick (thin_parts.hpp).
   std::uint64_t thin_samples = 0;

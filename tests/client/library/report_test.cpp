@@ -78,8 +78,17 @@ TEST(Report, ExplainsAMissingVolume) {
   report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
   EXPECT_TRUE(json::parse(json_report(report)).at("volume_reason").is_null());
   report.measures->volume = std::nullopt;
+  DatasetInfo info = testing::octahedra_info();
+  info.outside.reset();
+  report.open_reason = open_reason(info);
   const std::string reason = json::parse(json_report(report)).at("volume_reason");
   EXPECT_NE(reason.find("--outside VALUE --margin 1 closes it"), std::string::npos) << reason;
+  info.outside = -1000;
+  info.margin = 1;
+  info.void_samples = 7;
+  EXPECT_EQ(open_reason(info),
+            "at void samples of the data (NaN, or missing: 7), which --outside does not fill; give "
+            "them a value in the volume");
 }
 
 TEST(Report, CallsOnlyTheAreaOfTheFullResolutionExact) {
@@ -96,7 +105,7 @@ TEST(Report, CallsOnlyTheAreaOfTheFullResolutionExact) {
   EXPECT_TRUE(is_exact_at(0, 0));
   EXPECT_FALSE(is_exact_at(0.25, 0));
   report.measures->area = 1234.5;
-  EXPECT_EQ(json::parse(json_report(report)).at("area"), 1200);
+  EXPECT_EQ(json::parse(json_report(report)).at("area"), 1234.5) << "that of the file";
   EXPECT_TRUE(is_exact_at(0, 0));
   EXPECT_EQ(json::parse(json_report(report)).at("area"), 1234.5);
   EXPECT_FALSE(is_exact_at(0, 2));

@@ -182,6 +182,17 @@ describe("PlyMesh", () => {
     const read = plyMesh(file([tile(octahedron)]), 1);
     const { positions, triangles, normals } = weldedInWorld([tile(octahedron)], identity);
     expect([read.positions, read.triangles, plyTriangles(file([tile(octahedron)]))]).toEqual([positions, triangles, 8]);
+    // With positions of 64 bits, as servers send them far from the origin.
+    const [narrowHeader] = new TextDecoder("latin1").decode(file([tile(octahedron)])).split("end_header\n");
+    const narrow = new Uint8Array(file([tile(octahedron)]), narrowHeader.length + "end_header\n".length);
+    const wideHeader = new TextEncoder().encode(narrowHeader.replaceAll("property float", "property double") + "end_header\n");
+    const wide = new Uint8Array(wideHeader.length + 6 * 24 + 8 * 13);
+    wide.set(wideHeader);
+    const view = new DataView(wide.buffer);
+    positions.forEach((number, i) => view.setFloat64(wideHeader.length + 8 * i, number, true));
+    wide.set(narrow.slice(6 * 12), wideHeader.length + 6 * 24);
+    const readWide = plyMesh(wide.buffer, 1);
+    expect([readWide.positions, readWide.triangles]).toEqual([positions, triangles]);
     normals.forEach((value, i) => expect(read.normals[i]).toBeCloseTo(value, 3));
   });
 

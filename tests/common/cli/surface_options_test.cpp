@@ -206,7 +206,7 @@ TEST(SurfaceOptions, ConvertTheMeshToTheRequestedSpace) {
   const LatticeMesh vertex{
       .vertices = {{32, 32, 32}}, .triangles = {}, .normals = {{0.6F, 0, 0.8F}}};
   const PositionedMesh turned = output_surface(vertex, in_space("ras"), patient).mesh;
-  EXPECT_EQ(turned.positions[0], (std::array<float, 3>{-12, -24, 33}));
+  EXPECT_EQ(turned.positions[0], (Vec3{-12, -24, 33}));
   EXPECT_EQ(turned.normals[0], (UnitVector{-0.6F, 0, 0.8F}));
   EXPECT_EQ(output_surface(vertex, in_space("lps"), patient).mesh.normals[0], vertex.normals[0]);
   EXPECT_EQ(output_surface(vertex, in_space("lps"), patient).world.space, WorldSpace::kLps);

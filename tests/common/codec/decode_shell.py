@@ -90,6 +90,8 @@ class Header:
         self.data, self.at = data, 4
         assert data[0] == 1, "Unknown version"
         self.values, self.levels_log2, self.has_void = data[1] & 3, data[1] >> 2 & 3, data[1] >> 4 & 1
+        assert self.values < 3 and data[1] >> 5 == 0 and data[3] >> 6 == 0, "Unknown bits"
+        assert self.values == 2 or self.levels_log2 == 0, "log2 L is of quantized shells only"
         if self.values == 1:
             self.levels_log2 = 3
         self.steps = 1 << ((data[2] & 15) + (data[2] >> 4))

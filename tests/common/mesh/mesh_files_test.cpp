@@ -15,13 +15,17 @@
 namespace multitetra {
 namespace {
 
-using Corners = std::array<std::array<float, 3>, 3>;
+using Corners = std::array<Vec3, 3>;
 
 // A mesh in world coordinates far from the origin, where rounding is noticeable.
 PositionedMesh world_mesh() {
   const Affine to_world{.columns = {Vec3{0.7, 0, 0}, Vec3{0, 1.3, 0.1}, Vec3{0, 0, 2}},
                         .translation = {-500.25, 1000, 3}};
-  return positioned(surfaces::torus(5, 12, 8, 0.2, 1), to_world);
+  PositionedMesh mesh = positioned(surfaces::torus(5, 12, 8, 0.2, 1), to_world);
+  for (Vec3& position : mesh.positions) {  // Numbers that floats hold.
+    for (double& coordinate : position) coordinate = static_cast<double>(float(coordinate));
+  }
+  return mesh;
 }
 
 // The positions of the triangles' corners, in file order.
@@ -72,7 +76,7 @@ PositionedMesh read_ply(std::string_view file) {
                                "property float z\nproperty float nx\nproperty float ny\n"
                                "property float nz\n") != std::string::npos;
   for (std::size_t i = 0; i < vertices; ++i) {
-    mesh.positions.push_back(take<std::array<float, 3>>(body));
+    mesh.positions.push_back(vec3(take<std::array<float, 3>>(body)));
     if (has_normals) mesh.normals.push_back(take<UnitVector>(body));
   }
   for (std::size_t i = 0; i < faces; ++i) {
@@ -105,7 +109,7 @@ PositionedMesh read_obj(const std::string& file) {
     } else if (line.starts_with("v ")) {
       std::array<float, 3> p{};
       EXPECT_TRUE(words >> p[0] >> p[1] >> p[2]) << line;
-      mesh.positions.push_back(p);
+      mesh.positions.push_back(vec3(p));
     } else if (line.starts_with("f ")) {
       TriangleIndices t{};
       EXPECT_TRUE(words >> t[0] >> t[1] >> t[2]) << line;
@@ -192,7 +196,9 @@ TEST(MeshFile, WritesCornersAndOutwardNormalsAsStl) {
   ASSERT_EQ(take<std::uint32_t>(rest), mesh.triangles.size());
   for (const Corners& expected : corners(mesh)) {
     const auto normal = take<std::array<float, 3>>(rest);
-    EXPECT_EQ(take<Corners>(rest), expected);
+    for (const Vec3& corner : expected) {
+      EXPECT_EQ(vec3(take<std::array<float, 3>>(rest)), corner);
+    }
     EXPECT_EQ(take<std::uint16_t>(rest), 0);
     const auto edge = [&](std::size_t to, std::size_t axis) {
       return static_cast<double>(expected[to][axis] - expected[0][axis]);
@@ -229,8 +235,12 @@ TEST(MeshFile, WritesTheMeshAndItsBoundsAsGlb) {
   const nlohmann::json position = accessor(primitive.at("attributes").at("POSITION"));
   const nlohmann::json indices = accessor(primitive.at("indices"));
   EXPECT_EQ(glb.json.at("buffers").at(0).at("byteLength"), glb.binary.size());
-  EXPECT_EQ((take_all<std::array<float, 3>>(glb.binary, offset(position), position.at("count"))),
-            mesh.positions);
+  std::vector<Vec3> found;
+  for (const auto& place :
+       take_all<std::array<float, 3>>(glb.binary, offset(position), position.at("count"))) {
+    found.push_back(vec3(place));
+  }
+  EXPECT_EQ(found, mesh.positions);
   EXPECT_EQ(indices.at("componentType"), 5125);
   EXPECT_EQ(indices.at("count"), 3 * mesh.triangles.size());
   EXPECT_EQ((take_all<TriangleIndices>(glb.binary, offset(indices), mesh.triangles.size())),
@@ -239,8 +249,8 @@ TEST(MeshFile, WritesTheMeshAndItsBoundsAsGlb) {
     const auto [low, high] =
         std::minmax_element(mesh.positions.begin(), mesh.positions.end(),
                             [axis](const auto& a, const auto& b) { return a[axis] < b[axis]; });
-    EXPECT_EQ(position.at("min").at(axis).get<float>(), (*low)[axis]);
-    EXPECT_EQ(position.at("max").at(axis).get<float>(), (*high)[axis]);
+    EXPECT_EQ(position.at("min").at(axis).get<double>(), (*low)[axis]);
+    EXPECT_EQ(position.at("max").at(axis).get<double>(), (*high)[axis]);
   }
 }
 
@@ -299,15 +309,15 @@ TEST(MeshFile, WritesOutwardUnitNormalsAsGlb) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       // An octahedron's vertex lies two grid steps from its middle, along its normal.
       EXPECT_NEAR(static_cast<double>(normals[i][axis]),
-                  (static_cast<double>(mesh.positions[i][axis]) - middle[axis]) / 2, 1e-6);
+                  (mesh.positions[i][axis] - middle[axis]) / 2, 1e-6);
     }
   }
 }
 
 TEST(MeshFile, LargeTrianglesDoNotDominateNormalsOfGlb) {
   // The top of a ball with one large triangle and three small ones around it.
-  const auto on_ball = [](float x, float y) {
-    return std::array{x, y, std::sqrt(250000 - x * x - y * y)};
+  const auto on_ball = [](double x, double y) {
+    return Vec3{x, y, std::sqrt(250000 - x * x - y * y)};
   };
   const PositionedMesh mesh = {.positions = {on_ball(0, 0), on_ball(100, 0), on_ball(0, 100),
                                              on_ball(-40, 0), on_ball(0, -40)},
@@ -334,9 +344,8 @@ TEST(MeshFile, KeepsDracoPositionsWithinHalfAQuantizationStep) {
     attribute->GetValue(at, &found);
     double nearest = 1e9;
     for (const auto& p : mesh.positions) {
-      nearest = std::min(nearest, std::max({std::abs(static_cast<double>(p[0] - found[0])),
-                                            std::abs(static_cast<double>(p[1] - found[1])),
-                                            std::abs(static_cast<double>(p[2] - found[2]))}));
+      const Vec3 off = difference(p, vec3(found));
+      nearest = std::min(nearest, std::max({std::abs(off[0]), std::abs(off[1]), std::abs(off[2])}));
     }
     // Half of 64 / 2^20, plus the rounding of floats near 1000.
     EXPECT_LT(nearest, 32.0 / (1 << 20) + 1000.0 / (1 << 23));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace multitetra {
 namespace {
@@ -36,6 +37,31 @@ TEST(MeshMeasures, MatchTheFormulaOfAnOctahedron) {
   }
   EXPECT_EQ(measured(octahedron({64, 64, 64}, 32), stretched(2, 3, 4)).volume, 32);
   EXPECT_EQ(measured(octahedron({64, 64, 64}, 32), stretched(-2, 3, 4)).volume, 32);
+}
+
+// Steiner's formula for the parallel body of an octahedron, whose vertices have less than a ball.
+TEST(MeshMeasures, BoundTheVolumeWithinADistance) {
+  const SurfaceMeasures whole = measured(octahedron({64, 64, 64}, 32), {});
+  const double bend = 12 * std::sqrt(2.0) * std::acos(1.0 / 3);
+  EXPECT_NEAR(whole.convex_bend, bend, 1e-9);
+  EXPECT_EQ(whole.concave_bend, 0);
+  EXPECT_EQ(whole.vertices, 6U);
+  for (const double d : {0.01, 0.5, 2.0}) {
+    const double parallel =
+        d * whole.area + d * d * bend / 2 + 4 * std::numbers::pi / 3 * d * d * d;
+    EXPECT_GE(volume_bound(whole, d), parallel);
+    EXPECT_LE(volume_bound(whole, d), parallel + 4 * std::numbers::pi * d * d * d);
+  }
+  // Mirrored and turned inside out, it bends as much.
+  EXPECT_NEAR(measured(octahedron({64, 64, 64}, 32), stretched(-1, 1, 1)).convex_bend, bend, 1e-9);
+}
+
+// The ball around an inscribed octahedron is farther from it than area times distance says.
+TEST(MeshMeasures, BoundTheVolumeOfTheBallAroundASurface) {
+  const SurfaceMeasures inscribed = measured(octahedron({64, 64, 64}, 32), {});
+  const double distance = 1 - 1 / std::sqrt(3.0);
+  const double missing = 4 * std::numbers::pi / 3 - *inscribed.volume;
+  EXPECT_GE(volume_bound(inscribed, distance), missing);
 }
 
 TEST(MeshMeasures, SubtractTheVolumeOfAHole) {

@@ -107,10 +107,10 @@ TEST(Positioned, FlipsTrianglesOnlyInMirroredWorlds) {
   const LatticeMesh mesh = index_triangles(
       std::vector<LatticeTriangle>{{LatticePoint{32, 64, 0}, {0, 32, 0}, {0, 0, 32}}}, 5);
   Affine map{.translation = {10, 20, 30}};
-  EXPECT_EQ(positioned(mesh, map).positions[0], (std::array<float, 3>{11, 22, 30}));
+  EXPECT_EQ(positioned(mesh, map).positions[0], (Vec3{11, 22, 30}));
   EXPECT_EQ(positioned(mesh, map).triangles, mesh.triangles);
   map.columns[1] = {0, -2, 0};
-  EXPECT_EQ(positioned(mesh, map).positions[0], (std::array<float, 3>{11, 16, 30}));
+  EXPECT_EQ(positioned(mesh, map).positions[0], (Vec3{11, 16, 30}));
   EXPECT_EQ(positioned(mesh, map).triangles[0], (TriangleIndices{0, 2, 1}));
 }
 

@@ -7,27 +7,27 @@
 
 #include <gtest/gtest.h>
 
+#include "common/image/png_file.hpp"
 #include "common/picture/annotations.hpp"
 #include "common/picture/camera.hpp"
 #include "common/picture/lettering.hpp"
 #include "common/picture/rasterizer.hpp"
 #include "common/picture/shading.hpp"
-#include "common/image/png_file.hpp"
 
 namespace multitetra {
 namespace {
 
 // A ball of radius 1 around `middle` with outward triangles and `rings` rings from pole to pole.
-PositionedMesh ball(std::array<float, 3> middle, int rings = 24) {
+PositionedMesh ball(const Vec3& middle, int rings = 24) {
   PositionedMesh mesh;
   const int around = 2 * rings;
   for (int i = 0; i <= rings; ++i) {
     for (int j = 0; j < around; ++j) {
       const double theta = std::numbers::pi * i / rings;
       const double phi = 2 * std::numbers::pi * j / around;
-      mesh.positions.push_back({middle[0] + static_cast<float>(std::sin(theta) * std::cos(phi)),
-                                middle[1] + static_cast<float>(std::sin(theta) * std::sin(phi)),
-                                middle[2] + static_cast<float>(std::cos(theta))});
+      mesh.positions.push_back({middle[0] + std::sin(theta) * std::cos(phi),
+                                middle[1] + std::sin(theta) * std::sin(phi),
+                                middle[2] + std::cos(theta)});
     }
   }
   const auto vertex = [around](int i, int j) {
@@ -135,12 +135,9 @@ TEST(Picture, ClipsTrianglesBehindOrBesideTheEye) {
   const PositionedMesh middle = ball({0, 0, 0});
   const Camera camera = framing(middle.positions, 0, 0, 160, 120);  // The eye is at -y.
   const Picture alone = drawn(middle, camera, {});
-  const auto eye = static_cast<float>(camera.eye[1]);
-  for (const std::array<float, 3> place : {std::array<float, 3>{0, eye - 5, 0},
-                                           {0, eye, 50},
-                                           {1e30F, 0, 0},
-                                           {-1e5F, 5, -1e5F},
-                                           {0, 0, 1e4F}}) {
+  const double eye = camera.eye[1];
+  for (const Vec3& place :
+       {Vec3{0, eye - 5, 0}, {0, eye, 50}, {1e30, 0, 0}, {-1e5, 5, -1e5}, {0, 0, 1e4}}) {
     EXPECT_EQ(drawn(joined(middle, ball(place, 8)), camera, {}).pixels, alone.pixels);
   }
 }
@@ -164,7 +161,9 @@ TEST(Picture, ShowsTheInsideDarker) {
 TEST(Picture, UsesTheNormalsOfTheMesh) {
   PositionedMesh facets = ball({0, 0, 0}, 6);
   const Picture computed = picture_of(facets, 0, 0);
-  for (const auto& position : facets.positions) facets.normals.push_back(position);
+  for (const auto& [x, y, z] : facets.positions) {
+    facets.normals.push_back({static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
+  }
   const Picture sent = picture_of(facets, 0, 0);
   EXPECT_NE(computed.pixels, sent.pixels);
   for (UnitVector& normal : facets.normals) normal = {0, 1, 0};  // All facing away from the eye.
@@ -289,7 +288,7 @@ class NestedBalls : public ::testing::Test {
   PositionedMesh outer_ = [this] {
     PositionedMesh mesh = inner_;
     for (auto& position : mesh.positions) {
-      for (float& coordinate : position) coordinate *= 2;
+      for (double& coordinate : position) coordinate *= 2;
     }
     return mesh;
   }();
@@ -379,7 +378,7 @@ TEST(ScaleBar, HasARoundLengthThatFitsThePicture) {
   for (const double radius : {0.001, 3.0, 700.0}) {
     PositionedMesh mesh = ball({0, 0, 0});
     for (auto& place : mesh.positions) {
-      for (float& part : place) part *= static_cast<float>(radius);
+      for (double& part : place) part *= radius;
     }
     const Camera camera = framing(mesh.positions, 0, 0, 1280, 720);
     const ScaleLength length = scale_length(camera);

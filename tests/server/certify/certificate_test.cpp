@@ -294,7 +294,122 @@ TEST(Certificate, RejectsComponentsThatAreInsideOut) {
   turn(15);
   const Certificate all = certify(mesh, volume, options);
   EXPECT_EQ(all.closed, closed(0, 2));
-  EXPECT_TRUE(all.passes()) << "some programs face the other way";
+  EXPECT_FALSE(all.passes());
+  EXPECT_NE(text_of(all, {}, options).find("--inside-out"), std::string::npos);
+  CertifyOptions inside_out = options;
+  inside_out.is_inside_out = true;
+  EXPECT_TRUE(certify(mesh, volume, inside_out).passes()) << "some programs face the other way";
+}
+
+// Two balls with a cavity each; the outer wall of one and the cavity of the other are exchanged in
+// orientation, so the totals agree.
+TEST(Certificate, RejectsComponentsOfExchangedOrientation) {
+  const Volume volume = fields::sampled<float>({40, 20, 20}, [](int x, int y, int z) {
+    const auto shell = [&](double at) {
+      const double radius =
+          std::sqrt((x - at) * (x - at) + (y - 9.6) * (y - 9.6) + (z - 9.7) * (z - 9.7));
+      return 2 - std::abs(radius - 5);
+    };
+    return std::max(shell(9.3), shell(29.2));
+  });
+  TriangleMesh mesh = extracted(make_dataset(volume, "shells"), {.isovalue = 0.0, .error = 0.25});
+  const CertifyOptions options = {.isovalue = 0, .error = 0.25, .lattice = 5};
+  EXPECT_TRUE(certify(mesh, volume, options).passes());
+  for (TriangleIndices& t : mesh.triangles) {
+    const Vec3& at = mesh.vertices[t[0]];
+    const bool is_left = at[0] < 20;
+    const double radius = length(difference(at, {is_left ? 9.3 : 29.2, 9.6, 9.7}));
+    if (is_left == (radius > 5)) std::swap(t[1], t[2]);
+  }
+  const Certificate certificate = certify(mesh, volume, options);
+  EXPECT_EQ(certificate.closed, (ClosedComponents{.outwards = 2, .inwards = 2}));
+  EXPECT_EQ(certificate.closed, certificate.closed_of_reference);
+  EXPECT_EQ(certificate.faults.reversed, 2U);
+  EXPECT_FALSE(certificate.passes());
+  EXPECT_NE(text_of(certificate, {}, options).find("2 components inside out, the first at"),
+            std::string::npos)
+      << text_of(certificate, {}, options);
+}
+
+// A rod beside a box is moved into it, by less than the error.
+TEST(Certificate, RejectsAComponentOnTheOtherSideOfAnother) {
+  const Volume volume = fields::sampled<float>({28, 40, 20}, [](int x, int y, int z) {
+    const double box =
+        std::min({8.1 - std::abs(x - 12.0), 16.2 - std::abs(y - 20.0), 6.1 - std::abs(z - 10.0)});
+    const double rod = std::min(1.1 - std::hypot(x - 22.6, z - 10.2), 12.2 - std::abs(y - 20.0));
+    return std::max(box, rod);
+  });
+  TriangleMesh mesh = extracted(make_dataset(volume, "box"), {.isovalue = 0.0, .error = 0});
+  const CertifyOptions options = {.isovalue = 0, .error = 4.3, .lattice = 5};
+  EXPECT_TRUE(certify(mesh, volume, options).passes());
+  for (Vec3& at : mesh.vertices) {
+    if (at[0] > 20.9) at[0] -= 4.2;
+  }
+  const Certificate certificate = certify(mesh, volume, options);
+  EXPECT_TRUE(certificate.keeps_topology());
+  EXPECT_NE(certificate.error, ErrorVerdict::kExceeded);
+  EXPECT_EQ(certificate.faults.reversed, 0U);
+  EXPECT_EQ(certificate.faults.misplaced, 1U);
+  EXPECT_FALSE(certificate.passes());
+}
+
+TEST_F(CertificateErrors, DetectsAnOpenSurfaceThatIsInsideOut) {
+  TriangleMesh mesh = surface(0.5);
+  EXPECT_TRUE(certified(mesh, half_).passes());
+  for (TriangleIndices& t : mesh.triangles) std::swap(t[1], t[2]);
+  const Certificate certificate = certified(mesh, half_);
+  EXPECT_TRUE(certificate.keeps_topology());
+  EXPECT_GT(certificate.faults.reversed, 0U);
+  EXPECT_FALSE(certificate.passes());
+}
+
+// ---- allowances and other coordinates
+
+// At this place 32-bit coordinates are half a voxel apart.
+TEST(Certificate, AllowsRoundingOnlyIfAsked) {
+  Volume volume = two_balls();
+  volume.index_to_world.translation = {8e6, 0, 0};
+  TriangleMesh mesh = extracted(make_dataset(volume, "balls"), {.isovalue = 0.0, .error = 0});
+  for (Vec3& vertex : mesh.vertices) {
+    for (double& coordinate : vertex) coordinate = static_cast<double>(float(coordinate));
+  }
+  mesh.has_floats = true;
+  CertifyOptions options = {.isovalue = 0, .error = 0.05, .lattice = 5, .any_topology = true};
+  const Certificate strict = certify(mesh, volume, options);
+  EXPECT_FALSE(strict.passes());
+  const std::string text = text_of(strict, {}, options);
+  EXPECT_NE(text.find("allowed: 0.05 error + 0.05413 lattice = 0.1041 voxels"), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("which --allow-rounding allows"), std::string::npos) << text;
+  options.allow_rounding = true;
+  const Certificate allowed = certify(mesh, volume, options);
+  EXPECT_TRUE(allowed.passes());
+  EXPECT_NE(text_of(allowed, {}, options).find(" + 0.8259 rounding of 32-bit coordinates = "),
+            std::string::npos)
+      << text_of(allowed, {}, options);
+}
+
+TEST(Certificate, SuggestsUsualMaps) {
+  Volume volume = two_balls();
+  volume.index_to_world.translation = {-40, 30, 10};
+  volume.meaning.space = WorldSpace::kLps;
+  const TriangleMesh mesh =
+      extracted(make_dataset(volume, "balls"), {.isovalue = 0.0, .error = 0.25});
+  const CertifyOptions options = {
+      .isovalue = 0, .error = 0.25, .lattice = 5, .any_topology = true, .try_maps = true};
+  EXPECT_FALSE(certify(mesh, volume, options).suggestion);
+  const auto suggested = [&](const Affine& map) {
+    TriangleMesh mapped = mesh;
+    for (Vec3& vertex : mapped.vertices) vertex = inverse(map)(vertex);
+    const Certificate certificate = certify(mapped, volume, options);
+    EXPECT_FALSE(certificate.passes());
+    return certificate.suggestion ? certificate.suggestion->option : "nothing";
+  };
+  EXPECT_EQ(suggested({.columns = {Vec3{1e3, 0, 0}, Vec3{0, 1e3, 0}, Vec3{0, 0, 1e3}}}),
+            "--scale 1000");
+  EXPECT_EQ(suggested({.columns = {Vec3{-1, 0, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}}}), "--space ras");
+  EXPECT_EQ(suggested(volume.index_to_world), "--coordinates index");
+  EXPECT_EQ(suggested({.translation = {3, 7, 50}}), "nothing");
 }
 
 TEST(ClosedComponents, DoNotCountThoseThatRoundingMayHaveTurned) {
@@ -302,7 +417,7 @@ TEST(ClosedComponents, DoNotCountThoseThatRoundingMayHaveTurned) {
   TriangleMesh flat{.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0.01}},
                     .triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}};
   const auto counted = [&](double rounding, char is_open) {
-    return closed_components(flat, components_of(flat, {}), {is_open}, rounding);
+    return counts_of(facings_of(flat, components_of(flat, {}), {is_open}, rounding));
   };
   EXPECT_EQ(counted(1e-3, 0), (ClosedComponents{.outwards = 1, .inwards = 0}));
   EXPECT_EQ(counted(1e-2, 0), ClosedComponents{});
@@ -348,7 +463,13 @@ TEST_F(WithoutTheSmallBall, AcceptsTheReducedMeshOnlyWithTheOption) {
   EXPECT_TRUE(certificate.passes()) << text_of(certificate, {}, options_);
   EXPECT_EQ(certificate.reference.components, 1);
   EXPECT_FALSE(certificate.missing);
-  EXPECT_TRUE(certified(cleaned_, 14).passes()) << "the error may move it across the limit";
+  EXPECT_EQ(certificate.left_out.count, 0U) << "it is below the limit";
+  const Certificate lower = certified(cleaned_, 14);
+  EXPECT_TRUE(lower.passes()) << "the error may move it across the limit";
+  EXPECT_EQ(lower.left_out.count, 1U);
+  EXPECT_NE(text_of(lower, {}, options_).find("1 component of the full surface with up to 14.5"),
+            std::string::npos)
+      << text_of(lower, {}, options_);
   EXPECT_TRUE(certified(whole_, 15).passes()) << "likewise";
   options_.error = 0.02;
   EXPECT_TRUE(certified(whole_, 14).passes());

@@ -68,7 +68,7 @@ std::vector<Corners> sorted_corners(const TriangleMesh& mesh) {
 
 TriangleMesh as_triangles(const PositionedMesh& mesh) {
   TriangleMesh result;
-  for (const auto& p : mesh.positions) result.vertices.push_back(vec3(p));
+  for (const auto& p : mesh.positions) result.vertices.push_back(p);
   result.triangles = mesh.triangles;
   return result;
 }
@@ -141,7 +141,7 @@ TEST_F(MeshFile, ReadsMeshoptWithinItsRounding) {
   for (const auto& p : mesh.positions) {
     double nearest = 1e300;
     for (const Vec3& q : found.vertices) {
-      nearest = std::min(nearest, squared_length(difference(vec3(p), q)));
+      nearest = std::min(nearest, squared_length(difference(p, q)));
     }
     // Matrices of files are floats to most programs, but not here.
     EXPECT_LE(std::sqrt(nearest), 1.000001 * rounding);
@@ -250,7 +250,23 @@ TEST_F(MeshFile, ReadsTextStlAndBinaryStlThatStartsLikeText) {
   std::string binary = mesh_file(world_mesh(), MeshFormat::kStl);
   std::memcpy(binary.data(), "solid", 5);
   EXPECT_EQ(read("b.stl", binary).triangles.size(), world_mesh().triangles.size());
-  EXPECT_NE(complaint("c.stl", "solid thing\nvertex 0 0 0\n").find("ends too early"),
+  // As some programs write them: capitals, a blank first line, bytes after the triangles.
+  const std::string facet =
+      "FACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1 0 0\nVERTEX 0 1 0\nENDLOOP\n"
+      "ENDFACET\n";
+  for (const std::string& text :
+       {"SOLID THING\n" + facet + "ENDSOLID THING\n", "\r\n  \nSolid\n" + facet + "EndSolid\n"}) {
+    EXPECT_EQ(read("c.stl", text).triangles.size(), 1U) << text;
+    EXPECT_EQ(read("any.name", text).triangles.size(), 1U) << text;
+  }
+  EXPECT_EQ(read("b.stl", mesh_file(world_mesh(), MeshFormat::kStl) + std::string(7, '\n'))
+                .triangles.size(),
+            world_mesh().triangles.size());
+  EXPECT_EQ(read("a.dat", mesh_file(world_mesh(), MeshFormat::kStl)).triangles.size(),
+            world_mesh().triangles.size());
+  EXPECT_EQ(read("a.txt", mesh_file(world_mesh(), MeshFormat::kObj)).triangles.size(),
+            world_mesh().triangles.size());
+  EXPECT_NE(complaint("c.stl", "solid thing\nfacet\nvertex 0 0 0\n").find("ends too early"),
             std::string::npos);
 }
 
@@ -428,7 +444,9 @@ TEST_F(MeshFile, RejectsInvalidVtp) {
 // ---- damage
 
 TEST_F(MeshFile, RejectsOtherFilesByName) {
-  EXPECT_NE(complaint("a.ply", "GIF89a").find("its format is not one of"), std::string::npos);
+  EXPECT_NE(
+      complaint("a.ply", "GIF89a").find("its format is unknown: it begins with neither 'ply'"),
+      std::string::npos);
   EXPECT_NE(complaint("a.xyz", "0 0 0\n").find("a.xyz"), std::string::npos);
   EXPECT_THROW((void)read_mesh(folder_.path() / "missing.stl"), VolumeFileError);
   EXPECT_THROW((void)read_mesh(folder_.path()), VolumeFileError);

@@ -9,8 +9,8 @@
 #include <set>
 #include <vector>
 
-#include "server/certify/detail/triangle_intersection.hpp"
-#include "server/certify/self_intersections.hpp"
+#include "common/mesh/detail/triangle_intersection.hpp"
+#include "common/mesh/self_intersections.hpp"
 #include "tests/support/triangle_meshes.hpp"
 
 namespace multitetra {

@@ -1,4 +1,4 @@
-#include "server/certify/self_intersections.hpp"
+#include "common/mesh/self_intersections.hpp"
 
 #include <array>
 #include <cmath>
@@ -8,8 +8,8 @@
 #include <oneapi/tbb/global_control.h>
 #include <boost/multiprecision/cpp_int.hpp>
 
-#include "server/certify/detail/exact_predicates.hpp"
-#include "server/certify/detail/triangle_intersection.hpp"
+#include "common/mesh/detail/exact_predicates.hpp"
+#include "common/mesh/detail/triangle_intersection.hpp"
 #include "tests/support/triangle_meshes.hpp"
 
 namespace multitetra {

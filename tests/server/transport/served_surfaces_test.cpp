@@ -124,10 +124,7 @@ TEST(ServedSurfaces, KeepTheTopologyInFewerBytesIfSimplified) {
 
 std::vector<SurfaceTriangle> in_world(const FetchedStep& step, const DatasetInfo& info) {
   const PositionedMesh mesh = positioned(step.step->mesh, grid_to_world(info));
-  const auto corner = [&](std::uint32_t v) {
-    const auto& [x, y, z] = mesh.positions[v];
-    return Vec3{x, y, z};
-  };
+  const auto corner = [&](std::uint32_t v) { return mesh.positions[v]; };
   std::vector<SurfaceTriangle> surface;
   for (const auto& [a, b, c] : mesh.triangles) surface.push_back({corner(a), corner(b), corner(c)});
   return surface;

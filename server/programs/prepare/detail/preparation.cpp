@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 #include <memory>
+#include <stdexcept>
 #include <string_view>
 #include <utility>
 
@@ -131,6 +132,14 @@ std::optional<PrepareResult> Preparation::prepare_unless_up_to_date(const Prepar
   return std::nullopt;
 }
 
+namespace {
+
+[[noreturn]] void refuse_volume(const PrepareJob& job, const std::string& reason) {
+  throw std::invalid_argument("'" + job.input + "': " + reason + ".");
+}
+
+}  // namespace
+
 PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& note,
                                        DatasetOutput& output) {
   if (!arguments_.force) require_same_source(job, note);
@@ -147,6 +156,14 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
   }
   const OpenedJob opened = open_job(job, options, maps_);
   const VolumeHeader& header = opened.source->header();
+  const bool is_closed = outside && arguments_.margin_steps() > 0;
+  if (!is_closed && std::find(header.dims.begin(), header.dims.end(), 1) != header.dims.end()) {
+    refuse_volume(
+        job,
+        "it has " + sides_text(header.dims) +
+            " samples: a single slice has no surface. --outside VALUE --margin 1 surrounds it with "
+            "a value and gives it one");
+  }
   check_grid(job, {header.dims, header.index_to_world, header.meaning});
   const bool may_lie = header.meaning.space == WorldSpace::kUnnamed &&
                        !is_microscopic(header.meaning.length_unit) &&
@@ -175,6 +192,11 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
   };
   PrepareResult prepared;
   prepared.info = prepare(*opened.source, how, output.file(), note);
+  std::uint64_t samples = 1;
+  for (const std::int32_t side : header.dims) samples *= static_cast<std::uint64_t>(side);
+  if (prepared.info.void_samples == samples) {
+    refuse_volume(job, "all its samples are void (NaN, or missing), so it has no surface");
+  }
   prepared.label_volume = opened.label_volume;
   output.finish([&](double fraction) {
     if (pass != "upload") progress.begin(pass = "upload");

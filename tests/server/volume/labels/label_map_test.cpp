@@ -194,10 +194,16 @@ TEST(LabelMap, RejectsVolumesWithoutLabels) {
   Volume fraction = labels_of<float>({5, 4, 3}, [](int, int, int) { return 2; });
   std::get<std::vector<float>>(fraction.samples)[5 + 3] = 0.5F;
   EXPECT_EQ(refusal(fraction),
-            "Cannot read 'seg.nrrd': its sample at 3, 1, 0 is 0.500000, which is not an integer of "
-            "at most 2^24. Labels are for segmentations; prepare it without label options.");
+            "Cannot read 'seg.nrrd': its sample at 3, 1, 0 is 0.5, which is not an integer. "
+            "Labels are for segmentations; prepare it without label options.");
   std::get<std::vector<float>>(fraction.samples)[5 + 3] = 3e7F;
-  testing::expect_contains(refusal(fraction), "2^24");
+  testing::expect_contains(refusal(fraction), "a label of 2^24 or more");
+  testing::expect_contains(refusal(fraction), "Renumber the labels from 1");
+  // 2^24 + 1 becomes the same float.
+  std::get<std::vector<float>>(fraction.samples)[5 + 3] = 16'777'216;
+  testing::expect_contains(refusal(fraction), "a label of 2^24 or more");
+  std::get<std::vector<float>>(fraction.samples)[5 + 3] = 16'777'215;
+  EXPECT_EQ(refusal(fraction), "");
   int next = 0;
   testing::expect_contains(
       refusal(labels_of<float>({300, 300, 1}, [&](int, int, int) { return ++next; })),

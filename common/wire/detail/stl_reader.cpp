@@ -1,5 +1,8 @@
 // STL: triangles with explicit corners, as text or binary.
-#include "server/certify/detail/mesh_bytes.hpp"
+#include <string>
+
+#include "common/base/text.hpp"
+#include "common/wire/detail/mesh_bytes.hpp"
 
 namespace multitetra {
 namespace {
@@ -35,10 +38,9 @@ TriangleMesh read_binary(MeshBytes bytes, std::uint32_t count) {
 TriangleMesh read_text(MeshBytes bytes) {
   TriangleMesh mesh;
   bool has_end = false;
-  bytes.take_line();  // "solid" and a name.
   while (!bytes.is_empty()) {
     MeshBytes line(bytes.take_line());
-    const std::string_view word = line.take_word();
+    const std::string word = lower_case(line.take_word());
     if (word == "endsolid") has_end = true;
     if (word != "vertex") continue;
     Vec3 place;
@@ -49,22 +51,40 @@ TriangleMesh read_text(MeshBytes bytes) {
   return mesh;
 }
 
+// Returns whether it begins with "solid", in any case and after any white space, and with a facet
+// or the end soon after: headers of binary files may begin with "solid", too.
+bool begins_as_text(std::string_view file) {
+  constexpr std::size_t kWithin = 4096;
+  const std::string beginning = lower_case(file.substr(0, kWithin));
+  return MeshBytes(beginning).take_word() == "solid" &&
+         (beginning.find("facet") != beginning.npos ||
+          beginning.find("endsolid") != beginning.npos);
+}
+
 }  // namespace
 
 TriangleMesh read_stl(std::string_view file) {
-  // Binary files may begin with "solid" too, but their length then matches the number of triangles.
+  const bool is_text = begins_as_text(file);
   if (file.size() >= kStlHeaderBytes + 4) {
     MeshBytes bytes(file);
     bytes.take(kStlHeaderBytes);
     const auto count = bytes.take_number<std::uint32_t>();
-    if (bytes.size() == kStlTriangleBytes * count) return read_binary(bytes, count);
-    if (!file.starts_with("solid")) {
-      throw MeshFileError("its header declares " + std::to_string(count) +
-                          " triangles, but it has " + std::to_string(bytes.size()) +
-                          " bytes for them");
+    // Some programs append bytes.
+    const bool has_more = !is_text && count > 0 && bytes.size() > kStlTriangleBytes * count;
+    if (bytes.size() == kStlTriangleBytes * count || has_more) return read_binary(bytes, count);
+    if (!is_text) {
+      throw MeshFileError(
+          "it does not begin with 'solid', as text does, and the header of binary "
+          "STL declares " +
+          std::to_string(count) + " triangles, but it has " + std::to_string(bytes.size()) +
+          " bytes for them");
     }
   }
-  if (!file.starts_with("solid")) throw MeshFileError("it is neither text nor binary STL");
+  if (!is_text) {
+    throw MeshFileError(
+        "it is neither text STL, which begins with 'solid' and has facets, nor "
+        "binary STL, which has at least 84 bytes");
+  }
   return read_text(MeshBytes(file));
 }
 

@@ -1,4 +1,4 @@
-#include "server/certify/detail/exact_predicates.hpp"
+#include "common/mesh/detail/exact_predicates.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 #include <optional>
 #include <span>
 
-#include "server/certify/detail/fixed_integer.hpp"
+#include "common/mesh/detail/fixed_integer.hpp"
 
 namespace multitetra {
 namespace {

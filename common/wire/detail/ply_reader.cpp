@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "common/image/stored_type.hpp"
-#include "server/certify/detail/mesh_bytes.hpp"
+#include "common/wire/detail/mesh_bytes.hpp"
 
 namespace multitetra {
 namespace {

@@ -16,6 +16,8 @@ struct TriangleMesh {
   std::vector<TriangleIndices> triangles;
   // According to the file, vertices are at multiples of 2^-lattice grid steps. Absent if unknown.
   std::optional<int> lattice = std::nullopt;
+  // All coordinates in the file are 32-bit floats, so vertices may have been rounded to these.
+  bool has_floats = false;
   // According to the file, components with a smaller bounding-box diagonal (samples) were removed.
   double min_component = 0;
 };

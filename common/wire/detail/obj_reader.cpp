@@ -1,5 +1,5 @@
 // OBJ: lines with vertices, and with faces that number them from 1, or backward from the last one.
-#include "server/certify/detail/mesh_bytes.hpp"
+#include "common/wire/detail/mesh_bytes.hpp"
 
 namespace multitetra {
 

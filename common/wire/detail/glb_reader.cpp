@@ -13,8 +13,8 @@
 #include "common/base/affine.hpp"
 #include "common/base/json.hpp"
 #include "common/image/stored_type.hpp"
+#include "common/wire/detail/mesh_bytes.hpp"
 #include "common/wire/draco_mesh.hpp"
-#include "server/certify/detail/mesh_bytes.hpp"
 
 namespace multitetra {
 namespace {
@@ -97,7 +97,9 @@ Affine node_map(const json& node) {
 
 class GlbReader {
  public:
-  GlbReader(const json& document, std::string_view binary) : document_(document), binary_(binary) {}
+  GlbReader(const json& document, std::string_view binary,
+            std::vector<std::size_t>* first_triangles)
+      : document_(document), binary_(binary), first_triangles_(first_triangles) {}
 
   TriangleMesh read() {
     if (document_.contains("extensionsRequired")) {
@@ -130,6 +132,7 @@ class GlbReader {
     const json& node = element(document_, "nodes", number);
     const Affine map = composed(parent, node_map(node));
     if (node.contains("mesh")) {
+      if (first_triangles_ != nullptr) first_triangles_->push_back(mesh_.triangles.size());
       const json& mesh = element(document_, "meshes", whole(node["mesh"]));
       if (!mesh.contains("primitives")) throw MeshFileError("a mesh has no primitives");
       for (const json& primitive : mesh["primitives"]) add_primitive(primitive, map);
@@ -309,6 +312,7 @@ class GlbReader {
 
   const json& document_;
   std::string_view binary_;
+  std::vector<std::size_t>* first_triangles_;
   TriangleMesh mesh_;
   std::size_t nodes_ = 0;
   int draco_meshes_ = 0;
@@ -318,7 +322,7 @@ class GlbReader {
 
 }  // namespace
 
-TriangleMesh read_glb(std::string_view file) {
+TriangleMesh read_glb(std::string_view file, std::vector<std::size_t>* first_triangles) {
   constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
   MeshBytes bytes(file);
   bytes.take(4);
@@ -337,7 +341,7 @@ TriangleMesh read_glb(std::string_view file) {
   const json document = parse_json(text);
   if (document.is_discarded()) throw MeshFileError("its JSON is damaged");
   try {
-    return GlbReader(document, binary).read();
+    return GlbReader(document, binary, first_triangles).read();
   } catch (const json::exception&) {
     throw MeshFileError("its JSON is not glTF");
   }

@@ -1,8 +1,8 @@
-#include "server/certify/detail/triangle_intersection.hpp"
+#include "common/mesh/detail/triangle_intersection.hpp"
 
 #include <algorithm>
 
-#include "server/certify/detail/exact_predicates.hpp"
+#include "common/mesh/detail/exact_predicates.hpp"
 
 namespace multitetra {
 namespace {

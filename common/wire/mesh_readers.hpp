@@ -1,0 +1,40 @@
+// Reads mesh files of any program from memory: PLY (text, or binary in either byte order), STL
+// (text or binary), OBJ, binary glTF (also with KHR_draco_mesh_compression or
+// EXT_meshopt_compression) and Draco.
+//
+// Files are untrusted: all functions throw MeshFileError, whose text says what is wrong.
+#pragma once
+
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/mesh/triangle_mesh.hpp"
+
+namespace multitetra {
+
+class MeshFileError : public std::runtime_error {
+ public:
+  explicit MeshFileError(const std::string& what) : std::runtime_error(what) {}
+};
+
+// The most vertices of a mesh, and the most triangles.
+inline constexpr std::size_t kMaxMeshElements = std::size_t{1} << 28;
+// The most corners of a polygon.
+inline constexpr std::size_t kMaxPolygonCorners = 65'536;
+
+// Read all triangles, in the file's coordinates. Cut polygons into fans; ignore everything that is
+// not a surface.
+[[nodiscard]] TriangleMesh read_ply(std::string_view file);
+[[nodiscard]] TriangleMesh read_stl(std::string_view file);
+[[nodiscard]] TriangleMesh read_obj(std::string_view file);
+// Applies the transforms of nodes, and turns glTF's y-up to z-up. `first_triangles` receives the
+// index of the first triangle of each node with a mesh, unless it is null.
+[[nodiscard]] TriangleMesh read_glb(std::string_view file,
+                                    std::vector<std::size_t>* first_triangles = nullptr);
+// Draco data may announce any size: limit the memory of the process for untrusted files.
+[[nodiscard]] TriangleMesh read_draco(std::string_view file);
+
+}  // namespace multitetra

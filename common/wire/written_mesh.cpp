@@ -1,0 +1,88 @@
+#include "common/wire/written_mesh.hpp"
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "common/mesh/triangle_mesh.hpp"
+#include "common/wire/detail/vtp_file.hpp"
+#include "common/wire/draco_mesh.hpp"
+#include "common/wire/mesh_readers.hpp"
+
+namespace multitetra {
+namespace {
+
+TriangleMesh draco_mesh_of(std::string_view file) {
+  if (file.empty()) return {};  // No triangles.
+  auto mesh = decode_draco_mesh(file, std::nullopt);
+  if (!mesh) throw MeshFileError(mesh.error().text);
+  return {.vertices = std::move(mesh->positions), .triangles = std::move(mesh->triangles)};
+}
+
+TriangleMesh mesh_in(std::string_view file, MeshFormat format, std::vector<std::size_t>& first) {
+  first = {0};
+  switch (format) {
+    case MeshFormat::kPly:
+      return read_ply(file);
+    case MeshFormat::kStl:
+      return read_stl(file);
+    case MeshFormat::kObj:
+      return read_obj(file);
+    case MeshFormat::kGlb:
+      first.clear();
+      return read_glb(file, &first);
+    case MeshFormat::kVtp:
+      return read_own_vtp(file);
+    case MeshFormat::kDrc:
+      return draco_mesh_of(file);
+  }
+  return {};
+}
+
+WrittenMesh found_in(const TriangleMesh& mesh, bool counts_self_intersections) {
+  const WeldedMesh welded_mesh = welded(mesh);
+  WrittenMesh written;
+  written.topology = topology(welded_mesh.mesh.vertices.size(), welded_mesh.mesh.triangles,
+                              [](std::uint32_t, std::uint32_t) { return true; });
+  written.topology.degenerate_triangles =
+      static_cast<std::int64_t>(welded_mesh.degenerate_triangles);
+  if (counts_self_intersections) {
+    written.self_intersections = self_intersections(welded_mesh.mesh);
+  }
+  return written;
+}
+
+}  // namespace
+
+std::vector<WrittenMesh> read_back(std::string_view file, MeshFormat format,
+                                   bool counts_self_intersections) {
+  std::vector<std::size_t> first;
+  TriangleMesh all = mesh_in(file, format, first);
+  if (first.size() == 1) return {found_in(all, counts_self_intersections)};
+  std::vector<WrittenMesh> written;
+  first.push_back(all.triangles.size());
+  for (std::size_t i = 0; i + 1 < first.size(); ++i) {
+    const auto begin = all.triangles.begin();
+    const TriangleMesh part = {.vertices = all.vertices,
+                               .triangles = {begin + static_cast<std::ptrdiff_t>(first[i]),
+                                             begin + static_cast<std::ptrdiff_t>(first[i + 1])}};
+    written.push_back(found_in(part, counts_self_intersections));
+  }
+  return written;
+}
+
+void require_same(const WrittenMesh& written, const PositionedMesh& mesh) {
+  const MeshTopology& found = written.topology;
+  const bool is_same = found.degenerate_triangles == 0 &&
+                       found.triangles == static_cast<std::int64_t>(mesh.triangles.size()) &&
+                       found.vertices == static_cast<std::int64_t>(mesh.positions.size());
+  if (is_same) return;
+  throw std::logic_error("Internal error: a mesh of " + std::to_string(mesh.triangles.size()) +
+                         " triangles and " + std::to_string(mesh.positions.size()) +
+                         " vertices would be written with " + std::to_string(found.triangles) +
+                         " triangles, " + std::to_string(found.vertices) + " vertices and " +
+                         std::to_string(found.degenerate_triangles) +
+                         " degenerate triangles. Please report it; another format may hold it.");
+}
+
+}  // namespace multitetra
