@@ -34,9 +34,7 @@ template <typename Value>
 // nonmanifold_edges, degenerate_triangles.
 [[nodiscard]] Json json_of(const MeshTopology& topology);
 
-// Keys: name, dims, type, spacing, min, max, void_samples, outside (null: void), margin,
-// grid_exponent, index_to_world, space, length_unit, value_unit (null: unknown),
-// suggested_isovalues, member (null: none), histogram.
+// Keys: the fields of common/dataset/dataset_fields.hpp.
 [[nodiscard]] Json json_of(const DatasetInfo& info);
 
 // Keys: area (in world units; in two digits unless the surface is the full-resolution one),
