@@ -14,6 +14,13 @@ Result<Reply> the(Result<DatasetQueryReply> reply) {
   return std::get<Reply>(*std::move(reply));
 }
 
+// The surfaces of one request, with the memory that is reserved for them until they were used.
+struct HeldSurfaces {
+  std::vector<Surface> surfaces = {};
+  std::vector<ByteReservations::Reservation> memory = {};
+  bool is_above_limit = false;
+};
+
 }  // namespace
 
 std::optional<asio::awaitable<Result<CataloguePtr>>> Caller::find_catalogue(
@@ -49,8 +56,8 @@ Error Caller::reason(const Error& error) const {
 
 asio::awaitable<Result<void>> Caller::use_surfaces(SurfacesRequest wanted, std::string what,
                                                    UseSurfaces use) {
-  const auto surfaces = std::make_shared<std::vector<Surface>>();
-  std::vector<ByteReservations::Reservation> memory;  // Of surfaces that wait for the next one.
+  const auto held = std::make_shared<HeldSurfaces>();
+  ByteReservations& queue = client_->admission().queue();
   std::uint64_t max_triangles = wanted.max_triangles;
   for (std::size_t i = 0; i < wanted.requests.size(); ++i) {
     const bool is_last = i + 1 == wanted.requests.size();
@@ -64,10 +71,16 @@ asio::awaitable<Result<void>> Caller::use_surfaces(SurfacesRequest wanted, std::
     if (!waiting) co_return tl::unexpected(waiting.error());
     auto action = permit_.accept(std::move(open));
     if (!action) co_return tl::unexpected(action.error());
-    UseSurface add = [surfaces, use = is_last ? use : UseSurfaces()](
+    UseSurface add = [held, &queue, share = client_->share(), use = is_last ? use : UseSurfaces()](
                          Surface surface, const std::stop_token& stop) -> Result<void> {
-      surfaces->push_back(std::move(surface));
-      return use ? use(std::exchange(*surfaces, {}), stop) : Result<void>();
+      auto memory = queue.take(share, bytes_of(surface.mesh));
+      held->is_above_limit = !memory;
+      if (!memory) return fail(ErrorCode::kUnavailable, "There is not enough memory.");
+      held->memory.push_back(*std::move(memory));
+      held->surfaces.push_back(std::move(surface));
+      if (!use) return {};
+      const auto in_use = std::exchange(held->memory, {});
+      return use(std::exchange(held->surfaces, {}), stop);
     };
     std::function<void(std::function<void(Result<void>)>)> start =
         [&](std::function<void(Result<void>)> done) {
@@ -75,13 +88,12 @@ asio::awaitable<Result<void>> Caller::use_surfaces(SurfacesRequest wanted, std::
                        stop_.get_token(), std::move(add), std::move(done));
         };
     const auto made = co_await result_of<void>(std::move(start));
+    // A reservation that is refused is reported here, on the executor's thread.
+    if (held->is_above_limit) {
+      co_return tl::unexpected(client_->reserve(queue.capacity() + 1).error());
+    }
     if (!made) co_return tl::unexpected(reason(made.error()));
-    if (is_last) break;
-    const LatticeMesh& mesh = surfaces->back().mesh;
-    auto reserved = client_->reserve(bytes_of(mesh));
-    if (!reserved) co_return tl::unexpected(reserved.error());
-    memory.push_back(*std::move(reserved));
-    max_triangles -= mesh.triangles.size();
+    if (!is_last) max_triangles -= held->surfaces.back().mesh.triangles.size();
   }
   co_return Result<void>();
 }

@@ -133,6 +133,15 @@ TEST(LocalService, ReservesMemoryForWaitingRequestsAndTheMesh) {
   EXPECT_EQ(small.finish(small.request()).error().code, ErrorCode::kUnavailable);
 }
 
+TEST(LocalService, ReservesMemoryForMeshesInUse) {
+  Running small(octahedra, {.workers = 1}, {.queue_bytes = 4 * 4200});
+  ASSERT_TRUE(small.log_in());
+  const auto refused = small.finish(small.request());
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
+  EXPECT_GT(refused.error().retry_after, 0);
+}
+
 TEST(LocalService, UsesNoWorkerForAClosedCaller) {
   Count working;
   Running running(testing::endless(working));
