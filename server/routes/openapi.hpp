@@ -1,7 +1,7 @@
 // The description of the HTTP interface, /v1/openapi.json.
 //
-// openapi.json has its prose. What the tables of parameters and of a dataset's fields say is added to
-// it: a key that begins with $ stands for
+// openapi.json has its prose. What the tables of parameters and of a dataset's fields say is added:
+// a key that begins with $ stands for
 //
 //   {"$parameters": "slice"}   in a list of parameters: those of the table
 //   {"$dataset": true}         the schema of a dataset
