@@ -68,6 +68,7 @@ THIRD_PARTY = {
     r"gdcm|hdf5|libaec\.h|expat\.h|tiff|png\.h|blosc\.h|zstd\.h|lz4\.h|bzlib\.h|zlib\.h|curl/": [],
     r"google/protobuf|\.pb\.h": ["common/wire"],
     r"spdlog/": [],
+    r"cairo|pango": [],
     r"openssl/": [],
     r"nlohmann/json\.hpp": ["common/base"],
 }

@@ -8,7 +8,7 @@
 
 #include "client/python/arrays.hpp"
 #include "common/base/number_text.hpp"
-#include "common/dataset/dataset_info.hpp"
+#include "common/dataset/dataset_fields.hpp"
 
 namespace py = pybind11;
 
@@ -35,6 +35,33 @@ double affine_entry(const Affine& map, py::ssize_t row, py::ssize_t column) {
   if (row == 3) return column == 3 ? 1 : 0;
   const auto r = static_cast<std::size_t>(row);
   return column == 3 ? map.translation[r] : map.columns[static_cast<std::size_t>(column)][r];
+}
+
+// The values of fields of DatasetInfo. Unknown texts are empty.
+template <typename Value>
+py::object python_value(const Value& value) {
+  return py::cast(value);
+}
+py::object python_value(SampleType type) { return py::cast(name(type)); }
+py::object python_value(WorldSpace space) { return py::cast(name(space)); }
+py::object python_value(GeometryBasis basis) { return py::cast(name(basis)); }
+// (4, 3): the steps along the axes, and the position of the first sample.
+py::object python_value(const Affine& map) {
+  const auto& [columns, translation] = map;
+  return rows_of<double>(std::array{columns[0], columns[1], columns[2], translation});
+}
+py::object python_value(const Histogram& histogram) {
+  return py::make_tuple(histogram.low, histogram.high, histogram.counts);
+}
+py::object python_value(const std::optional<DisplayWindow>& window) {
+  if (!window) return py::none();
+  return py::make_tuple(window->low, window->high);
+}
+
+// Returns a text about a field as Python users read it.
+std::string with_none(std::string text) {
+  const std::size_t at = text.find("null:");
+  return at == std::string::npos ? text : text.replace(at, 4, "None");
 }
 
 void define_members_of_series(py::module_& module) {
@@ -70,11 +97,15 @@ void define_members_of_series(py::module_& module) {
 
 void define_datasets(py::module_& module) {
   define_members_of_series(module);
-  py::class_<DatasetInfo>(module, "DatasetInfo")
-      .def_readonly("name", &DatasetInfo::name)
-      .def_readonly("label_extent", &DatasetInfo::label_extent)
+  py::class_<DatasetInfo> type(module, "DatasetInfo");
+#define MULTITETRA_DEFINE(key, member, help)                                   \
+  type.def_property_readonly(                                                  \
+      #key, [](const DatasetInfo& info) { return python_value(info.member); }, \
+      with_none(help).c_str());
+  MULTITETRA_DATASET_FIELDS(MULTITETRA_DEFINE)
+#undef MULTITETRA_DEFINE
+  type.def_readonly("label_extent", &DatasetInfo::label_extent)
       .def("__repr__", &text_of_dataset)
-      .def_readonly("dims", &DatasetInfo::dims)
       .def_property_readonly(
           "shape",
           [](const DatasetInfo& info) {
@@ -96,47 +127,7 @@ void define_datasets(py::module_& module) {
           "(4, 4): the world coordinates of a sample are affine @ [x, y, z, 1].")
       .def_property_readonly(
           "unit", [](const DatasetInfo& info) { return info.meaning.length_unit; },
-          "The unit of spacing and world coordinates; empty if unknown.")
-      .def_property_readonly("type", [](const DatasetInfo& info) { return name(info.type); })
-      .def_readonly("spacing", &DatasetInfo::spacing)
-      .def_property_readonly(
-          "index_to_world",
-          [](const DatasetInfo& info) {
-            const auto& [columns, translation] = info.index_to_world;
-            return rows_of<double>(std::array{columns[0], columns[1], columns[2], translation});
-          },
-          "(4, 3): the steps in world coordinates along x, y and z, and the position of the first "
-          "sample.")
-      .def_property_readonly("space",
-                             [](const DatasetInfo& info) { return name(info.meaning.space); })
-      .def_property_readonly("length_unit",
-                             [](const DatasetInfo& info) { return info.meaning.length_unit; })
-      .def_property_readonly("value_unit",
-                             [](const DatasetInfo& info) { return info.meaning.value_unit; })
-      .def_property_readonly("geometry",
-                             [](const DatasetInfo& info) { return geometry_text(info.meaning); })
-      .def_readonly("min", &DatasetInfo::min)
-      .def_readonly("max", &DatasetInfo::max)
-      .def_readonly("void_samples", &DatasetInfo::void_samples)
-      .def_readonly("outside", &DatasetInfo::outside)
-      .def_readonly("margin", &DatasetInfo::margin)
-      .def_readonly("grid_exponent", &DatasetInfo::grid_exponent)
-      .def_property_readonly(
-          "histogram",
-          [](const DatasetInfo& info) {
-            return py::make_tuple(info.histogram.low, info.histogram.high, info.histogram.counts);
-          },
-          "(low, high, counts): bins of equal width between low and high.")
-      .def_property_readonly(
-          "display_window",
-          [](const DatasetInfo& info) -> py::object {
-            if (!info.display_window) return py::none();
-            return py::make_tuple(info.display_window->low, info.display_window->high);
-          },
-          "(low, high): the values that the source recommends for the darkest and the brightest "
-          "color; None: none.")
-      .def_readonly("suggested_isovalues", &DatasetInfo::suggested_isovalues)
-      .def_readonly("member", &DatasetInfo::member);
+          "The unit of spacing and world coordinates; empty if unknown.");
 }
 
 }  // namespace multitetra

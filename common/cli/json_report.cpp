@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "common/base/json.hpp"
+#include "common/dataset/dataset_fields.hpp"
 
 namespace multitetra {
 
@@ -145,50 +146,43 @@ Json json_of(const SeriesMember& member) {
 namespace {
 
 // Samples, box and centroid of a label are null if unknown.
-Json member_json(const DatasetInfo& info) {
-  Json json = json_of(*info.member);
-  if (!info.member->label) return json;
-  const bool has_place = info.label_extent && info.label_extent->place;
-  Json& label = json["label"];
-  label["samples"] = info.label_extent ? Json(info.label_extent->samples) : Json();
-  label["box"] = has_place
-                     ? Json({info.label_extent->place->least, info.label_extent->place->greatest})
-                     : Json();
-  label["centroid"] = has_place ? Json(info.label_extent->place->centroid) : Json();
-  return json;
+void add_extent(Json& label, const std::optional<LabelExtent>& extent) {
+  const bool has_place = extent && extent->place;
+  label["samples"] = extent ? Json(extent->samples) : Json();
+  label["box"] = has_place ? Json({extent->place->least, extent->place->greatest}) : Json();
+  label["centroid"] = has_place ? Json(extent->place->centroid) : Json();
 }
 
-Json window_json(const DatasetInfo& info) {
-  if (!info.display_window) return nullptr;
-  return Json::array({info.display_window->low, info.display_window->high});
+// The values of fields of DatasetInfo; null: none, unknown.
+template <typename Value>
+Json field_json(const Value& value) {
+  return value;
+}
+Json field_json(const std::string& text) { return text_or_null(text); }
+Json field_json(SampleType type) { return name(type); }
+Json field_json(WorldSpace space) { return text_or_null(name(space)); }
+Json field_json(GeometryBasis basis) { return text_or_null(name(basis)); }
+Json field_json(const Affine& map) { return json_of(map); }
+Json field_json(const std::optional<double>& value) { return value_or_null(value); }
+Json field_json(const std::optional<SeriesMember>& member) {
+  return member ? json_of(*member) : Json();
+}
+Json field_json(const std::optional<DisplayWindow>& window) {
+  return window ? Json::array({window->low, window->high}) : Json();
+}
+Json field_json(const Histogram& histogram) {
+  return {{"low", histogram.low}, {"high", histogram.high}, {"counts", histogram.counts}};
 }
 
 }  // namespace
 
 Json json_of(const DatasetInfo& info) {
-  return {{"name", info.name},
-          {"dims", info.dims},
-          {"type", name(info.type)},
-          {"spacing", info.spacing},
-          {"min", info.min},
-          {"max", info.max},
-          {"void_samples", info.void_samples},
-          {"outside", value_or_null(info.outside)},
-          {"margin", info.margin},
-          {"grid_exponent", info.grid_exponent},
-          {"index_to_world", json_of(info.index_to_world)},
-          {"space", text_or_null(name(info.meaning.space))},
-          {"length_unit", text_or_null(info.meaning.length_unit)},
-          {"value_unit", text_or_null(info.meaning.value_unit)},
-          {"geometry", text_or_null(name(info.meaning.geometry))},
-          {"assumed", text_or_null(info.meaning.assumed)},
-          {"suggested_isovalues", info.suggested_isovalues},
-          {"display_window", window_json(info)},
-          {"member", info.member ? member_json(info) : Json()},
-          {"histogram",
-           {{"low", info.histogram.low},
-            {"high", info.histogram.high},
-            {"counts", info.histogram.counts}}}};
+  Json json;
+  visit_dataset_fields(info, [&json](const DatasetField& field, const auto& value) {
+    json[field.name] = field_json(value);
+  });
+  if (info.member && info.member->label) add_extent(json["member"]["label"], info.label_extent);
+  return json;
 }
 
 namespace {

@@ -39,9 +39,7 @@ template <typename Value>
 // triangle), nonmanifold_edges, degenerate_triangles, flat_triangles (null: not counted).
 [[nodiscard]] Json json_of(const WrittenMesh& written);
 
-// Keys: name, dims, type, spacing, min, max, void_samples, outside (null: void), margin,
-// grid_exponent, index_to_world, space, length_unit, value_unit, geometry, assumed (null: unknown),
-// suggested_isovalues, member (null: none), histogram.
+// Keys: the fields of common/dataset/dataset_fields.hpp.
 [[nodiscard]] Json json_of(const DatasetInfo& info);
 
 // Keys: area (of the components in the file, in world units; that of the full-resolution surface

@@ -5,7 +5,7 @@
 
 #include "common/base/number_at_resolution.hpp"
 #include "common/base/number_text.hpp"
-#include "common/picture/lettering.hpp"
+#include "common/picture/canvas.hpp"
 
 namespace multitetra {
 namespace {
@@ -26,7 +26,11 @@ double magnification(int width, int height) {
 }
 
 constexpr double kMargin = 16;
-constexpr double kLetter = 10;  // The height of a capital.
+constexpr double kLetter = 13.5;  // The size of letters.
+
+Canvas::TextStyle letters(double size, const Inks& inks) {
+  return {.size = size, .color = inks.ink, .rim = inks.rim};
+}
 
 }  // namespace
 
@@ -45,28 +49,29 @@ void draw_scale_bar(Picture& picture, const Camera& camera, const std::string& u
                     Background background) {
   const auto [world, pixels] = scale_length(camera);
   const double m = magnification(picture.width, picture.height);
-  const auto [ink, rim] = inks_on(background);
+  const Inks inks = inks_on(background);
   const double right = picture.width - kMargin * m;
   const double left = right - pixels;
   const double middle = picture.height - (kMargin + 4) * m;
-  const Stroke strokes[] = {{.from = {left, middle}, .to = {right, middle}},
-                            {.from = {left, middle - 4 * m}, .to = {left, middle + 4 * m}},
-                            {.from = {right, middle - 4 * m}, .to = {right, middle + 4 * m}}};
-  draw_strokes(picture, strokes, 4.5 * m, rim);
-  draw_strokes(picture, strokes, 1.5 * m, ink);
+  const Canvas::Place bar[] = {{left, middle - 4 * m},  {left, middle + 4 * m},
+                               {left, middle},          {right, middle},
+                               {right, middle - 4 * m}, {right, middle + 4 * m}};
+  Canvas canvas(picture);
+  canvas.line(bar, inks.rim, 4.5 * m);
+  canvas.line(bar, inks.ink, 1.5 * m);
   const std::string text = rounded_text(world) + " " +
                            (!unit.empty() ? unit
                             : world == 1  ? "unit"
                                           : "units");
   // Centered, but within the margin.
-  const double width = text_width(text, kLetter * m);
-  draw_text(picture, text, std::min((left + right - width) / 2, right - width), middle - 9 * m,
-            kLetter * m, ink, rim);
+  const Canvas::TextStyle style = letters(kLetter * m, inks);
+  const double width = canvas.text_width(text, style);
+  canvas.text({std::min((left + right - width) / 2, right - width), middle - 9 * m}, text, style);
 }
 
 void draw_legend(Picture& picture, const Legend& legend, Background background) {
   const double m = magnification(picture.width, picture.height);
-  const auto [ink, rim] = inks_on(background);
+  const Inks inks = inks_on(background);
   const double length = std::min(200 * m, picture.width / 2.0 - kMargin * m);
   const double left = kMargin * m;
   const double bottom = picture.height - kMargin * m;
@@ -78,15 +83,16 @@ void draw_legend(Picture& picture, const Legend& legend, Background background) 
                      static_cast<std::size_t>(x)] = {color[0], color[1], color[2], 255};
     }
   }
-  const double letter = kLetter * m;
+  Canvas canvas(picture);
+  const Canvas::TextStyle style = letters(kLetter * m, inks);
   const double resolution = 1e-4 * (legend.scale.high - legend.scale.low);
   const std::string high =
       number_at(legend.scale.high, resolution) + (legend.unit.empty() ? "" : " " + legend.unit);
-  draw_text(picture, number_at(legend.scale.low, resolution), left, bottom - m, letter, ink, rim);
-  draw_text(picture, high, std::max(left, left + length - text_width(high, letter)), bottom - m,
-            letter, ink, rim);
+  canvas.text({left, bottom - m}, number_at(legend.scale.low, resolution), style);
+  canvas.text({std::max(left, left + length - canvas.text_width(high, style)), bottom - m}, high,
+              style);
   const std::string name = legend.name + (legend.scale.is_logarithmic ? ", logarithmic" : "");
-  draw_text(picture, name, left, top - 6 * m, letter, ink, rim);
+  canvas.text({left, top - 6 * m}, name, style);
 }
 
 }  // namespace multitetra

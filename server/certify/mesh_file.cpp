@@ -122,10 +122,6 @@ TriangleMesh read(const fs::path& file) {
   return {};
 }
 
-}  // namespace
-
-namespace {
-
 // Checks the vertices, and finds whether all are floats.
 void check_vertices(TriangleMesh& mesh) {
   mesh.has_floats = true;

@@ -271,7 +271,7 @@ void Conversation::perform(RunQuery action) {
   running.request_id = request_id_of(action.query);
   running.reservation = std::move(request_reservation_);
   running.record = std::make_unique<RequestRecord>(client_, facts_of(action.query));
-  caller_->answer(std::move(action), running.stop.get_token(),
+  caller_->answer(std::move(action), running.stop.get_token(), /*use=*/{},
                   [self = shared_from_this(), number](Result<DatasetQueryReply> made) {
                     self->answer_made(number, std::move(made));
                   });

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/json.hpp"
+#include "common/dataset/dataset_fields.hpp"
 #include "server/dataset/detail/statistics.hpp"
 
 namespace multitetra {
@@ -88,6 +89,8 @@ class Fields {
     map.translation = vector(key, value[3]);
     return map;
   }
+  // Returns the object that a field holds.
+  Fields part(const char* key) { return {at(key), failure_}; }
   void add_error(const std::string& key, const std::string& what) {
     if (failure_.empty()) failure_ = "field \"" + key + "\" " + what;
   }
@@ -140,19 +143,101 @@ std::optional<std::uint32_t> optional_color(Fields& fields) {
   return color;
 }
 
-SeriesMember member_from(const Json& json, std::string& failure) {
-  Fields fields(json, failure);
+SeriesMember member_from(Fields fields) {
   SeriesMember member{.series = fields.text("series"),
                       .field = fields.optional_text("field"),
                       .time = fields.optional_number("time"),
                       .time_unit = fields.optional_text("time_unit"),
                       .color = optional_color(fields)};
   if (!fields.has("label")) return member;
-  Fields label(fields.at("label"), failure);
+  Fields label = fields.part("label");
   member.label = {.value = label.number("value"),
                   .name = label.optional_text("name"),
                   .color = optional_color(label)};
   return member;
+}
+
+// ---- fields of DatasetInfo. Texts, windows and members that are empty are omitted.
+
+template <typename Value>
+void put(Json& json, const char* key, const Value& value) {
+  json[key] = value;
+}
+void put(Json& json, const char* key, const std::string& text) {
+  if (!text.empty()) json[key] = text;
+}
+void put(Json& json, const char* key, SampleType type) { json[key] = name(type); }
+void put(Json& json, const char* key, WorldSpace space) {
+  put(json, key, std::string(name(space)));
+}
+void put(Json& json, const char* key, GeometryBasis basis) {
+  put(json, key, std::string(name(basis)));
+}
+void put(Json& json, const char* key, const Affine& map) { json[key] = to_json(map); }
+void put(Json& json, const char* key, const std::optional<double>& value) {
+  json[key] = value ? Json(*value) : Json();
+}
+void put(Json& json, const char* key, const std::optional<SeriesMember>& member) {
+  if (member) json[key] = to_json(*member);
+}
+void put(Json& json, const char* key, const std::optional<DisplayWindow>& window) {
+  if (window) json[key] = {{"low", window->low}, {"high", window->high}};
+}
+void put(Json& json, const char* key, const Histogram& histogram) {
+  json[key] = {{"low", histogram.low}, {"high", histogram.high}, {"counts", histogram.counts}};
+}
+
+void get(Fields& fields, const char* key, std::string& text) { text = fields.optional_text(key); }
+void get(Fields& fields, const char* key, double& value) { value = fields.number(key); }
+void get(Fields& fields, const char* key, std::uint64_t& value) { value = fields.count(key); }
+void get(Fields& fields, const char* key, std::int32_t& value) { value = fields.integer(key); }
+void get(Fields& fields, const char* key, Vec3& vector) {
+  vector = fields.vector(key, fields.at(key));
+}
+void get(Fields& fields, const char* key, Affine& map) { map = fields.affine(key); }
+void get(Fields& fields, const char* key, std::vector<double>& values) {
+  values = fields.numbers(key);
+}
+void get(Fields& fields, const char* key, std::optional<double>& value) {
+  value = fields.number_or_null(key);
+}
+void get(Fields& fields, const char* key, std::array<std::int32_t, 3>& sides) {
+  const std::vector<std::uint64_t> counts = fields.counts(key);
+  for (std::size_t axis = 0; axis < 3 && axis < counts.size(); ++axis) {
+    if (counts[axis] <= std::uint64_t{1} << kMaxLatticeBits) {
+      sides[axis] = static_cast<std::int32_t>(counts[axis]);
+    }
+  }
+  if (counts.size() != 3) fields.add_error(key, "must have three numbers");
+}
+void get(Fields& fields, const char* key, SampleType& type) {
+  const auto known = sample_type_from(fields.text(key));
+  if (!known) fields.add_error(key, "is not one of u8, i8, u16, i16, f32");
+  type = known.value_or(SampleType::kU8);
+}
+void get(Fields& fields, const char* key, WorldSpace& space) {
+  const auto known = world_space_from(fields.optional_text(key));
+  if (!known) fields.add_error(key, "is not LPS, RAS or empty");
+  space = known.value_or(WorldSpace::kUnnamed);
+}
+void get(Fields& fields, const char* key, GeometryBasis& basis) {
+  const auto known = geometry_basis_from(fields.optional_text(key));
+  if (!known) fields.add_error(key, "is not stated, partly or assumed");
+  basis = known.value_or(GeometryBasis::kUnknown);
+}
+void get(Fields& fields, const char* key, std::optional<SeriesMember>& member) {
+  if (fields.has(key)) member = member_from(fields.part(key));
+}
+void get(Fields& fields, const char* key, std::optional<DisplayWindow>& window) {
+  if (!fields.has(key)) return;
+  Fields ends = fields.part(key);
+  window = {.low = ends.number("low"), .high = ends.number("high")};
+  if (!is_valid(*window)) fields.add_error(key, "is not from a smaller to a larger number");
+}
+void get(Fields& fields, const char* key, Histogram& histogram) {
+  Fields part = fields.part(key);
+  histogram = {
+      .low = part.number("low"), .high = part.number("high"), .counts = part.counts("counts")};
 }
 
 LabelVolume label_volume_from(const Json& json, const DatasetInfo& info, std::string& failure) {
@@ -181,41 +266,14 @@ LabelVolume label_volume_from(const Json& json, const DatasetInfo& info, std::st
 }  // namespace
 
 std::string metadata_text(const DatasetMetadata& metadata) {
-  const DatasetInfo& info = metadata.info;
   Json json = {
-      {"name", info.name},
-      {"dims", info.dims},
-      {"type", name(info.type)},
-      {"spacing", info.spacing},
-      {"index_to_world", to_json(info.index_to_world)},
-      {"min", info.min},
-      {"max", info.max},
-      {"void_samples", info.void_samples},
-      {"outside", info.outside ? Json(*info.outside) : Json()},
-      {"margin", info.margin},
-      {"grid_exponent", info.grid_exponent},
-      {"histogram",
-       {{"low", info.histogram.low},
-        {"high", info.histogram.high},
-        {"counts", info.histogram.counts}}},
-      {"suggested_isovalues", info.suggested_isovalues},
       {"source", {{"file", metadata.source.file}, {"digest", metadata.source.digest}}},
       {"program_version", metadata.program_version},
   };
   if (!metadata.source.options.empty()) json["source"]["options"] = metadata.source.options;
-  const auto add_text = [&](const char* key, std::string_view text) {
-    if (!text.empty()) json[key] = text;
-  };
-  add_text("space", name(info.meaning.space));
-  add_text("length_unit", info.meaning.length_unit);
-  add_text("value_unit", info.meaning.value_unit);
-  add_text("geometry", name(info.meaning.geometry));
-  add_text("assumed", info.meaning.assumed);
-  if (info.member) json["member"] = to_json(*info.member);
-  if (info.display_window) {
-    json["display_window"] = {{"low", info.display_window->low},
-                              {"high", info.display_window->high}};
-  }
+  visit_dataset_fields(metadata.info, [&json](const DatasetField& field, const auto& value) {
+    put(json, field.name, value);
+  });
   if (metadata.label_volume) {
     json["label_volume"] = {{"samples", metadata.label_volume->samples},
                             {"surface_samples", metadata.label_volume->surface_samples}};
@@ -236,50 +294,12 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
 
   std::string failure;
   Fields fields(json, failure);
-  Fields source(fields.at("source"), failure);
-  Fields histogram(fields.at("histogram"), failure);
+  Fields source = fields.part("source");
   DatasetMetadata metadata;
   DatasetInfo& info = metadata.info;
-  info.name = fields.text("name");
-  const std::vector<std::uint64_t> dims = fields.counts("dims");
-  for (std::size_t axis = 0; axis < 3 && axis < dims.size(); ++axis) {
-    if (dims[axis] <= std::uint64_t{1} << kMaxLatticeBits) {
-      info.dims[axis] = static_cast<std::int32_t>(dims[axis]);
-    }
-  }
-  if (dims.size() != 3) fields.add_error("dims", "must have three numbers");
-  const auto type = sample_type_from(fields.text("type"));
-  if (!type) fields.add_error("type", "is not one of u8, i8, u16, i16, f32");
-  info.type = type.value_or(SampleType::kU8);
-  info.spacing = fields.vector("spacing", fields.at("spacing"));
-  info.index_to_world = fields.affine("index_to_world");
-  const auto space = world_space_from(fields.optional_text("space"));
-  if (!space) fields.add_error("space", "is not LPS, RAS or empty");
-  const auto geometry = geometry_basis_from(fields.optional_text("geometry"));
-  if (!geometry) fields.add_error("geometry", "is not stated, partly or assumed");
-  info.meaning = {.space = space.value_or(WorldSpace::kUnnamed),
-                  .length_unit = fields.optional_text("length_unit"),
-                  .value_unit = fields.optional_text("value_unit"),
-                  .geometry = geometry.value_or(GeometryBasis::kUnknown),
-                  .assumed = fields.optional_text("assumed")};
-  info.min = fields.number("min");
-  info.max = fields.number("max");
-  info.void_samples = fields.count("void_samples");
-  info.outside = fields.number_or_null("outside");
-  info.margin = fields.integer("margin");
-  info.grid_exponent = fields.integer("grid_exponent");
-  info.histogram.low = histogram.number("low");
-  info.histogram.high = histogram.number("high");
-  info.histogram.counts = histogram.counts("counts");
-  info.suggested_isovalues = fields.numbers("suggested_isovalues");
-  if (fields.has("member")) info.member = member_from(fields.at("member"), failure);
-  if (fields.has("display_window")) {
-    Fields window(fields.at("display_window"), failure);
-    info.display_window = {.low = window.number("low"), .high = window.number("high")};
-    if (!is_valid(*info.display_window)) {
-      fields.add_error("display_window", "is not from a smaller to a larger number");
-    }
-  }
+  static_cast<void>(fields.text("name"));  // Not optional, unlike other texts.
+  visit_dataset_fields(
+      info, [&fields](const DatasetField& field, auto& value) { get(fields, field.name, value); });
   if (fields.has("label_volume")) {
     metadata.label_volume = label_volume_from(fields.at("label_volume"), info, failure);
     info.label_extent = metadata.label_volume->extent();

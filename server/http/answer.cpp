@@ -144,6 +144,11 @@ std::string tag_of(std::string_view content) {
   return '"' + hex_text(checksum(bytes)) + '"';
 }
 
+bool needs_body(const HttpRequest& request, std::string_view tag) {
+  if (request.method() == http::verb::head) return false;
+  return tag.empty() || !matches_tag(field(request, http::field::if_none_match), tag);
+}
+
 void apply_conditions(Answer& answer, const HttpRequest& request, std::string_view tag) {
   add_field(answer, "ETag", tag);
   if (matches_tag(field(request, http::field::if_none_match), tag)) {

@@ -66,6 +66,10 @@ void add_field(Answer& answer, std::string_view name, std::string_view value);
 // Returns the ETag of some bytes, in quotes.
 [[nodiscard]] std::string tag_of(std::string_view content);
 
+// Returns whether a response needs its body: not for HEAD, nor if the client's copy is current. An
+// empty `tag` stands for content that is not known before it is made.
+[[nodiscard]] bool needs_body(const HttpRequest& request, std::string_view tag);
+
 // Applies the request's conditions and ranges to a complete response of status 200, and adds `tag`,
 // the quoted entity tag of its content.
 void apply_conditions(Answer& answer, const HttpRequest& request, std::string_view tag);

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <stop_token>
 #include <string>
 #include <string_view>
 
@@ -22,11 +21,9 @@ struct RequestContext {
   // `number` as text.
   std::string request_id = {};
   std::chrono::steady_clock::time_point began = std::chrono::steady_clock::now();
-  const char* kind = "malformed";  // Or a result of name(Route), or "redirect".
+  const char* kind = "malformed";  // Or the name of a resource, or "redirect".
   // The service, for requests that need it.
   CallerPtr caller = nullptr;
-  // Stops the request's work on other threads.
-  std::stop_source stop{};
   // The log record; null for quick requests.
   std::unique_ptr<RequestRecord> record = nullptr;
   // The reason of a refusal for the log, if the client gets a different one.
@@ -48,7 +45,6 @@ struct RequestContext {
   // Cancels the work of a client that has disconnected.
   void leave() {
     has_left = true;
-    stop.request_stop();
     if (caller) caller->close();
   }
 };

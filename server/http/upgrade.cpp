@@ -23,9 +23,8 @@ bool asks_for_subprotocol(const HttpRequest& request) {
 
 }  // namespace
 
-std::optional<Answer> upgrade_error(const HttpRequest& request,
-                                    const std::vector<std::string>& allowed_origins,
-                                    std::string_view request_id) {
+Answer upgrade_answer(const HttpRequest& request, const std::vector<std::string>& allowed_origins,
+                      std::string_view request_id) {
   const auto refuse = [&](int status, ErrorCode code, std::string text) {
     return error_answer(status, {code, std::move(text)}, request_id);
   };
@@ -47,7 +46,7 @@ std::optional<Answer> upgrade_error(const HttpRequest& request,
                   "Pages of other origins may not open a WebSocket to this server, except those "
                   "that it allows with --allow-origin.");
   }
-  return std::nullopt;
+  return {.status = 101};
 }
 
 }  // namespace multitetra

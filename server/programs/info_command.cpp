@@ -1,11 +1,14 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 #include <memory>
+#include <set>
 #include <string>
 #include <system_error>
 #include <vector>
+#include <string_view>
 
 #include "common/base/address_text.hpp"
 #include "common/base/json.hpp"
@@ -74,6 +77,36 @@ std::uint64_t packed_sample_bytes(const PreparedFile& file) {
   return find_section(file.sections(), section_names::kSamples)->size;
 }
 
+// Prints the fields of the description that print_facts() does not put into words.
+void print_other_fields(const DatasetInfo& info,
+                        const std::function<void(const char*, const std::string&)>& line) {
+  static const std::set<std::string_view> kInWords = {"name",
+                                                      "dims",
+                                                      "type",
+                                                      "spacing",
+                                                      "min",
+                                                      "max",
+                                                      "space",
+                                                      "geometry",
+                                                      "assumed",
+                                                      "void_samples",
+                                                      "outside",
+                                                      "margin",
+                                                      "length_unit",
+                                                      "grid_exponent",
+                                                      "member",
+                                                      "index_to_world",
+                                                      "value_unit",
+                                                      "histogram",
+                                                      "display_window",
+                                                      "suggested_isovalues"};
+  const Json fields = multitetra::json_of(info);
+  for (const auto& [name, value] : fields.items()) {
+    if (kInWords.contains(name) || value.is_null()) continue;
+    line(name.c_str(), value.is_string() ? value.get<std::string>() : json_text(value));
+  }
+}
+
 void print_facts(const std::string& place, const PreparedFile& file) {
   const DatasetInfo& info = file.info();
   const Provenance& source = file.metadata().source;
@@ -114,6 +147,7 @@ void print_facts(const std::string& place, const PreparedFile& file) {
                      " of samples around the data");
   line("grid", std::to_string(1 << info.grid_exponent) + " steps a side");
   line("histogram (log)", sketch(info.histogram, 64));
+  print_other_fields(info, line);
   line("suggested isovalues", human_suggestions(info));
   line("size", human_bytes(file.bytes()) + ", " + human_bytes(packed_sample_bytes(file)) +
                    " of it samples (" + human_bytes(sample_bytes(info)) + " decompressed)");

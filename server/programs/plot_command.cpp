@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -48,9 +49,10 @@ Json report_of(const PlotArguments& arguments, const DatasetInfo& info, const Si
 
 int plot(const PlotArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
-  if (std::filesystem::path(arguments.output).extension() != ".svg") {
+  const std::string suffix = std::filesystem::path(arguments.output).extension();
+  if (std::ranges::count(kDrawingSuffixes, suffix) == 0) {
     throw std::invalid_argument("\"" + arguments.output +
-                                "\" is not an SVG file name; plots are *.svg.");
+                                "\" is no file name of a plot; plots are *.svg, *.pdf or *.png.");
   }
   require_outputs({{"--output", arguments.output}}, {{"file", arguments.file}});
   Progress progress("plot", 2, arguments.quiet || arguments.json);
@@ -63,13 +65,15 @@ int plot(const PlotArguments& arguments) {
       {.simplify = arguments.simplify == "on", .progress = [&](std::size_t done, std::size_t all) {
          progress.update(static_cast<double>(done), static_cast<double>(all), "isovalues");
        }});
-  write_file(arguments.output, dataset_plot(dataset->info, curves));
+  write_file(arguments.output, drawing(suffix, kPlotWidth, kPlotHeight, [&](Canvas& canvas) {
+               draw_dataset_plot(canvas, dataset->info, curves);
+             }));
   progress.finish();
   if (arguments.json) {
     std::cout << text_of(report_of(arguments, dataset->info, curves, progress));
   } else if (!arguments.quiet) {
     std::cout << arguments.output << ": the values of \"" << dataset->info.name << "\" and the "
-              << "sizes of their surfaces; any browser shows it\n";
+              << "sizes of their surfaces\n";
   }
   return 0;
 }
@@ -85,7 +89,7 @@ void add_plot_command(Command& program, Run& run) {
                    "Dataset: a file (.mtd) or the address of a dataset (https://, s3://bucket/key)")
       ->required()
       ->type_name("DATASET");
-  command->add_option("-o,--output", a->output, "Drawing to write (.svg)")
+  command->add_option("-o,--output", a->output, "Drawing to write (.svg, .pdf, .png)")
       ->required()
       ->type_name("FILE");
   command->add_option("--errors", a->errors, "Errors in voxels, a curve for each")

@@ -8,8 +8,9 @@ while(at LESS length)
   string(APPEND pieces "R\"~~(${piece})~~\"\n")
   math(EXPR at "${at} + 8000")
 endwhile()
-file(WRITE ${TO} "#include \"server/routes/openapi.hpp\"
+file(WRITE ${TO} "#include <string_view>
 namespace multitetra {
-const std::string_view kOpenApi = ${pieces};
+extern const std::string_view kOpenApiText;
+const std::string_view kOpenApiText = ${pieces};
 }  // namespace multitetra
 ")

@@ -1,6 +1,6 @@
-#include "server/routes/isosurface.hpp"
-
+// Isosurfaces as files: one file per response.
 #include <algorithm>
+#include <memory>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -11,16 +11,16 @@
 #include "server/http/conditions.hpp"
 #include "server/http/media.hpp"
 #include "server/operations/log.hpp"
-#include "server/service/run_on_workers.hpp"
+#include "server/routes/detail/mesh_file.hpp"
+#include "server/routes/detail/mesh_file_cache.hpp"
+#include "server/routes/detail/mesh_query.hpp"
+#include "server/routes/resource.hpp"
 
 namespace multitetra {
 namespace {
 
 // The version of the output. Increase it when equal requests give different bytes.
 constexpr std::string_view kFormVersion = "9";
-
-// Meshes above this size take noticeable time.
-constexpr std::uint64_t kManyTriangles = 200'000;
 
 // Returns nullopt if the temporary folder is not writable.
 Result<std::optional<StoredMesh>> store_if_there_is_room(std::vector<Surface> surfaces,
@@ -111,24 +111,29 @@ Answer no_storage(RequestContext& context) {
   return error_answer(507, error, context.request_id);
 }
 
-}  // namespace
+// Everything that determines the file's bytes.
+struct RequestedFile {
+  DatasetInfo info;
+  std::vector<IsosurfaceRequest> requests;  // One per surface.
+  std::optional<ScalarRequest> scalars;
+  MeshForm form;
+  bool is_format_negotiated = false;
+  std::string key;  // Identifies the file's bytes.
+  // Quoted; empty if the dataset has no content digest.
+  std::string tag;
+};
 
-IsosurfaceRoute::IsosurfaceRoute(const RouteOptions& options)
-    : options_(options), meshes_(options.mesh_cache_bytes) {}
-
-Result<IsosurfaceRoute::RequestedFile> IsosurfaceRoute::requested_file(
-    const std::string& dataset, const Target& target, const HttpRequest& request,
-    const RequestContext& context) {
-  const Permit& permit = context.caller->permit();
-  const auto query = parse_mesh_query(target.query);
+Result<RequestedFile> requested_file(const ResourceRequest& request) {
+  const Permit& permit = request.context.caller->permit();
+  const auto query = parse_mesh_query(request.target.query);
   if (!query) return tl::unexpected(query.error());
-  auto info = permit.describe(dataset);
+  auto info = permit.describe(request.path[0]);
   if (!info) return tl::unexpected(info.error());
   auto surfaces = requests_for(query->surface, *info);
   if (!surfaces) return tl::unexpected(surfaces.error());
   auto scalars = scalars_for(query->surface);
   if (!scalars) return tl::unexpected(scalars.error());
-  const auto format = format_for(*query, request, surfaces->size());
+  const auto format = format_for(*query, request.http, surfaces->size());
   if (!format) return tl::unexpected(format.error());
   RequestedFile wanted{
       .info = std::move(*info),
@@ -157,62 +162,70 @@ Result<IsosurfaceRoute::RequestedFile> IsosurfaceRoute::requested_file(
   return wanted;
 }
 
-asio::awaitable<Result<std::vector<Surface>>> IsosurfaceRoute::surfaces_of(
-    const RequestedFile& wanted, std::vector<IsosurfaceRequest> requests, Caller& caller) {
+class IsosurfaceRoute {
+ public:
+  explicit IsosurfaceRoute(const RouteOptions& options)
+      : options_(options), meshes_(options.mesh_cache_bytes) {}
+
+  // Makes nothing for HEAD, nor if the client's copy is current.
+  [[nodiscard]] asio::awaitable<Answer> answer(ResourceRequest request);
+
+ private:
+  struct Made {
+    // Absent if the temporary folder is not writable.
+    std::optional<StoredMesh> file;
+    // The number of triangles of the whole surfaces.
+    std::uint64_t triangles = 0;
+  };
+  // Makes one file. The surfaces share a budget in proportion to their estimated sizes.
+  [[nodiscard]] asio::awaitable<Result<Made>> make(const RequestedFile& wanted,
+                                                   std::vector<IsosurfaceRequest> requests,
+                                                   RequestContext& context);
+  // Makes the wanted file. A budget of bytes is one of the file: a budget of triangles that is
+  // corrected by the size of the file made with it.
+  [[nodiscard]] asio::awaitable<Result<std::optional<StoredMesh>>> make_within_budget(
+      const RequestedFile& wanted, RequestContext& context);
+
+  const RouteOptions& options_;
+  MeshFileCache meshes_;
+};
+
+asio::awaitable<Result<IsosurfaceRoute::Made>> IsosurfaceRoute::make(
+    const RequestedFile& wanted, std::vector<IsosurfaceRequest> requests, RequestContext& context) {
   if (needs_shared_budget(requests)) {
     std::vector<EstimatedSize> sizes;
     for (IsosurfaceRequest request : requests) {
       request.max_triangles = request.max_bytes = 0;
-      const auto size = co_await caller.estimate(wanted.info.name, std::move(request));
+      const auto size = co_await context.caller->estimate(wanted.info.name, std::move(request));
       if (!size) co_return tl::unexpected(size.error());
       sizes.push_back({.triangles = size->triangles, .bytes = size->bytes});
     }
     share_budget(requests, sizes);
   }
-  std::vector<Surface> surfaces;
-  std::uint64_t left = options_.max_mesh_triangles;
-  for (IsosurfaceRequest& request : requests) {
-    SurfaceRequest query{.dataset = wanted.info.name,
-                         .request = std::move(request),
-                         .scalars = wanted.scalars,
-                         .max_triangles = left};
-    auto surface = co_await caller.surface(std::move(query));
-    if (!surface) co_return tl::unexpected(surface.error());
-    left -= surface->mesh.triangles.size();
-    surfaces.push_back(*std::move(surface));
-  }
-  co_return surfaces;
-}
-
-asio::awaitable<Result<IsosurfaceRoute::Made>> IsosurfaceRoute::make(
-    const RequestedFile& wanted, std::vector<IsosurfaceRequest> requests, RequestContext& context) {
-  auto made = co_await surfaces_of(wanted, std::move(requests), *context.caller);
-  if (!made) co_return tl::unexpected(made.error());
-  // std::function copies its captures, and reservations must end on this thread.
-  const auto surfaces = std::make_shared<std::vector<Surface>>(*std::move(made));
-  std::vector<ByteReservations::Reservation> memory;
-  std::size_t triangles = 0;
-  for (Surface& surface : *surfaces) {
-    memory.push_back(std::move(surface.memory));
-    triangles += surface.mesh.triangles.size();
-  }
-  const std::string share = context.client->share();
+  SurfacesRequest surfaces{.dataset = wanted.info.name,
+                           .requests = std::move(requests),
+                           .scalars = wanted.scalars,
+                           .max_triangles = options_.max_mesh_triangles};
   const MeshPlace place = {
+      .max_in_memory = options_.max_mesh_bytes_in_memory,
       .folder = options_.temporary_folder,
-      .reservation = [this, share](std::uint64_t bytes) { return meshes_.reserve(share, bytes); }};
-  const bool is_large = triangles > kManyTriangles;
-  std::function<Result<std::optional<StoredMesh>>()> store =
-      [surfaces, info = wanted.info, form = wanted.form, place, stop = context.stop.get_token()] {
-        return store_if_there_is_room(std::move(*surfaces), info, form, place, stop);
-      };
-  auto stored = co_await run_on_workers<std::optional<StoredMesh>>(
-      assembling_, share, is_large ? "large mesh" : "small mesh", is_large,
-      context.stop.get_token(), std::move(store));
-  if (!stored) co_return tl::unexpected(stored.error());
-  co_return Made{.file = *std::move(stored), .triangles = triangles};
+      .reservation = [this, share = context.client->share()](std::uint64_t bytes) {
+        return meshes_.reserve(share, bytes);
+      }};
+  std::function<Result<Made>(std::vector<Surface>, const std::stop_token&)> store =
+      [info = wanted.info, form = wanted.form, place](std::vector<Surface> made,
+                                                      const std::stop_token& stop) -> Result<Made> {
+    std::uint64_t triangles = 0;
+    for (const Surface& surface : made) triangles += surface.mesh.triangles.size();
+    auto file = store_if_there_is_room(std::move(made), info, form, place, stop);
+    if (!file) return tl::unexpected(file.error());
+    return Made{.file = *std::move(file), .triangles = triangles};
+  };
+  co_return co_await context.caller->made_from_surfaces<Made>(std::move(surfaces), "mesh file",
+                                                              std::move(store));
 }
 
-asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(
+asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make_within_budget(
     const RequestedFile& wanted, RequestContext& context) {
   constexpr int kMaxFiles = 5;
   constexpr double kSafetyFactor = 0.98;  // Smaller meshes have more bytes per triangle.
@@ -239,25 +252,24 @@ asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(
       }
       co_return tl::unexpected(error);
     }
-    const bool fits = max_bytes == 0 || !made->file || made->file->bytes <= max_bytes;
+    const bool fits = max_bytes == 0 || !made->file || made->file->body.length <= max_bytes;
     if (fits) {
       if (made->file && !wanted.tag.empty()) meshes_.keep(wanted.key, *made->file);
       co_return std::move(made->file);
     }
     if (files == kMaxFiles || made->triangles == 0) {
       co_return fail(ErrorCode::kLimitExceeded,
-                     "The file has at least " + std::to_string(made->file->bytes) +
+                     "The file has at least " + std::to_string(made->file->body.length) +
                          " bytes, more than max_bytes. Allow more, or use another format.");
     }
     most = kSafetyFactor * static_cast<double>(made->triangles) * static_cast<double>(max_bytes) /
-           static_cast<double>(made->file->bytes);
+           static_cast<double>(made->file->body.length);
   }
 }
 
-asio::awaitable<Answer> IsosurfaceRoute::answer(const std::string& dataset, const Target& target,
-                                                const HttpRequest& request,
-                                                RequestContext& context) {
-  const auto wanted = this->requested_file(dataset, target, request, context);
+asio::awaitable<Answer> IsosurfaceRoute::answer(ResourceRequest request) {
+  RequestContext& context = request.context;
+  const auto wanted = requested_file(request);
   if (!wanted) {
     const bool is_unacceptable = wanted.error().code == ErrorCode::kUnsupportedVersion;
     co_return is_unacceptable
@@ -268,29 +280,32 @@ asio::awaitable<Answer> IsosurfaceRoute::answer(const std::string& dataset, cons
   add_field(answer, "Content-Type", media_type(wanted->form.format));
   add_field(answer, "Cache-Control", "no-cache");
   if (wanted->is_format_negotiated) add_field(answer, "Vary", "Accept");
-  const std::optional<StoredMesh> known = meshes_.find(wanted->key);
-  const bool needs_none = request.method() == http::verb::head ||
-                          matches_tag(field(request, http::field::if_none_match), wanted->tag);
   const IsosurfaceRequest& first = wanted->requests.front();
   context.record->set_surface(first.isovalue, first.error, multitetra::name(first.unit));
-  StoredMesh mesh;
-  if (known) {
-    mesh = *known;
-  } else if (!needs_none) {
-    auto made = co_await make(*wanted, context);
+  std::optional<StoredMesh> mesh = meshes_.find(wanted->key);
+  if (!mesh && needs_body(request.http, wanted->tag)) {
+    auto made = co_await make_within_budget(*wanted, context);
     if (!made) co_return context.refused(made.error());
     if (!*made) co_return no_storage(context);
-    mesh = **std::move(made);
+    mesh = *std::move(made);
   }
-  if (mesh.file) {
-    answer.fields += mesh.fields;
-    answer.body = body_of(mesh.file, mesh.bytes);
-  } else {
-    answer.is_length_known = false;
+  answer.is_length_known = mesh.has_value();
+  if (mesh) {
+    answer.fields += mesh->fields;
+    answer.body = mesh->body;
   }
-  if (!wanted->tag.empty()) apply_conditions(answer, request, wanted->tag);
-  if (answer.status == 200 && mesh.file && mesh.bytes == 0) answer.status = 204;
+  if (!wanted->tag.empty()) apply_conditions(answer, request.http, wanted->tag);
+  if (answer.status == 200 && mesh && mesh->body.length == 0) answer.status = 204;
   co_return answer;
+}
+
+}  // namespace
+
+Resource isosurface_resource(const ResourceContext& context) {
+  const auto route = std::make_shared<IsosurfaceRoute>(context.options);
+  return {.name = "isosurface",
+          .path = "/v1/datasets/{name}/isosurface",
+          .answer = [route](ResourceRequest request) { return route->answer(request); }};
 }
 
 }  // namespace multitetra

@@ -1,14 +1,18 @@
-#include "server/routes/neuroglancer.hpp"
-
+// Neuroglancer's precomputed formats: surfaces as multi-resolution meshes, the volume as an image.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <memory>
 #include <utility>
 
+#include "common/base/lru_map.hpp"
+#include "common/base/parse_number.hpp"
 #include "common/request/request_key.hpp"
 #include "server/http/conditions.hpp"
-#include "server/service/run_on_workers.hpp"
+#include "server/routes/resource.hpp"
+#include "server/tilesets/neuroglancer.hpp"
 #include "server/tilesets/neuroglancer_image.hpp"
 
 namespace multitetra {
@@ -18,6 +22,43 @@ namespace {
 constexpr std::string_view kNeuroglancerForm = "3 ";
 constexpr std::string_view kIndexSuffix = ".index";
 constexpr std::string_view kInfo = "info";  // Suffix of files that list others.
+
+// {name}/surfaces/{path}, or {name}/surfaces,error=0.5/{path}; {name}/image/{path}.
+struct NeuroglancerFile {
+  std::string dataset;
+  bool is_image = false;
+  // The error of the finest level, in voxels.
+  double error = kDefaultError;
+  std::string path;
+};
+
+Result<NeuroglancerFile> neuroglancer_file(const PathValues& path) {
+  constexpr std::string_view kSurfaces = "surfaces";
+  constexpr std::string_view kError = ",error=";
+  NeuroglancerFile file{.dataset = path.empty() ? "" : path[0], .path = {}};
+  std::string_view what = path.size() > 1 ? std::string_view(path[1]) : std::string_view();
+  file.is_image = what == "image";
+  bool is_known = file.is_image;
+  if (what.starts_with(kSurfaces)) {
+    what.remove_prefix(kSurfaces.size());
+    is_known = what.empty();
+    if (what.starts_with(kError)) {
+      what.remove_prefix(kError.size());
+      const auto error = parse_finite(what);
+      is_known = error && *error >= 0;
+      file.error = error.value_or(0);
+    }
+  }
+  if (!is_known || path.size() < 3) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "Neuroglancer's sources are /v1/neuroglancer/DATASET/image and "
+        "/v1/neuroglancer/DATASET/surfaces, or with the error of the finest level in voxels "
+        "/v1/neuroglancer/DATASET/surfaces,error=ERROR, and the files that they list.");
+  }
+  for (std::size_t i = 2; i < path.size(); ++i) file.path.append(i > 2 ? "/" : "").append(path[i]);
+  return file;
+}
 
 SharedBytes shared(std::string bytes) {
   return std::make_shared<const std::string>(std::move(bytes));
@@ -38,8 +79,6 @@ std::string lasting_tag(const NeuroglancerFile& file, const DatasetInfo& info) {
   const std::string source = file.is_image ? "image" : text_of(tileset.settings());
   return tag_of(std::string(kNeuroglancerForm) + tileset.id() + ' ' + source + ' ' + file.path);
 }
-
-using Meshes = std::vector<LatticeMesh>;
 
 std::size_t bytes_of(const ImageChunk& chunk, SampleType type) {
   std::size_t bytes = static_cast<std::size_t>(bytes_per_sample(type));
@@ -62,43 +101,91 @@ void append_voxels(std::string& bytes, const std::string& values, SampleType typ
   });
 }
 
-}  // namespace
+// Used on the executor's thread only.
+class NeuroglancerRoute {
+ public:
+  // The options must outlive the route.
+  explicit NeuroglancerRoute(const RouteOptions& options) : options_(options) {}
+
+  // A mesh's manifest lists the sizes of all its fragments, so the first request for it, or for one
+  // of its files, waits until all are made. After a few seconds it is answered with a retry delay;
+  // finished fragments are kept. The service makes each cell as a separate request, with the usual
+  // limits. Makes nothing if the client's copy is current.
+  [[nodiscard]] asio::awaitable<Answer> answer(ResourceRequest request);
+
+ private:
+  // The fragments of one segment.
+  struct Mesh {
+    // Cells that the surface crosses and that are not made yet.
+    std::vector<OctreeCube> left;
+    MeshFragments fragments = {};
+    std::size_t bytes = 0;
+    // Set when `left` is empty: as MeshFiles, separate so that sending one retains only that.
+    SharedBytes manifest = {};
+    SharedBytes data = {};
+  };
+  using MeshPtr = std::shared_ptr<Mesh>;
+
+  [[nodiscard]] asio::awaitable<Result<SharedBytes>> content(const NeuroglancerFile& file,
+                                                             const DatasetInfo& info,
+                                                             RequestContext& context);
+  [[nodiscard]] asio::awaitable<Result<SharedBytes>> image(const ImageChunk& chunk,
+                                                           const DatasetInfo& info,
+                                                           RequestContext& context);
+  [[nodiscard]] asio::awaitable<Result<MeshPtr>> mesh(const Tileset& tileset,
+                                                      RequestContext& context);
+  // Makes the first of the remaining cells.
+  [[nodiscard]] asio::awaitable<Result<void>> make_fragment(const Tileset& tileset, MeshPtr mesh,
+                                                            RequestContext& context);
+
+  static constexpr std::size_t kMaxCachedBytes = std::size_t{256} << 20;
+  // The size limit of one mesh, in bytes.
+  static constexpr std::size_t kMaxBytes = kMaxCachedBytes / 2;
+  static constexpr std::chrono::seconds kMaxManifestWait{8};
+
+  const RouteOptions& options_;
+  LruMap<std::string, MeshPtr> meshes_{kMaxCachedBytes};
+};
+
+// A cell's fragment, and the octants below that the surface crosses.
+struct MadeFragment {
+  SharedBytes bytes;
+  std::vector<OctreeCube> crossed;
+};
+
+MadeFragment fragment_of(const std::vector<Surface>& pieces, const OctreeCube& cell) {
+  MadeFragment made;
+  std::vector<const LatticeMesh*> meshes;
+  for (const Surface& piece : pieces) {
+    const OctreeCube& cube = piece.request.cell->cube;
+    if (cube != cell && piece.crossed_octants != 0) made.crossed.push_back(cube);
+    if (!piece.mesh.triangles.empty()) meshes.push_back(&piece.mesh);
+  }
+  made.bytes = shared(mesh_fragment(weld(meshes, pieces.back().request.lattice_resolution), cell));
+  return made;
+}
 
 // Tries all octants of the root; below it, only those that the surface crosses.
 asio::awaitable<Result<void>> NeuroglancerRoute::make_fragment(const Tileset& tileset, MeshPtr mesh,
                                                                RequestContext& context) {
   const OctreeCube cell = mesh->left.front();
-  const std::string& dataset = tileset.info().name;
-  const auto pieces = std::make_shared<Meshes>();
-  std::vector<ByteReservations::Reservation> memory;
-  std::vector<OctreeCube> below;
-  int resolution = kDefaultLatticeResolution;
-  for (const IsosurfaceRequest& request : tileset.fragment_requests(cell)) {
-    resolution = request.lattice_resolution;
-    SurfaceRequest query{
-        .dataset = dataset, .request = request, .max_triangles = options_.max_mesh_triangles};
-    auto surface = co_await context.caller->surface(std::move(query));
-    if (!surface) co_return tl::unexpected(surface.error());
-    const OctreeCube& cube = request.cell->cube;
-    if (cube != cell && surface->crossed_octants != 0) below.push_back(cube);
-    if (surface->mesh.triangles.empty()) continue;
-    memory.push_back(std::move(surface->memory));
-    pieces->push_back(std::move(surface->mesh));
-  }
-  std::function<Result<SharedBytes>()> write = [pieces, cell, resolution] {
-    return shared(mesh_fragment(weld(*pieces, resolution), cell));
-  };
-  auto made = co_await run_on_workers<SharedBytes>(writing_, context.client->share(), "fragment",
-                                                   /*is_long=*/false, context.stop.get_token(),
-                                                   std::move(write));
+  SurfacesRequest pieces{.dataset = tileset.info().name,
+                         .requests = tileset.fragment_requests(cell),
+                         .max_triangles = options_.max_mesh_triangles};
+  std::function<Result<MadeFragment>(std::vector<Surface>, const std::stop_token&)> write =
+      [cell](const std::vector<Surface>& surfaces, const std::stop_token&) {
+        return fragment_of(surfaces, cell);
+      };
+  auto made = co_await context.caller->made_from_surfaces<MadeFragment>(
+      std::move(pieces), "fragment", std::move(write));
   if (!made) co_return tl::unexpected(made.error());
   // Another request for the same cell may have finished first.
   const auto at = std::find(mesh->left.begin(), mesh->left.end(), cell);
   if (at == mesh->left.end()) co_return Result<void>();
   mesh->left.erase(at);
-  mesh->left.insert(mesh->left.end(), below.begin(), below.end());
-  mesh->bytes += (*made)->size();
-  mesh->fragments.emplace(cell, *std::move(made));
+  mesh->left.insert(mesh->left.end(), made->crossed.begin(), made->crossed.end());
+  mesh->bytes += made->bytes->size();
+  mesh->fragments.emplace(cell, std::move(made->bytes));
   if (mesh->left.empty()) {
     MeshFiles files = mesh_files_of(tileset, mesh->fragments);
     mesh->manifest = shared(std::move(files.manifest));
@@ -191,32 +278,43 @@ asio::awaitable<Result<SharedBytes>> NeuroglancerRoute::content(const Neuroglanc
   co_return is_index ? mesh->manifest : mesh->data;
 }
 
-asio::awaitable<Answer> NeuroglancerRoute::answer(const NeuroglancerFile& file,
-                                                  const HttpRequest& request,
-                                                  RequestContext& context) {
-  const auto info = context.caller->permit().describe(file.dataset);
+asio::awaitable<Answer> NeuroglancerRoute::answer(ResourceRequest request) {
+  RequestContext& context = request.context;
+  const auto file = neuroglancer_file(request.path);
+  if (!file) co_return context.refused(file.error());
+  const Permit& permit = context.caller->permit();
+  const auto info = permit.describe(file->dataset);
   if (!info) co_return context.refused(info.error());
-  const auto allowed = context.caller->permit().check_samples();
-  if (file.is_image && !allowed) co_return context.refused(allowed.error());
+  const auto allowed = permit.check_samples();
+  if (file->is_image && !allowed) co_return context.refused(allowed.error());
   Answer answer;
-  const bool is_info = file.path.ends_with(kInfo);
+  const bool is_info = file->path.ends_with(kInfo);
   add_field(answer, "Content-Type", is_info ? "application/json" : "application/octet-stream");
   add_field(answer, "Cache-Control",
-            context.caller->permit().is_for_all() ? "public, no-cache" : "private, no-cache");
-  std::string tag = lasting_tag(file, *info);
-  const std::string_view had = field(request, http::field::if_none_match);
+            permit.is_for_all() ? "public, no-cache" : "private, no-cache");
+  std::string tag = lasting_tag(*file, *info);
+  const std::string_view had = field(request.http, http::field::if_none_match);
   // "*" comes from clients without a known version.
   if (!tag.empty() && had != "*" && matches_tag(had, tag)) {
     answer.is_length_known = false;
   } else {
-    auto bytes = co_await content(file, *info, context);
+    const auto bytes = co_await content(*file, *info, context);
     if (!bytes) co_return context.refused(bytes.error());
-    const SharedBytes known = *std::move(bytes);
-    if (tag.empty()) tag = tag_of(std::string(kNeuroglancerForm) + *known);
-    answer.body = body_of(known);
+    if (tag.empty()) tag = tag_of(std::string(kNeuroglancerForm) + **bytes);
+    answer.body = body_of(*bytes);
   }
-  apply_conditions(answer, request, tag);
+  apply_conditions(answer, request.http, tag);
   co_return answer;
+}
+
+}  // namespace
+
+Resource neuroglancer_resource(const ResourceContext& context) {
+  const auto route = std::make_shared<NeuroglancerRoute>(context.options);
+  return {.name = "neuroglancer",
+          .path = "/v1/neuroglancer/{path...}",
+          .kind = Resource::Kind::kMadeWithTokenInPath,
+          .answer = [route](ResourceRequest request) { return route->answer(request); }};
 }
 
 }  // namespace multitetra

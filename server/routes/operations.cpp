@@ -1,11 +1,12 @@
-#include "server/routes/operations.hpp"
-
+// Resources for operators: /livez, /readyz, /metrics, and /v1/openapi.json.
 #include "server/routes/openapi.hpp"
+#include "server/routes/resource.hpp"
 #include "server/service/surface_service.hpp"
 
 namespace multitetra {
+namespace {
 
-Answer liveness_answer() {
+Answer ok_answer() {
   Answer answer = json_answer(200, "{\"status\":\"ok\"}\n");
   add_field(answer, "Cache-Control", "no-store");
   return answer;
@@ -15,7 +16,7 @@ Answer readiness_answer(const ServerContext& server, std::string_view request_id
   if (const auto work = server.admission.check_draining(); !work) {
     return error_answer(work.error(), request_id);
   }
-  if (server.service.is_ready()) return liveness_answer();
+  if (server.service.is_ready()) return ok_answer();
   return error_answer({ErrorCode::kUnavailable, "The server does not accept new requests now."},
                       request_id);
 }
@@ -31,8 +32,40 @@ Answer metrics_answer(const ServerContext& server, std::string_view request_id) 
   return answer;
 }
 
-Answer description_answer(const HttpRequest& request) {
-  return document_answer(std::string(kOpenApi), request);
+}  // namespace
+
+Resource liveness_resource(const ResourceContext&) {
+  return {.name = "livez",
+          .path = "/livez",
+          .kind = Resource::Kind::kProbe,
+          .answer = [](ResourceRequest) -> asio::awaitable<Answer> { co_return ok_answer(); }};
+}
+
+Resource readiness_resource(const ResourceContext& context) {
+  return {.name = "readyz",
+          .path = "/readyz",
+          .kind = Resource::Kind::kProbe,
+          .answer = [&context](ResourceRequest request) -> asio::awaitable<Answer> {
+            co_return readiness_answer(context.server, request.context.request_id);
+          }};
+}
+
+Resource metrics_resource(const ResourceContext& context) {
+  return {.name = "metrics",
+          .path = "/metrics",
+          .kind = Resource::Kind::kProbe,
+          .answer = [&context](ResourceRequest request) -> asio::awaitable<Answer> {
+            co_return metrics_answer(context.server, request.context.request_id);
+          }};
+}
+
+Resource api_description_resource(const ResourceContext&) {
+  return {.name = "openapi",
+          .path = "/v1/openapi.json",
+          .kind = Resource::Kind::kFree,
+          .answer = [](ResourceRequest request) -> asio::awaitable<Answer> {
+            co_return document_answer(api_description(), request.http);
+          }};
 }
 
 }  // namespace multitetra

@@ -17,6 +17,8 @@ struct RouteOptions {
   // cache); and the folder of these unnamed files.
   std::uint64_t max_mesh_triangles = 4'000'000;
   std::uint64_t mesh_cache_bytes = std::uint64_t{512} << 20;
+  // Smaller files stay in memory.
+  std::uint64_t max_mesh_bytes_in_memory = std::uint64_t{1} << 20;
   std::filesystem::path temporary_folder = std::filesystem::temp_directory_path();
   std::shared_ptr<const ViewerFiles> viewer = std::make_shared<const ViewerFiles>();
 };

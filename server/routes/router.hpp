@@ -1,54 +1,41 @@
-// Dispatches each request to its route.
+// Passes each request to its resource, after the checks that all have in common.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "server/http/http_options.hpp"
 #include "server/http/request_handler.hpp"
-#include "server/http/target.hpp"
-#include "server/routes/isosurface.hpp"
-#include "server/routes/neuroglancer.hpp"
-#include "server/routes/route.hpp"
-#include "server/routes/route_options.hpp"
-#include "server/routes/samples.hpp"
-#include "server/routes/thumbnail.hpp"
-#include "server/routes/tilesets.hpp"
-#include "server/transport/listener.hpp"
+#include "server/routes/resource.hpp"
 
 namespace multitetra {
 
 class Router : public RequestHandler {
  public:
-  // The objects that `server` refers to must outlive the router.
-  Router(const ServerContext& server, HttpOptions http, RouteOptions routes);
+  // The objects that `context` refers to must outlive the router.
+  explicit Router(ResourceContext context);
 
-  [[nodiscard]] asio::awaitable<Outcome> answer(const HttpRequest& request,
-                                                RequestContext& context) override;
+  [[nodiscard]] asio::awaitable<Answer> answer(const HttpRequest& request,
+                                               RequestContext& context) override;
   [[nodiscard]] bool is_probe(std::string_view target) const override;
   [[nodiscard]] std::string loggable(std::string_view target) const override;
 
  private:
-  // The arguments of a route.
-  struct RouteArguments {
-    const HttpRequest& request;
-    const Target& target;
-    RequestContext& context;
+  struct Found {
+    const Resource* resource;
+    PathValues values;
+    std::string token;  // The one in the path; may be empty.
   };
-  // Returns a route's answer, without the fields common to all answers.
-  asio::awaitable<Outcome> routed(const HttpRequest& request, RequestContext& context);
-  // Answers a request that uses the service, after checking its token.
-  asio::awaitable<Answer> served(const Route& route, RouteArguments arguments);
-  asio::awaitable<Answer> answer_by(const Route& route, RouteArguments arguments);
+  [[nodiscard]] Found find(const Target& target) const;
+  // Returns the answer without the fields that all answers have.
+  asio::awaitable<Answer> made(const HttpRequest& request, RequestContext& context);
+  // Opens the service for the token of a request. Returns the answer to a request that is refused.
+  asio::awaitable<std::optional<Answer>> admit(const HttpRequest& request, const Found& found,
+                                               RequestContext& context);
 
-  const ServerContext server_;
-  const HttpOptions http_;
-  const RouteOptions routes_;
-  IsosurfaceRoute isosurfaces_;
-  SamplesRoute samples_;
-  ThumbnailRoute thumbnails_;
-  TilesetRoute tilesets_;
-  NeuroglancerRoute neuroglancer_;
+  const ResourceContext context_;
+  const std::vector<Resource> resources_;
 };
 
 }  // namespace multitetra

@@ -1,7 +1,7 @@
-#include "server/routes/samples.hpp"
-
+// The samples: slices as pictures or numbers, and the field's value at given places.
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <utility>
 
 #include "common/base/json.hpp"
@@ -10,7 +10,8 @@
 #include "common/image/png_file.hpp"
 #include "common/request/request_key.hpp"
 #include "server/http/conditions.hpp"
-#include "server/service/run_on_workers.hpp"
+#include "server/routes/detail/slice_query.hpp"
+#include "server/routes/resource.hpp"
 
 namespace multitetra {
 namespace {
@@ -75,13 +76,12 @@ Json json_of(const ProbedPlace& place) {
   return json;
 }
 
-}  // namespace
-
-asio::awaitable<Answer> SamplesRoute::slice(const std::string& dataset, const Target& target,
-                                            const HttpRequest& request, RequestContext& context) {
+asio::awaitable<Answer> slice_answer(ResourceRequest request) {
+  RequestContext& context = request.context;
+  const std::string& dataset = request.path[0];
   const auto allowed = context.caller->permit().check_samples();
   if (!allowed) co_return context.refused(allowed.error());
-  const auto query = parse_slice_query(target.query);
+  const auto query = parse_slice_query(request.target.query);
   if (!query) co_return context.refused(query.error());
   const auto info = context.caller->permit().describe(dataset);
   if (!info) co_return context.refused(info.error());
@@ -96,49 +96,54 @@ asio::awaitable<Answer> SamplesRoute::slice(const std::string& dataset, const Ta
   add_plane(answer, in_indices(*slice, *info));
   const std::string tag =
       info->content_id == 0 ? "" : tag_of(key_of(*info, *slice, *query, *scale));
-  if (request.method() == http::verb::head ||
-      (!tag.empty() && matches_tag(field(request, http::field::if_none_match), tag))) {
-    answer.is_length_known = false;
-  } else {
+  answer.is_length_known = needs_body(request.http, tag);
+  if (answer.is_length_known) {
     if (context.watch) context.watch();
     // Reserves the picture as pixels and as a file; the service reserves the samples.
     const std::size_t picture_bytes = 2 * sizeof(Pixel) * slice->width * slice->height;
     const auto reservation = context.client->reserve(is_raw ? 0 : picture_bytes);
     if (!reservation) co_return context.refused(reservation.error());
-    const auto reply = co_await context.caller->slice(dataset, *slice);
+    const auto picture = std::make_shared<std::string>();
+    UseReply draw = [picture, colors = PictureColors{*scale, query->no_value_color.has_value()}](
+                        const DatasetQueryReply& reply) -> Result<void> {
+      *picture = picture_of(std::get<SliceReply>(reply), colors);
+      return {};
+    };
+    if (is_raw) draw = nullptr;
+    const auto reply = co_await context.caller->slice(dataset, *slice, std::move(draw));
     if (!reply) co_return context.refused(reply.error());
     add_field(answer, "Multitetra-Sample-Spacing", std::to_string(reply->sample_spacing));
-    if (is_raw) {
-      answer.body = body_of(reply->values);
-    } else {
-      std::function<Result<std::string>()> draw =
-          [slice = *reply, colors = PictureColors{*scale, query->no_value_color.has_value()}] {
-            return picture_of(slice, colors);
-          };
-      auto picture = co_await run_on_workers<std::string>(
-          drawing_, context.client->share(), "picture of a slice", false, context.stop.get_token(),
-          std::move(draw));
-      if (!picture) co_return context.refused(picture.error());
-      answer.body = body_of(*std::move(picture));
-    }
+    answer.body = is_raw ? body_of(reply->values) : body_of(std::move(*picture));
   }
-  if (!tag.empty()) apply_conditions(answer, request, tag);
+  if (!tag.empty()) apply_conditions(answer, request.http, tag);
   co_return answer;
 }
 
-asio::awaitable<Answer> SamplesRoute::value(const std::string& dataset, const Target& target,
-                                            RequestContext& context) {
+// Returns {"places":[{"world","index","value","gradient"}]}; value and gradient are null in the
+// void.
+asio::awaitable<Answer> probe_answer(ResourceRequest request) {
+  RequestContext& context = request.context;
   const auto allowed = context.caller->permit().check_samples();
   if (!allowed) co_return context.refused(allowed.error());
-  const auto probe = parse_probe_query(target.query);
+  const auto probe = parse_probe_query(request.target.query);
   if (!probe) co_return context.refused(probe.error());
-  const auto reply = co_await context.caller->probe(dataset, *probe);
+  const auto reply = co_await context.caller->probe(request.path[0], *probe);
   if (!reply) co_return context.refused(reply.error());
   Json places = Json::array();
   for (const ProbedPlace& place : reply->places) places.push_back(json_of(place));
   Answer answer = json_answer(200, multitetra::text_of({{"places", std::move(places)}}));
   add_field(answer, "Cache-Control", "no-cache");
   co_return answer;
+}
+
+}  // namespace
+
+Resource slice_resource(const ResourceContext&) {
+  return {.name = "slice", .path = "/v1/datasets/{name}/slice", .answer = slice_answer};
+}
+
+Resource probe_resource(const ResourceContext&) {
+  return {.name = "probe", .path = "/v1/datasets/{name}/probe", .answer = probe_answer};
 }
 
 }  // namespace multitetra

@@ -1,13 +1,23 @@
-#include "server/routes/tile.hpp"
-
+// /v1/tiles/HASH: a cached tile by its digest.
+#include "common/mesh/content_digest.hpp"
 #include "server/http/media.hpp"
+#include "server/routes/resource.hpp"
 
 namespace multitetra {
+namespace {
 
-Answer tile_answer(SurfaceService& service, const ContentDigest& digest, const HttpRequest& request,
-                   RequestContext& context) {
+Answer tile_answer(SurfaceService& service, const ResourceRequest& request) {
+  RequestContext& context = request.context;
+  const std::string& hash = request.path[0];
+  const auto digest = ContentDigest::from_hex(hash);
+  if (!digest) {
+    return context.refused({ErrorCode::kInvalidArgument,
+                            "\"" + hash +
+                                "\" is not the digest of a tile, which has 32 hexadecimal "
+                                "digits."});
+  }
   const Permit& permit = context.caller->permit();
-  const auto found = service.find_tile(digest, [&](const std::string& dataset, bool is_shell) {
+  const auto found = service.find_tile(*digest, [&](const std::string& dataset, bool is_shell) {
     return is_shell ? permit.may_see_shells(dataset) : permit.may_see(dataset);
   });
   if (!found) {
@@ -23,8 +33,19 @@ Answer tile_answer(SurfaceService& service, const ContentDigest& digest, const H
   add_field(answer, "Cache-Control",
             permit.is_for_all() ? "public, max-age=31536000, immutable"
                                 : "private, max-age=31536000, immutable");
-  apply_conditions(answer, request, '"' + digest.hex() + '"');
+  apply_conditions(answer, request.http, '"' + digest->hex() + '"');
   return answer;
+}
+
+}  // namespace
+
+Resource tile_resource(const ResourceContext& context) {
+  return {.name = "tile",
+          .path = "/v1/tiles/{hash}",
+          .kind = Resource::Kind::kCached,
+          .answer = [&context](ResourceRequest request) -> asio::awaitable<Answer> {
+            co_return tile_answer(context.server.service, request);
+          }};
 }
 
 }  // namespace multitetra

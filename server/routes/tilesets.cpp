@@ -1,14 +1,14 @@
-#include "server/routes/tilesets.hpp"
-
+// 3D Tiles tilesets, made on demand.
 #include <algorithm>
 #include <functional>
 #include <memory>
 #include <utility>
 
-#include "server/http/conditions.hpp"
+#include "common/base/lru_map.hpp"
 #include "server/http/media.hpp"
-#include "server/service/run_on_workers.hpp"
+#include "server/routes/resource.hpp"
 #include "server/tilesets/cell_glb.hpp"
+#include "server/tilesets/tileset.hpp"
 #include "server/tilesets/tileset_json.hpp"
 
 namespace multitetra {
@@ -19,29 +19,51 @@ constexpr std::string_view kTilesetForm = "2 ";
 constexpr std::string_view kSurfaceSuffix = ".glb";
 constexpr std::string_view kTilesetSuffix = ".json";
 
+// {name}/iso/{settings}/tileset.json, and the files that it lists,
+// {name}/iso/{settings}/{id}/{file}.
+struct TilesetFile {
+  std::string dataset;
+  std::string settings;  // Parsed by tileset_settings_from().
+  std::string id;        // Empty: the dataset's current id.
+  std::string file;
+};
+
+Result<TilesetFile> tileset_file(const PathValues& path) {
+  constexpr std::size_t kSegments = 4;
+  const bool is_first = path.size() == kSegments && path.back() == "tileset.json";
+  if ((!is_first && path.size() != kSegments + 1) || path[1] != "iso") {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "3D Tiles are at /v1/3dtiles/DATASET/iso/ISOVALUE/tileset.json, or with the error of the "
+        "finest level in voxels at /v1/3dtiles/DATASET/iso/ISOVALUE,error=ERROR/tileset.json; the "
+        "tileset lists all further files.");
+  }
+  return TilesetFile{.dataset = path[0],
+                     .settings = path[2],
+                     .id = is_first ? std::string() : path[3],
+                     .file = path.back()};
+}
+
 tl::unexpected<Error> no_file(const TilesetFile& file) {
   return fail(ErrorCode::kUnknownDataset,
               "This tileset has no file \"" + file.file + "\"; tileset.json refers to all files.");
 }
 
-}  // namespace
+// Everything that determines the file's bytes.
+struct RequestedFile {
+  Tileset tileset;
+  OctreeCube cell;
+  bool is_surface = false;  // Otherwise the cell's tileset.
+  bool is_first = false;    // tileset.json, of the current dataset.
+  // The dataset has a content digest.
+  bool is_known = false;
+  std::string key;
+  // Quoted; empty if the dataset has no content digest.
+  std::string tag;
+};
+using RequestedFilePtr = std::shared_ptr<const RequestedFile>;
 
-Result<TilesetRoute::RequestedFilePtr> TilesetRoute::requested_file(const TilesetFile& file,
-                                                                    const Permit& permit) {
-  const std::string path = file.settings + '/' + file.id + '/' + file.file + '/' + file.dataset;
-  auto info = permit.describe(file.dataset);
-  if (!info) return tl::unexpected(info.error());
-  const RequestedFilePtr* const known = paths_.find(path);
-  if (known != nullptr && (*known)->tileset.info() == *info) return *known;
-  auto wanted = resolved(file, *std::move(info));
-  if (!wanted) return tl::unexpected(wanted.error());
-  const auto kept = std::make_shared<const RequestedFile>(*std::move(wanted));
-  paths_.add(path, kept, /*weight=*/1);
-  return kept;
-}
-
-Result<TilesetRoute::RequestedFile> TilesetRoute::resolved(const TilesetFile& file,
-                                                           DatasetInfo info) {
+Result<RequestedFile> resolved(const TilesetFile& file, DatasetInfo info) {
   const auto settings = tileset_settings_from(file.settings);
   if (!settings) return tl::unexpected(settings.error());
   const bool is_known = info.content_id != 0;
@@ -75,67 +97,112 @@ Result<TilesetRoute::RequestedFile> TilesetRoute::resolved(const TilesetFile& fi
   return wanted;
 }
 
-asio::awaitable<Result<SharedBytes>> TilesetRoute::make(const RequestedFile& wanted,
-                                                        RequestContext& context) {
-  if (context.watch) context.watch();
-  const DatasetInfo& info = wanted.tileset.info();
-  SurfaceRequest query{.dataset = info.name,
-                       .request = wanted.tileset.request(wanted.cell),
-                       .max_triangles = options_.max_mesh_triangles};
-  auto made = co_await context.caller->surface(std::move(query));
-  if (!made) co_return tl::unexpected(made.error());
-  if (!wanted.is_surface) {
-    const CellFacts facts{.is_empty = made->mesh.triangles.empty(),
-                          .crossed_octants = made->crossed_octants};
-    const std::string folder = wanted.is_first ? wanted.tileset.id() + "/" : "";
-    co_return std::make_shared<const std::string>(
-        tileset_json(wanted.tileset, wanted.cell, facts, folder));
+SharedBytes file_of(const RequestedFile& wanted, Surface surface) {
+  const Tileset& tileset = wanted.tileset;
+  if (wanted.is_surface) {
+    return std::make_shared<const std::string>(
+        cell_glb(std::move(surface.mesh), tileset.info(), wanted.cell, tileset.settings().codec));
   }
-  const ByteReservations::Reservation memory = std::move(made->memory);
-  std::function<Result<SharedBytes>()> write =
-      [surface = std::make_shared<Surface>(*std::move(made)), info, cell = wanted.cell,
-       codec = wanted.tileset.settings().codec] {
-        return std::make_shared<const std::string>(
-            cell_glb(std::move(surface->mesh), info, cell, codec));
-      };
-  co_return co_await run_on_workers<SharedBytes>(writing_, context.client->share(), "cell",
-                                                 /*is_long=*/false, context.stop.get_token(),
-                                                 std::move(write));
+  const CellFacts facts{.is_empty = surface.mesh.triangles.empty(),
+                        .crossed_octants = surface.crossed_octants};
+  const std::string folder = wanted.is_first ? tileset.id() + "/" : "";
+  return std::make_shared<const std::string>(tileset_json(tileset, wanted.cell, facts, folder));
 }
 
-asio::awaitable<Answer> TilesetRoute::answer(const TilesetFile& file, const HttpRequest& request,
-                                             RequestContext& context) {
+// Used on the executor's thread only.
+class TilesetRoute {
+ public:
+  // The options must outlive the route.
+  explicit TilesetRoute(const RouteOptions& options) : options_(options) {}
+
+  // A file costs at most the surface in one cell. Makes nothing for HEAD, nor if the client's copy
+  // is current. Shared caches may store a response if the permit is for all clients.
+  [[nodiscard]] asio::awaitable<Answer> answer(ResourceRequest request);
+
+ private:
+  [[nodiscard]] Result<RequestedFilePtr> requested_file(const PathValues& path,
+                                                        const Permit& permit);
+  [[nodiscard]] asio::awaitable<Result<SharedBytes>> make(RequestedFilePtr wanted,
+                                                          RequestContext& context);
+
+  static constexpr std::size_t kMaxCachedPaths = 1024;
+  static constexpr std::size_t kMaxCachedBytes = std::size_t{64} << 20;
+
+  const RouteOptions& options_;
+  LruMap<std::string, SharedBytes> kept_{kMaxCachedBytes};
+  // Parsed paths, valid while their dataset is unchanged.
+  LruMap<std::string, RequestedFilePtr> paths_{kMaxCachedPaths};
+};
+
+Result<RequestedFilePtr> TilesetRoute::requested_file(const PathValues& path,
+                                                      const Permit& permit) {
+  const auto file = tileset_file(path);
+  if (!file) return tl::unexpected(file.error());
+  const std::string key = file->settings + '/' + file->id + '/' + file->file + '/' + file->dataset;
+  auto info = permit.describe(file->dataset);
+  if (!info) return tl::unexpected(info.error());
+  const RequestedFilePtr* const known = paths_.find(key);
+  if (known != nullptr && (*known)->tileset.info() == *info) return *known;
+  auto wanted = resolved(*file, *std::move(info));
+  if (!wanted) return tl::unexpected(wanted.error());
+  const auto kept = std::make_shared<const RequestedFile>(*std::move(wanted));
+  paths_.add(key, kept, /*weight=*/1);
+  return kept;
+}
+
+asio::awaitable<Result<SharedBytes>> TilesetRoute::make(RequestedFilePtr wanted,
+                                                        RequestContext& context) {
+  if (context.watch) context.watch();
+  SurfacesRequest surface{.dataset = wanted->tileset.info().name,
+                          .requests = {wanted->tileset.request(wanted->cell)},
+                          .max_triangles = options_.max_mesh_triangles};
+  std::function<Result<SharedBytes>(std::vector<Surface>, const std::stop_token&)> write =
+      [wanted](std::vector<Surface> surfaces, const std::stop_token&) {
+        return file_of(*wanted, std::move(surfaces.front()));
+      };
+  co_return co_await context.caller->made_from_surfaces<SharedBytes>(std::move(surface), "cell",
+                                                                     std::move(write));
+}
+
+asio::awaitable<Answer> TilesetRoute::answer(ResourceRequest request) {
+  RequestContext& context = request.context;
   const Permit& permit = context.caller->permit();
-  const auto found = requested_file(file, permit);
+  const auto found = requested_file(request.path, permit);
   if (!found) co_return context.refused(found.error());
   const RequestedFilePtr wanted = *found;
   const TilesetSettings& settings = wanted->tileset.settings();
   context.record->set_surface(settings.isovalue, settings.error,
                               multitetra::name(ErrorUnit::kVoxel));
   const bool is_lasting = wanted->is_known && !wanted->is_first;
-  const std::string& tag = wanted->tag;
   Answer answer;
   add_field(answer, "Content-Type",
             wanted->is_surface ? media_type(MeshFormat::kGlb) : "application/json");
   const std::string scope = permit.is_for_all() ? "public" : "private";
   add_field(answer, "Cache-Control",
             scope + (is_lasting ? ", max-age=31536000, immutable" : ", no-cache"));
-  const bool needs_none = request.method() == http::verb::head ||
-                          matches_tag(field(request, http::field::if_none_match), tag);
   const SharedBytes* const known = kept_.find(wanted->key);
   if (known != nullptr) {
     answer.body = body_of(*known);
-  } else if (needs_none) {
+  } else if (!needs_body(request.http, wanted->tag)) {
     answer.is_length_known = false;
   } else {
-    auto made = co_await make(*wanted, context);
+    const auto made = co_await make(wanted, context);
     if (!made) co_return context.refused(made.error());
-    const SharedBytes bytes = *std::move(made);
-    if (wanted->is_known) kept_.add(wanted->key, bytes, bytes->size() + wanted->key.size());
-    answer.body = body_of(bytes);
+    if (wanted->is_known) kept_.add(wanted->key, *made, (*made)->size() + wanted->key.size());
+    answer.body = body_of(*made);
   }
-  if (!tag.empty()) apply_conditions(answer, request, tag);
+  if (!wanted->tag.empty()) apply_conditions(answer, request.http, wanted->tag);
   co_return answer;
+}
+
+}  // namespace
+
+Resource tilesets_resource(const ResourceContext& context) {
+  const auto route = std::make_shared<TilesetRoute>(context.options);
+  return {.name = "3dtiles",
+          .path = "/v1/3dtiles/{path...}",
+          .kind = Resource::Kind::kMadeWithTokenInPath,
+          .answer = [route](ResourceRequest request) { return route->answer(request); }};
 }
 
 }  // namespace multitetra

@@ -1,8 +1,10 @@
-#include "server/routes/viewer.hpp"
+// The web viewer, or a page that lists the resources if it is not installed.
 
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "server/routes/resource.hpp"
 
 namespace multitetra {
 namespace {
@@ -50,10 +52,9 @@ void add_security_headers(Answer& answer, const std::vector<std::string>& allowe
   add_field(answer, "X-Content-Type-Options", "nosniff");
 }
 
-}  // namespace
-
-Answer viewer_answer(const ViewerFiles& files, std::string_view path, const HttpRequest& request,
-                     const std::vector<std::string>& allowed_origins, std::string_view request_id) {
+Answer viewer_answer(const ResourceContext& context, const ResourceRequest& of) {
+  const ViewerFiles& files = *context.options.viewer;
+  const std::string_view path = of.target.raw_path;
   Answer answer;
   const ViewerFileContent* const file = files.find(path);
   if (!file && (path != "/" || !files.is_empty())) {
@@ -61,9 +62,9 @@ Answer viewer_answer(const ViewerFiles& files, std::string_view path, const Http
         404,
         {ErrorCode::kInvalidArgument, "There is no resource \"" + std::string(path) +
                                           "\"; /v1/openapi.json lists all resources."},
-        request_id);
+        of.context.request_id);
   }
-  add_security_headers(answer, allowed_origins);
+  add_security_headers(answer, context.http.allowed_origins);
   if (!file) {
     add_field(answer, "Content-Type", "text/html; charset=utf-8");
     add_field(answer, "Cache-Control", "no-cache");
@@ -74,7 +75,7 @@ Answer viewer_answer(const ViewerFiles& files, std::string_view path, const Http
   SharedBytes bytes = file->bytes;
   if (file->gzip || file->brotli) add_field(answer, "Vary", "Accept-Encoding");
   for (const auto& [coding, coded] : {std::pair("br", file->brotli), {"gzip", file->gzip}}) {
-    if (!coded || !accepts(request, coding)) continue;
+    if (!coded || !accepts(of.http, coding)) continue;
     add_field(answer, "Content-Encoding", coding);
     tag.insert(tag.size() - 1, std::string("-") + coding);
     bytes = coded;
@@ -85,8 +86,19 @@ Answer viewer_answer(const ViewerFiles& files, std::string_view path, const Http
             file->is_named_by_content ? "public, max-age=31536000, immutable" : "no-cache");
   answer.body = body_of(std::move(bytes));
   answer.body.is_resident = true;
-  apply_conditions(answer, request, tag);
+  apply_conditions(answer, of.http, tag);
   return answer;
+}
+
+}  // namespace
+
+Resource viewer_resource(const ResourceContext& context) {
+  return {.name = "viewer",
+          .path = "/{path...}",
+          .kind = Resource::Kind::kFree,
+          .answer = [&context](ResourceRequest request) -> asio::awaitable<Answer> {
+            co_return viewer_answer(context, request);
+          }};
 }
 
 }  // namespace multitetra

@@ -1,7 +1,6 @@
 #include "server/service/local_service.hpp"
 
 #include <set>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -26,14 +25,14 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
 
   CataloguePtr catalogue() const override { return service_.catalogue(); }
   ProgressiveStreamPtr steps(StartStream action, std::function<void()> changed) override;
-  void answer(RunQuery action, std::stop_token stop,
-              std::function<void(Result<DatasetQueryReply>)> done) override;
+  void answer(RunQuery action, std::stop_token stop, UseReply use, QueryDone done) override;
   void set_bandwidth(double bytes_per_second) override { bytes_per_second_ = bytes_per_second; }
   void enforce_limits(Clock::time_point now) override;
 
  protected:
-  void make_surface(StartStream action, std::uint64_t max_triangles, std::stop_token stop,
-                    std::function<void(Result<Surface>)> done) override;
+  void make_surface(StartStream action, std::uint64_t max_triangles, std::string what,
+                    std::stop_token stop, UseSurface use,
+                    std::function<void(Result<void>)> done) override;
 
  private:
   class Stream;
@@ -48,15 +47,16 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
     std::stop_callback<std::function<void()>> leave;
   };
   using JobPtr = std::shared_ptr<Job>;
-  // Runs `make(stop)`, which must not throw, on a worker.
+  // Runs `make(stop)`, which must not throw, on a worker, and then `done(result, seconds)` here.
   template <typename T>
-  void run(WorkKind work, Priority priority, std::stop_token left,
-           std::function<Result<T>(const std::stop_token&)> make,
-           std::function<void(Result<T>)> done, Forecast forecast = {});
+  void run(Work work, std::stop_token left, std::function<Result<T>(const std::stop_token&)> make,
+           std::function<void(Result<T>, double seconds)> done);
 
   // Does nothing while a step is being made; steps_made() then calls it again.
   void make_next_step();
-  void post(WorkKind work, Priority priority, std::function<void()> run, Forecast forecast = {});
+  [[nodiscard]] FairQueue::Client in_queue() const {
+    return {.share = client()->share(), .number = queue_number_};
+  }
   // Returns an error if the share has too much pending work.
   [[nodiscard]] std::optional<Error> check_backlog();
   [[nodiscard]] StepLimits step_limits() const;
@@ -145,16 +145,6 @@ void LocalCaller::enforce_limits(Clock::time_point now) {
   }
 }
 
-void LocalCaller::post(WorkKind work, Priority priority, std::function<void()> run,
-                       Forecast forecast) {
-  service_.workers().post({.share = client()->share(), .number = queue_number_},
-                          {.run = std::move(run),
-                           .kind = std::move(work.kind),
-                           .is_long = work.is_long,
-                           .is_background = priority == Priority::kBackground,
-                           .forecast = std::move(forecast)});
-}
-
 std::optional<Error> LocalCaller::check_backlog() {
   const Backlog backlog = service_.workers().backlog(client()->share());
   const double limit =
@@ -189,9 +179,10 @@ void LocalCaller::make_next_step() {
   stream_->memory = {};
   // The guard keeps the executor running until the step is back. References are posted back, to be
   // released on the executor's thread.
-  auto make = [self = shared_from_this(), stream = stream_, state = *state, limits = step_limits(),
-               dataset = stream_->messages.dataset(),
-               guard = asio::make_work_guard(service_.executor())]() mutable {
+  Work work = work_for(stream_->action, *state, stream_->stop.get_token());
+  work.run = [self = shared_from_this(), stream = stream_, state = *state, limits = step_limits(),
+              dataset = stream_->messages.dataset(),
+              guard = asio::make_work_guard(service_.executor())]() mutable {
     const asio::any_io_executor executor = guard.get_executor();
     multitetra::post(executor, [self, stream] { self->step_begins(stream); });
     const Clock::time_point start = Clock::now();
@@ -203,10 +194,7 @@ void LocalCaller::make_next_step() {
          made = std::make_shared<Result<std::vector<MadeStep>>>(std::move(made)),
          seconds = seconds_since(start)] { self->steps_made(stream, std::move(*made), seconds); });
   };
-  const StartStream& action = stream_->action;
-  WorkKind work = work_for(*action.source, *state);
-  Forecast forecast = forecast_for(work, action, stream_->stop.get_token());
-  post(std::move(work), action.open.priority, std::move(make), std::move(forecast));
+  service_.workers().post(in_queue(), std::move(work));
   is_making_ = true;
 }
 
@@ -248,20 +236,20 @@ void LocalCaller::steps_made(const StreamPtr& stream, Result<std::vector<MadeSte
 // ---- surfaces and queries
 
 template <typename T>
-void LocalCaller::run(WorkKind work, Priority priority, std::stop_token left,
+void LocalCaller::run(Work work, std::stop_token left,
                       std::function<Result<T>(const std::stop_token&)> make,
-                      std::function<void(Result<T>)> done, Forecast forecast) {
+                      std::function<void(Result<T>, double seconds)> done) {
   const asio::any_io_executor& executor = service_.executor();
   if (const auto refusal = check_backlog()) {
     multitetra::post(executor,
-                     [done = std::move(done), refusal] { done(tl::unexpected(*refusal)); });
+                     [done = std::move(done), refusal] { done(tl::unexpected(*refusal), 0); });
     return;
   }
   const auto job = std::make_shared<Job>(std::move(left));
   jobs_.insert(job);
   // References are posted back, to be released on the executor's thread.
-  auto on_worker = [self = shared_from_this(), job, make = std::move(make), done = std::move(done),
-                    guard = asio::make_work_guard(executor)]() mutable {
+  work.run = [self = shared_from_this(), job, make = std::move(make), done = std::move(done),
+              guard = asio::make_work_guard(executor)]() mutable {
     const asio::any_io_executor back = guard.get_executor();
     multitetra::post(back, [limit = self->service_.options().limits.request_time, job] {
       if (limit.count() > 0) job->worker.set(limit);
@@ -272,44 +260,44 @@ void LocalCaller::run(WorkKind work, Priority priority, std::stop_token left,
     multitetra::post(back, [self = std::move(self), job = std::move(job), made = std::move(made),
                             done = std::move(done), seconds = seconds_since(start)] {
       self->jobs_.erase(job);
-      if constexpr (std::is_same_v<T, Surface>) {
-        self->client()->admission().observer().step_made(seconds);
-      }
       if (!*made && job->is_late) {
         self->client()->admission().observer().refused(self->client()->facts(), "request_seconds");
         *made = tl::unexpected(time_limit_error(self->service_.options().limits.request_time));
       }
-      done(std::move(*made));
+      done(std::move(*made), seconds);
     });
   };
-  post(std::move(work), priority, std::move(on_worker), std::move(forecast));
+  service_.workers().post(in_queue(), std::move(work));
 }
 
-void LocalCaller::answer(RunQuery action, std::stop_token stop,
-                         std::function<void(Result<DatasetQueryReply>)> done) {
-  WorkKind work = work_for(*action.source, action.query);
-  const Priority priority = priority_of(action.query);
+void LocalCaller::answer(RunQuery action, std::stop_token stop, UseReply use, QueryDone done) {
+  Work work = work_for(action);
   run<DatasetQueryReply>(
-      std::move(work), priority, std::move(stop),
-      [action = std::move(action)](const std::stop_token& of_job) {
-        return make_answer(action, of_job);
+      std::move(work), std::move(stop),
+      [action = std::move(action), use = std::move(use)](const std::stop_token& of_job) {
+        return make_answer(action, of_job, use);
       },
-      std::move(done));
+      [done = std::move(done)](Result<DatasetQueryReply> reply, double) {
+        done(std::move(reply));
+      });
 }
 
-void LocalCaller::make_surface(StartStream action, std::uint64_t max_triangles,
-                               std::stop_token stop, std::function<void(Result<Surface>)> done) {
+void LocalCaller::make_surface(StartStream action, std::uint64_t max_triangles, std::string what,
+                               std::stop_token stop, UseSurface use,
+                               std::function<void(Result<void>)> done) {
   const StreamState state{.request = action.open.request, .steps = StepPolicy::kFinalOnly};
-  WorkKind work = work_for(*action.source, state);
-  const Priority priority = action.open.priority;
-  Forecast forecast = forecast_for(work, action, stop);
-  run<Surface>(
-      std::move(work), priority, std::move(stop),
-      [action = std::move(action), max_triangles,
-       limits = step_limits()](const std::stop_token& of_job) {
-        return make_mesh(action, max_triangles, limits, of_job);
+  Work work = work_for(action, state, stop);
+  work.kind += ' ' + what;
+  run<void>(
+      std::move(work), std::move(stop),
+      [action = std::move(action), max_triangles, limits = step_limits(), what = std::move(what),
+       use = std::move(use)](const std::stop_token& of_job) {
+        return make_mesh(action, max_triangles, limits, of_job, what, use);
       },
-      std::move(done), std::move(forecast));
+      [this, done = std::move(done)](Result<void> made, double seconds) {
+        client()->admission().observer().step_made(seconds);
+        done(std::move(made));
+      });
 }
 
 }  // namespace

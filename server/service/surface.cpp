@@ -4,9 +4,9 @@
 #include <numeric>
 #include <utility>
 
+#include "common/base/in_parallel.hpp"
 #include "common/wire/scalar_codes.hpp"
 #include "common/wire/tile.hpp"
-#include "common/base/in_parallel.hpp"
 
 namespace multitetra {
 namespace {
@@ -70,6 +70,14 @@ Result<void> check_triangles(const StepBegin& step, std::uint64_t max_triangles)
 }
 
 Result<Surface> assembled(SurfaceTiles tiles, const std::stop_token& stop) {
+  // The digest of a surface is the sum of those of its tiles, which are checked as they are
+  // decoded.
+  ContentDigest all;
+  for (const TileSummary& tile : tiles.begin.tiles) all += tile.digest;
+  if (all != tiles.digest) {
+    return fail(ErrorCode::kDamagedData,
+                "The surface does not match its manifest: this is a bug in the server.");
+  }
   const std::vector<std::size_t> order = order_by_cube(tiles.begin.tiles);
   std::vector<Result<LatticeMesh>> made(order.size());
   in_parallel(
@@ -93,10 +101,6 @@ Result<Surface> assembled(SurfaceTiles tiles, const std::stop_token& stop) {
                   .scalars = tiles.begin.scalars,
                   .digest = tiles.digest};
   surface.mesh = weld(pointers, surface.request.lattice_resolution);
-  if (digest(surface.mesh) != surface.digest) {
-    return fail(ErrorCode::kDamagedData,
-                "The surface does not match its manifest: this is a bug in the server.");
-  }
   return surface;
 }
 

@@ -15,7 +15,6 @@
 #include "common/request/isosurface_request.hpp"
 #include "common/request/scalar_request.hpp"
 #include "common/wire/messages.hpp"
-#include "server/operations/byte_reservations.hpp"
 
 namespace multitetra {
 
@@ -42,14 +41,12 @@ struct Surface {
   std::optional<ScalarRange> scalars = {};
   ContentDigest digest = {};
   LatticeMesh mesh = {};  // Welded; the order depends on the tiles only.
-  // Reserves the mesh's bytes.
-  ByteReservations::Reservation memory = {};
 };
 // Returns the bytes that the mesh's elements occupy in memory.
 [[nodiscard]] std::size_t bytes_of(const LatticeMesh& mesh);
 
 // Welds the tiles, on all threads. Returns kDamagedData if a tile is missing or differs from its
-// summary. Throws Cancelled soon after `stop` is triggered. Reserves no memory.
+// summary. Throws Cancelled soon after `stop` is triggered.
 [[nodiscard]] Result<Surface> assembled(SurfaceTiles tiles, const std::stop_token& stop);
 
 // Returns kLimitExceeded, with advice, for a step with more triangles.

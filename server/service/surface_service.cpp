@@ -14,6 +14,13 @@ Result<Reply> the(Result<DatasetQueryReply> reply) {
   return std::get<Reply>(*std::move(reply));
 }
 
+// The surfaces of one request, with the memory that is reserved for them until they were used.
+struct HeldSurfaces {
+  std::vector<Surface> surfaces = {};
+  std::vector<ByteReservations::Reservation> memory = {};
+  bool is_above_limit = false;
+};
+
 }  // namespace
 
 std::optional<asio::awaitable<Result<CataloguePtr>>> Caller::find_catalogue(
@@ -47,38 +54,58 @@ Error Caller::reason(const Error& error) const {
   return error.code == ErrorCode::kCancelled && closed_ ? *closed_ : error;
 }
 
-asio::awaitable<Result<Surface>> Caller::surface(SurfaceRequest query) {
-  OpenStream open{.request_id = request_ + surfaces_++,
-                  .dataset = std::move(query.dataset),
-                  .request = std::move(query.request),
-                  .steps = StepPolicy::kFinalOnly,
-                  .cached_tile_digests = {},
-                  .scalars = std::move(query.scalars)};
-  const auto waiting = client_->reserve(waiting_bytes(open));
-  if (!waiting) co_return tl::unexpected(waiting.error());
-  auto action = permit_.accept(std::move(open));
-  if (!action) co_return tl::unexpected(action.error());
-  std::function<void(std::function<void(Result<Surface>)>)> start =
-      [&](std::function<void(Result<Surface>)> done) {
-        make_surface(*std::move(action), query.max_triangles, stop_.get_token(), std::move(done));
-      };
-  auto made = co_await result_of<Surface>(std::move(start));
-  if (!made) co_return tl::unexpected(reason(made.error()));
-  auto memory = client_->reserve(bytes_of(made->mesh));
-  if (!memory) co_return tl::unexpected(memory.error());
-  made->memory = *std::move(memory);
-  co_return made;
+asio::awaitable<Result<void>> Caller::use_surfaces(SurfacesRequest wanted, std::string what,
+                                                   UseSurfaces use) {
+  const auto held = std::make_shared<HeldSurfaces>();
+  ByteReservations& queue = client_->admission().queue();
+  std::uint64_t max_triangles = wanted.max_triangles;
+  for (std::size_t i = 0; i < wanted.requests.size(); ++i) {
+    const bool is_last = i + 1 == wanted.requests.size();
+    OpenStream open{.request_id = request_ + surfaces_++,
+                    .dataset = wanted.dataset,
+                    .request = std::move(wanted.requests[i]),
+                    .steps = StepPolicy::kFinalOnly,
+                    .cached_tile_digests = {},
+                    .scalars = wanted.scalars};
+    const auto waiting = client_->reserve(waiting_bytes(open));
+    if (!waiting) co_return tl::unexpected(waiting.error());
+    auto action = permit_.accept(std::move(open));
+    if (!action) co_return tl::unexpected(action.error());
+    UseSurface add = [held, &queue, share = client_->share(), use = is_last ? use : UseSurfaces()](
+                         Surface surface, const std::stop_token& stop) -> Result<void> {
+      auto memory = queue.take(share, bytes_of(surface.mesh));
+      held->is_above_limit = !memory;
+      if (!memory) return fail(ErrorCode::kUnavailable, "There is not enough memory.");
+      held->memory.push_back(*std::move(memory));
+      held->surfaces.push_back(std::move(surface));
+      if (!use) return {};
+      const auto in_use = std::exchange(held->memory, {});
+      return use(std::exchange(held->surfaces, {}), stop);
+    };
+    std::function<void(std::function<void(Result<void>)>)> start =
+        [&](std::function<void(Result<void>)> done) {
+          make_surface(*std::move(action), max_triangles, is_last ? what : "surface",
+                       stop_.get_token(), std::move(add), std::move(done));
+        };
+    const auto made = co_await result_of<void>(std::move(start));
+    // A reservation that is refused is reported here, on the executor's thread.
+    if (held->is_above_limit) {
+      co_return tl::unexpected(client_->reserve(queue.capacity() + 1).error());
+    }
+    if (!made) co_return tl::unexpected(reason(made.error()));
+    if (!is_last) max_triangles -= held->surfaces.back().mesh.triangles.size();
+  }
+  co_return Result<void>();
 }
 
-asio::awaitable<Result<DatasetQueryReply>> Caller::run_query(DatasetQuery query) {
+asio::awaitable<Result<DatasetQueryReply>> Caller::run_query(DatasetQuery query, UseReply use) {
   const auto waiting = client_->reserve(waiting_bytes(query));
   if (!waiting) co_return tl::unexpected(waiting.error());
   auto action = permit_.accept(std::move(query));
   if (!action) co_return tl::unexpected(action.error());
-  std::function<void(std::function<void(Result<DatasetQueryReply>)>)> start =
-      [&](std::function<void(Result<DatasetQueryReply>)> done) {
-        answer(*std::move(action), stop_.get_token(), std::move(done));
-      };
+  std::function<void(QueryDone)> start = [&](QueryDone done) {
+    answer(*std::move(action), stop_.get_token(), std::move(use), std::move(done));
+  };
   auto made = co_await result_of<DatasetQueryReply>(std::move(start));
   if (!made) co_return tl::unexpected(reason(made.error()));
   co_return made;
@@ -91,9 +118,10 @@ asio::awaitable<Result<EstimateReply>> Caller::estimate(std::string dataset,
   co_return the<EstimateReply>(co_await run_query(std::move(query)));
 }
 
-asio::awaitable<Result<SliceReply>> Caller::slice(std::string dataset, SliceRequest slice) {
+asio::awaitable<Result<SliceReply>> Caller::slice(std::string dataset, SliceRequest slice,
+                                                  UseReply use) {
   DatasetQuery query = Slice{.request_id = request_, .dataset = std::move(dataset), .slice = slice};
-  co_return the<SliceReply>(co_await run_query(std::move(query)));
+  co_return the<SliceReply>(co_await run_query(std::move(query), std::move(use)));
 }
 
 asio::awaitable<Result<ProbeReply>> Caller::probe(std::string dataset, ProbeRequest probe) {

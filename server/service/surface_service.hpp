@@ -4,11 +4,13 @@
 //
 //   const CallerPtr caller = service.open(client);
 //   if (auto known = co_await caller->log_in(token); !known) co_return refusal(known.error());
-//   auto surface = co_await caller->surface(
-//       {.dataset = "head", .request = {.isovalue = 500.5, .error = 0.5}});
+//   auto file = co_await caller->made_from_surfaces<std::string>(
+//       {.dataset = "head", .requests = {{.isovalue = 500.5, .error = 0.5}}}, "mesh file",
+//       [](std::vector<Surface> surfaces, const std::stop_token&) { return written(surfaces); });
 //
 // These functions cover admission, the fair queue, memory, caches and time limits. Arguments and
-// results are values; within one process nothing is serialized.
+// results are values; within one process nothing is serialized. What is made of a result, such as a
+// file or a picture, is made by the worker that has the result, so only it returns to the executor.
 //
 // Everything runs on one executor with one thread at a time. `changed` and `done` are called on it
 // too, never from within the call that received them.
@@ -49,12 +51,19 @@ class ProgressiveStream {
 };
 using ProgressiveStreamPtr = std::shared_ptr<ProgressiveStream>;
 
-struct SurfaceRequest {
+// A request for final surfaces of one dataset, at least one.
+struct SurfacesRequest {
   std::string dataset = {};
-  IsosurfaceRequest request = {};
+  std::vector<IsosurfaceRequest> requests = {};
   std::optional<ScalarRequest> scalars = {};
-  std::uint64_t max_triangles = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t max_triangles = std::numeric_limits<std::uint64_t>::max();  // Of all together.
 };
+
+// Called by the worker that has made the argument, before it returns to the executor.
+using UseSurface = std::function<Result<void>(Surface surface, const std::stop_token& stop)>;
+using UseReply = std::function<Result<void>(const DatasetQueryReply& reply)>;
+// Called on the executor's thread at the end.
+using QueryDone = std::function<void(Result<DatasetQueryReply> reply)>;
 
 // The service for one client. A coroutine awaits one call at a time; the streams and queries of a
 // conversation may run concurrently.
@@ -66,7 +75,8 @@ class Caller {
   Caller(const Caller&) = delete;
   Caller& operator=(const Caller&) = delete;
 
-  // ---- for single requests: with the rights of the client's token, and memory reservations
+  // ---- for single requests: with the rights of the client's token, and memory reservations.
+  // `what` names what is made, such as "mesh file", for estimates of its time and for the log.
 
   // Checks the token and sets the client's name. Must be called first.
   [[nodiscard]] asio::awaitable<Result<void>> log_in(std::string token);
@@ -75,11 +85,26 @@ class Caller {
   // following ids.
   void set_request_id(std::uint64_t id) { request_ = id; }
 
-  // Returns the final surface, or kLimitExceeded above `max_triangles`.
-  [[nodiscard]] asio::awaitable<Result<Surface>> surface(SurfaceRequest query);
+  // Makes the surfaces one after the other, and returns what `make` makes of them. Fails with
+  // kLimitExceeded above `max_triangles`.
+  template <typename T>
+  [[nodiscard]] asio::awaitable<Result<T>> made_from_surfaces(
+      SurfacesRequest wanted, std::string what,
+      std::function<Result<T>(std::vector<Surface> surfaces, const std::stop_token& stop)> make) {
+    const auto made = std::make_shared<std::optional<T>>();
+    UseSurfaces use = [made, make = std::move(make)](std::vector<Surface> surfaces,
+                                                     const std::stop_token& stop) {
+      return stored(make(std::move(surfaces), stop), *made);
+    };
+    const auto done = co_await use_surfaces(std::move(wanted), std::move(what), std::move(use));
+    if (!done) co_return tl::unexpected(done.error());
+    co_return **std::move(made);
+  }
   [[nodiscard]] asio::awaitable<Result<EstimateReply>> estimate(std::string dataset,
                                                                 IsosurfaceRequest request);
-  [[nodiscard]] asio::awaitable<Result<SliceReply>> slice(std::string dataset, SliceRequest slice);
+  // `use`, if any, is called with a SliceReply.
+  [[nodiscard]] asio::awaitable<Result<SliceReply>> slice(std::string dataset, SliceRequest slice,
+                                                          UseReply use = {});
   [[nodiscard]] asio::awaitable<Result<ProbeReply>> probe(std::string dataset, ProbeRequest probe);
 
   // ---- for conversations, which check their permit and reserve memory themselves
@@ -94,9 +119,9 @@ class Caller {
   // another message may be ready.
   [[nodiscard]] virtual ProgressiveStreamPtr steps(StartStream action,
                                                    std::function<void()> changed) = 0;
-  // Answers a query. `done` is called exactly once, soon after `stop` is triggered at the latest.
-  virtual void answer(RunQuery action, std::stop_token stop,
-                      std::function<void(Result<DatasetQueryReply>)> done) = 0;
+  // Answers a query, and calls `use`, if any, with the reply. `done` is called exactly once, soon
+  // after `stop` is triggered at the latest.
+  virtual void answer(RunQuery action, std::stop_token stop, UseReply use, QueryDone done) = 0;
   // Sets the measured bandwidth to the client, used to plan further steps.
   virtual void set_bandwidth(double /*bytes_per_second*/) {}
 
@@ -110,8 +135,10 @@ class Caller {
   [[nodiscard]] const RequestLimits& limits() const { return limits_; }
 
  protected:
-  virtual void make_surface(StartStream action, std::uint64_t max_triangles, std::stop_token stop,
-                            std::function<void(Result<Surface>)> done) = 0;
+  // Makes a final surface and calls `use` with it, then `done` on the executor's thread.
+  virtual void make_surface(StartStream action, std::uint64_t max_triangles, std::string what,
+                            std::stop_token stop, UseSurface use,
+                            std::function<void(Result<void>)> done) = 0;
   [[nodiscard]] virtual std::optional<asio::awaitable<Result<CataloguePtr>>> fetch_catalogue(
       std::string /*token*/) {
     return std::nullopt;
@@ -121,7 +148,18 @@ class Caller {
   [[nodiscard]] const ConnectionContextPtr& client() const { return client_; }
 
  private:
-  [[nodiscard]] asio::awaitable<Result<DatasetQueryReply>> run_query(DatasetQuery query);
+  using UseSurfaces =
+      std::function<Result<void>(std::vector<Surface> surfaces, const std::stop_token& stop)>;
+  [[nodiscard]] asio::awaitable<Result<void>> use_surfaces(SurfacesRequest wanted, std::string what,
+                                                           UseSurfaces use);
+  [[nodiscard]] asio::awaitable<Result<DatasetQueryReply>> run_query(DatasetQuery query,
+                                                                     UseReply use = {});
+  template <typename T>
+  [[nodiscard]] static Result<void> stored(Result<T> made, std::optional<T>& place) {
+    if (!made) return tl::unexpected(made.error());
+    place = *std::move(made);
+    return {};
+  }
   // Returns the reason of close() if that caused the error, else the error.
   [[nodiscard]] Error reason(const Error& error) const;
 

@@ -21,7 +21,7 @@ namespace multitetra {
 using Forecast = std::function<std::optional<double>()>;
 
 struct Work {
-  std::function<void()> run;  // Must not throw.
+  std::function<void()> run = {};  // Must not throw.
   // Jobs of one kind, that is a dataset and an operation, are expected to take similar times.
   // Empty: unknown.
   std::string kind = {};

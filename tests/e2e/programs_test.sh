@@ -418,9 +418,10 @@ ends 2 "suffix" "$server" extract torus.mtd -o x.xyz
 ends 2 "error threshold" "$server" extract torus.mtd -o x.ply --error nan
 ends 5 "no dataset" "$server" serve missing.mtd --tcp 127.0.0.1:0 --http off
 "$server" plot torus.mtd -o torus.svg --isovalues 8 --errors 0.5,2 --json >plot.json
-[ "$(grep -c '<polyline' torus.svg)" = 2 ] || fail "the plot has not a curve for each error"
+"$server" plot torus.mtd -o torus.pdf --isovalues 8 --errors 0.5,2 --quiet
+grep -q '</svg>' torus.svg && head -c 4 torus.pdf | grep -q '%PDF' || fail "plot does not write SVG and PDF"
 [ "$(value plot.json plot_file)" = torus.svg ] || fail "the report of plot"
-ends 2 "*.svg" "$server" plot torus.mtd -o torus.png
+ends 2 "*.svg" "$server" plot torus.mtd -o torus.jpg
 "$server" verify torus.mtd --json | grep -q '"is_whole": true' || fail "the report of verify"
 mkdir folder
 for name in a b c; do cp torus.mtd "folder/$name.mtd"; done

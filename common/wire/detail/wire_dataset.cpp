@@ -1,6 +1,12 @@
 #include "common/wire/detail/wire_dataset.hpp"
 
 #include <cmath>
+#include <limits>
+#include <span>
+#include <type_traits>
+
+#include "common/dataset/dataset_fields.hpp"
+#include "common/wire/detail/wire_vectors.hpp"
 
 namespace multitetra::wire {
 namespace {
@@ -18,40 +24,6 @@ Histogram read(const v1::Histogram& wire, FieldChecks& checks) {
   return {.low = wire.low(),
           .high = wire.high(),
           .counts = {wire.counts().begin(), wire.counts().end()}};
-}
-
-// Reads dims, spacing, index_to_world, margin and grid.
-void read_places(const v1::DatasetInfo& wire, DatasetInfo& info, FieldChecks& checks) {
-  checks.exactly("DatasetInfo.dims", wire.dims_size(), 3);
-  checks.exactly("DatasetInfo.spacing", wire.spacing_size(), 3);
-  checks.exactly("DatasetInfo.index_to_world", wire.index_to_world_size(), 12);
-  checks.integer("DatasetInfo.margin", wire.margin(), 0, kMaxGridSteps / 2);
-  checks.integer("DatasetInfo.grid_exponent", wire.grid_exponent(), 1, kMaxGridExponent);
-  if (checks.first()) return;
-  std::uint64_t samples = 1;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto at = static_cast<std::size_t>(axis);
-    checks.integer("DatasetInfo.dims", wire.dims(axis), 1, kMaxGridSteps + 1);
-    info.dims[at] = static_cast<std::int32_t>(wire.dims(axis));
-    samples *= wire.dims(axis);
-    checks.require(std::isfinite(wire.spacing(axis)) && wire.spacing(axis) > 0,
-                   "DatasetInfo.spacing", "must be finite and greater than 0 on every axis.");
-    info.spacing[at] = wire.spacing(axis);
-    for (int row = 0; row < 3; ++row) {
-      info.index_to_world.columns[at][static_cast<std::size_t>(row)] =
-          wire.index_to_world(3 * axis + row);
-    }
-    info.index_to_world.translation[at] = wire.index_to_world(9 + axis);
-  }
-  for (const double number : wire.index_to_world()) {
-    checks.finite("DatasetInfo.index_to_world", number);
-  }
-  if (checks.first()) return;
-  checks.integer("DatasetInfo.void_samples", wire.void_samples(), 0, samples);
-  info.margin = static_cast<std::int32_t>(wire.margin());
-  info.grid_exponent = static_cast<std::int32_t>(wire.grid_exponent());
-  checks.require(info.grid_exponent >= grid_exponent_for(info.dims, info.margin),
-                 "DatasetInfo.grid_exponent", "is too small for the samples and the margin.");
 }
 
 void write(const SeriesMember& member, v1::SeriesMember& wire) {
@@ -117,90 +89,158 @@ SeriesMember read(const v1::SeriesMember& wire, FieldChecks& checks) {
   return member;
 }
 
+// ---- fields of DatasetInfo
+
+// The accessors of a field in the message.
+#define MULTITETRA_ACCESS(key, member, help)                                  \
+  struct key##_access {                                                       \
+    static decltype(auto) get(const auto& wire) { return wire.key(); }        \
+    static bool has(const auto& wire) { return wire.has_##key(); }            \
+    static void set(auto& wire, const auto& value) { wire.set_##key(value); } \
+    static void add(auto& wire, const auto& value) { wire.add_##key(value); } \
+    static auto& part(auto& wire) { return *wire.mutable_##key(); }           \
+  };
+MULTITETRA_DATASET_FIELDS(MULTITETRA_ACCESS)
+#undef MULTITETRA_ACCESS
+
+template <typename Access, typename Value>
+void write_field(Access access, const Value& value, v1::DatasetInfo& wire) {
+  if constexpr (std::is_enum_v<Value>) {
+    Access::set(wire, to_wire<std::remove_cvref_t<decltype(Access::get(wire))>>(value));
+  } else if constexpr (std::is_same_v<Value, std::int32_t>) {
+    Access::set(wire, static_cast<std::uint32_t>(value));
+  } else if constexpr (std::is_same_v<Value, Affine>) {
+    for (const Vec3& column : value.columns) write_field(access, column, wire);
+    write_field(access, value.translation, wire);
+  } else if constexpr (std::is_same_v<Value, Histogram>) {
+    Access::part(wire).set_low(value.low);
+    Access::part(wire).set_high(value.high);
+    Access::part(wire).mutable_counts()->Assign(value.counts.begin(), value.counts.end());
+  } else if constexpr (std::is_same_v<Value, std::array<std::int32_t, 3>>) {
+    for (const std::int32_t side : value) Access::add(wire, static_cast<std::uint32_t>(side));
+  } else if constexpr (std::is_same_v<Value, Vec3> || std::is_same_v<Value, std::vector<double>>) {
+    for (const double number : value) Access::add(wire, number);
+  } else if constexpr (std::is_same_v<Value, std::optional<double>>) {
+    if (value) Access::set(wire, *value);
+  } else if constexpr (std::is_same_v<Value, std::optional<DisplayWindow>>) {
+    if (!value) return;
+    Access::part(wire).set_low(value->low);
+    Access::part(wire).set_high(value->high);
+  } else if constexpr (std::is_same_v<Value, std::optional<SeriesMember>>) {
+    if (value) write(*value, Access::part(wire));
+  } else {
+    Access::set(wire, value);
+  }
+}
+
+// Reads numbers, at most as many as there is room for.
+void read_numbers(std::string_view name, const Numbers& wire, std::span<double> numbers,
+                  FieldChecks& checks) {
+  checks.exactly(name, wire.size(), static_cast<int>(numbers.size()));
+  for (const double number : wire) checks.finite(name, number);
+  if (!checks.first()) std::copy(wire.begin(), wire.end(), numbers.begin());
+}
+
+template <typename Access, typename Value>
+void read_field(Access, std::string_view name, const v1::DatasetInfo& wire, Value& value,
+                FieldChecks& checks) {
+  const auto& from = Access::get(wire);
+  if constexpr (std::is_same_v<Access, name_access>) {
+    value = from;
+    checks.dataset_name(name, from);
+  } else if constexpr (std::is_same_v<Value, std::string>) {
+    value = from;
+    checks.unit(name, from);
+  } else if constexpr (std::is_same_v<Value, double>) {
+    value = from;
+    checks.finite(name, value);
+  } else if constexpr (std::is_same_v<Value, std::optional<double>>) {
+    if (!Access::has(wire)) return;
+    value = from;
+    checks.finite(name, from);
+  } else if constexpr (std::is_same_v<Value, std::int32_t>) {
+    checks.integer(name, from, 0, std::numeric_limits<std::int32_t>::max());
+    value = static_cast<std::int32_t>(from);
+  } else if constexpr (std::is_same_v<Value, SampleType>) {
+    value = checks.enumerator<SampleType>(name, from, SampleType::kF32, {});
+  } else if constexpr (std::is_same_v<Value, WorldSpace>) {
+    value = checks.enumerator<WorldSpace>(name, from, WorldSpace::kRas, WorldSpace::kUnnamed);
+  } else if constexpr (std::is_same_v<Value, GeometryBasis>) {
+    value = checks.enumerator<GeometryBasis>(name, from, GeometryBasis::kAssumed,
+                                             GeometryBasis::kUnknown);
+  } else if constexpr (std::is_same_v<Value, std::array<std::int32_t, 3>>) {
+    checks.exactly(name, from.size(), 3);
+    for (const std::uint32_t side : from) checks.integer(name, side, 1, kMaxGridSteps + 1);
+    if (!checks.first()) std::copy(from.begin(), from.end(), value.begin());
+  } else if constexpr (std::is_same_v<Value, Vec3>) {
+    read_numbers(name, from, value, checks);
+  } else if constexpr (std::is_same_v<Value, Affine>) {
+    std::array<double, 12> numbers{};
+    read_numbers(name, from, numbers, checks);
+    const auto column = [&](std::size_t i) {
+      return Vec3{numbers[i], numbers[i + 1], numbers[i + 2]};
+    };
+    value = {.columns = {column(0), column(3), column(6)}, .translation = column(9)};
+  } else if constexpr (std::is_same_v<Value, std::vector<double>>) {
+    for (const double number : from) checks.finite(name, number);
+    value.assign(from.begin(), from.end());
+  } else if constexpr (std::is_same_v<Value, std::optional<DisplayWindow>>) {
+    if (!Access::has(wire)) return;
+    value = {.low = from.low(), .high = from.high()};
+    checks.require(is_valid(*value), name, "must be two finite values, the smaller first.");
+  } else if constexpr (std::is_same_v<Value, Histogram>) {
+    value = read(from, checks);
+  } else if constexpr (std::is_same_v<Value, std::optional<SeriesMember>>) {
+    if (Access::has(wire)) value = read(from, checks);
+  } else {
+    value = from;
+  }
+}
+
+// Checks what single fields do not show.
+void check_fields(const DatasetInfo& info, FieldChecks& checks) {
+  std::uint64_t samples = 1;
+  for (const std::int32_t side : info.dims) samples *= static_cast<std::uint64_t>(side);
+  for (const double length : info.spacing) {
+    checks.require(std::isfinite(length) && length > 0, "DatasetInfo.spacing",
+                   "must be finite and greater than 0 on every axis.");
+  }
+  checks.require(info.min <= info.max, "DatasetInfo.max", "must be at least min.");
+  checks.integer("DatasetInfo.void_samples", info.void_samples, 0, samples);
+  checks.integer("DatasetInfo.margin", static_cast<std::uint64_t>(info.margin), 0,
+                 kMaxGridSteps / 2);
+  checks.integer("DatasetInfo.grid_exponent", static_cast<std::uint64_t>(info.grid_exponent), 1,
+                 kMaxGridExponent);
+  checks.at_most("DatasetInfo.suggested_isovalues", info.suggested_isovalues.size(),
+                 kMaxSuggestedIsovalues, "values");
+  if (checks.first()) return;
+  checks.require(info.grid_exponent >= grid_exponent_for(info.dims, info.margin),
+                 "DatasetInfo.grid_exponent", "is too small for the samples and the margin.");
+}
+
 }  // namespace
 
 void write_dataset(const DatasetInfo& info, v1::DatasetInfo& wire) {
-  wire.set_name(info.name);
-  for (const std::int32_t samples : info.dims) wire.add_dims(static_cast<std::uint32_t>(samples));
-  wire.set_type(to_wire<v1::SampleType>(info.type));
-  for (const double length : info.spacing) wire.add_spacing(length);
-  for (const Vec3& column : info.index_to_world.columns) {
-    for (const double number : column) wire.add_index_to_world(number);
-  }
-  for (const double number : info.index_to_world.translation) wire.add_index_to_world(number);
-  wire.set_min(info.min);
-  wire.set_max(info.max);
-  wire.set_void_samples(info.void_samples);
-  if (info.outside) wire.set_outside(*info.outside);
-  wire.set_margin(static_cast<std::uint32_t>(info.margin));
-  wire.set_grid_exponent(static_cast<std::uint32_t>(info.grid_exponent));
-  wire.mutable_histogram()->set_low(info.histogram.low);
-  wire.mutable_histogram()->set_high(info.histogram.high);
-  wire.mutable_histogram()->mutable_counts()->Assign(info.histogram.counts.begin(),
-                                                     info.histogram.counts.end());
-  wire.mutable_suggested_isovalues()->Assign(info.suggested_isovalues.begin(),
-                                             info.suggested_isovalues.end());
+#define MULTITETRA_WRITE(key, member, help) write_field(key##_access(), info.member, wire);
+  MULTITETRA_DATASET_FIELDS(MULTITETRA_WRITE)
+#undef MULTITETRA_WRITE
   wire.set_content_id(info.content_id);
-  wire.set_space(to_wire<v1::WorldSpace>(info.meaning.space));
-  wire.set_length_unit(info.meaning.length_unit);
-  wire.set_value_unit(info.meaning.value_unit);
-  wire.set_geometry(to_wire<v1::GeometryBasis>(info.meaning.geometry));
-  wire.set_assumed(info.meaning.assumed);
-  if (info.member) write(*info.member, *wire.mutable_member());
   if (info.member && info.member->label && info.label_extent) {
     write(*info.label_extent, *wire.mutable_member()->mutable_label());
-  }
-  if (info.display_window) {
-    wire.mutable_display_window()->set_low(info.display_window->low);
-    wire.mutable_display_window()->set_high(info.display_window->high);
   }
 }
 
 DatasetInfo read_dataset(const v1::DatasetInfo& wire, FieldChecks& checks) {
   DatasetInfo info;
-  checks.dataset_name("DatasetInfo.name", wire.name());
-  info.name = wire.name();
-  info.type = checks.enumerator<SampleType>("DatasetInfo.type", wire.type(), SampleType::kF32, {});
-  read_places(wire, info, checks);
-  checks.finite("DatasetInfo.min", wire.min());
-  checks.finite("DatasetInfo.max", wire.max());
-  checks.require(wire.min() <= wire.max(), "DatasetInfo.max", "must be at least min.");
-  info.min = wire.min();
-  info.max = wire.max();
-  info.void_samples = wire.void_samples();
-  if (wire.has_outside()) {
-    checks.finite("DatasetInfo.outside", wire.outside());
-    info.outside = wire.outside();
-  }
-  info.histogram = read(wire.histogram(), checks);
-  checks.at_most("DatasetInfo.suggested_isovalues",
-                 static_cast<std::size_t>(wire.suggested_isovalues_size()), kMaxSuggestedIsovalues,
-                 "values");
-  for (const double value : wire.suggested_isovalues()) {
-    checks.finite("DatasetInfo.suggested_isovalues", value);
-    info.suggested_isovalues.push_back(value);
-  }
+#define MULTITETRA_READ(key, member, help) \
+  read_field(key##_access(), "DatasetInfo." #key, wire, info.member, checks);
+  MULTITETRA_DATASET_FIELDS(MULTITETRA_READ)
+#undef MULTITETRA_READ
   info.content_id = wire.content_id();
-  checks.unit("DatasetInfo.length_unit", wire.length_unit());
-  checks.unit("DatasetInfo.value_unit", wire.value_unit());
-  checks.unit("DatasetInfo.assumed", wire.assumed());
-  info.meaning = {.space = checks.enumerator<WorldSpace>("DatasetInfo.space", wire.space(),
-                                                         WorldSpace::kRas, WorldSpace::kUnnamed),
-                  .length_unit = wire.length_unit(),
-                  .value_unit = wire.value_unit(),
-                  .geometry = checks.enumerator<GeometryBasis>(
-                      "DatasetInfo.geometry", wire.geometry(), GeometryBasis::kAssumed,
-                      GeometryBasis::kUnknown),
-                  .assumed = wire.assumed()};
-  if (wire.has_member()) info.member = read(wire.member(), checks);
+  if (checks.first()) return info;
+  check_fields(info, checks);
   if (wire.member().has_label() && !checks.first()) {
     info.label_extent = read_extent(wire.member().label(), info, checks);
-  }
-  if (wire.has_display_window()) {
-    info.display_window = {.low = wire.display_window().low(),
-                           .high = wire.display_window().high()};
-    checks.require(is_valid(*info.display_window), "DatasetInfo.display_window",
-                   "must be two finite values, the smaller first.");
   }
   return info;
 }

@@ -33,31 +33,37 @@ constexpr std::uint64_t kManyTriangles = 200'000;
 
 // ---- queries
 
-void RemoteCaller::answer(RunQuery action, std::stop_token,
-                          std::function<void(Result<DatasetQueryReply>)> done) {
-  spawn(executor_,
-        [self = shared_from_this(), action = std::move(action), done = std::move(done)]() mutable {
-          return self->forward_query(std::move(action), std::move(done));
-        });
+void RemoteCaller::answer(RunQuery action, std::stop_token stop, UseReply use, QueryDone done) {
+  spawn(executor_, [self = shared_from_this(), action = std::move(action), stop = std::move(stop),
+                    use = std::move(use), done = std::move(done)]() mutable {
+    return self->forward_query(std::move(action), std::move(stop), std::move(use), std::move(done));
+  });
 }
 
-asio::awaitable<void> RemoteCaller::forward_query(
-    RunQuery action, std::function<void(Result<DatasetQueryReply>)> done) {
+asio::awaitable<void> RemoteCaller::forward_query(RunQuery action, std::stop_token stop,
+                                                  UseReply use, QueryDone done) {
   const auto self = shared_from_this();
+  const std::string kind = kind_of(action.query);
+  auto reply = co_await forwarded(std::move(action));
+  if (reply && use) {
+    std::function<Result<void>()> run = [&] { return use(*reply); };
+    const auto used = co_await run_on_workers<void>(assembling_, client()->share(), kind,
+                                                    /*is_long=*/false, stop, std::move(run));
+    if (!used) reply = tl::unexpected(used.error());
+  }
+  done(std::move(reply));
+}
+
+asio::awaitable<Result<DatasetQueryReply>> RemoteCaller::forwarded(RunQuery action) {
   auto dataset = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
   UpstreamClient client = upstream_client();
   auto answer = co_await queries_.request(std::move(dataset), std::move(client), action.query);
-  if (!answer) {
-    done(tl::unexpected(answer.error()));
-  } else if (auto* refusal = std::get_if<ErrorReply>(&*answer)) {
-    done(tl::unexpected(refusal->error));
-  } else if (auto reply = reply_to(action.query, *std::move(answer))) {
-    done(*std::move(reply));
-  } else {
-    done(fail(ErrorCode::kInternal,
-              std::string("A server sent an unexpected reply to a request of the kind ") +
-                  kind_of(action.query) + "."));
-  }
+  if (!answer) co_return tl::unexpected(answer.error());
+  if (auto* refusal = std::get_if<ErrorReply>(&*answer)) co_return tl::unexpected(refusal->error);
+  if (auto reply = reply_to(action.query, *std::move(answer))) co_return *std::move(reply);
+  co_return fail(ErrorCode::kInternal,
+                 std::string("A server sent an unexpected reply to a request of the kind ") +
+                     kind_of(action.query) + ".");
 }
 
 // ---- surfaces
@@ -106,8 +112,9 @@ asio::awaitable<Result<RemoteCaller::Collected>> RemoteCaller::collect(
 }
 
 asio::awaitable<void> RemoteCaller::forward_surface(StartStream action, std::uint64_t max_triangles,
-                                                    std::stop_token stop,
-                                                    std::function<void(Result<Surface>)> done) {
+                                                    std::string what, std::stop_token stop,
+                                                    UseSurface use,
+                                                    std::function<void(Result<void>)> done) {
   const auto self = shared_from_this();
   auto collected = co_await collect(std::move(action), max_triangles);
   if (!collected) {
@@ -116,24 +123,28 @@ asio::awaitable<void> RemoteCaller::forward_surface(StartStream action, std::uin
   }
   const bool is_large = triangles_of(collected->tiles.begin) > kManyTriangles;
   const auto tiles = std::make_shared<SurfaceTiles>(std::move(collected->tiles));
-  std::function<Result<Surface>()> assemble = [tiles, stop] {
-    return assembled(std::move(*tiles), stop);
+  std::function<Result<void>()> assemble = [tiles, stop, use = std::move(use)]() -> Result<void> {
+    auto surface = assembled(std::move(*tiles), stop);
+    if (!surface) return tl::unexpected(surface.error());
+    return use(*std::move(surface), stop);
   };
-  auto surface = co_await run_on_workers<Surface>(assembling_, client()->share(),
-                                                  is_large ? "large mesh" : "small mesh", is_large,
+  const auto made = co_await run_on_workers<void>(assembling_, client()->share(),
+                                                  (is_large ? "large " : "small ") + what, is_large,
                                                   stop, std::move(assemble));
-  if (!surface && surface.error().code == ErrorCode::kDamagedData && reached_) {
-    upstreams_->sent_damaged_tile(reached_->upstream, surface.error().text);
+  if (!made && made.error().code == ErrorCode::kDamagedData && reached_) {
+    upstreams_->sent_damaged_tile(reached_->upstream, made.error().text);
   }
-  done(std::move(surface));
+  done(made);
 }
 
-void RemoteCaller::make_surface(StartStream action, std::uint64_t max_triangles,
-                                std::stop_token stop, std::function<void(Result<Surface>)> done) {
+void RemoteCaller::make_surface(StartStream action, std::uint64_t max_triangles, std::string what,
+                                std::stop_token stop, UseSurface use,
+                                std::function<void(Result<void>)> done) {
   spawn(executor_, [self = shared_from_this(), action = std::move(action), max_triangles,
-                    stop = std::move(stop), done = std::move(done)]() mutable {
-    return self->forward_surface(std::move(action), max_triangles, std::move(stop),
-                                 std::move(done));
+                    what = std::move(what), stop = std::move(stop), use = std::move(use),
+                    done = std::move(done)]() mutable {
+    return self->forward_surface(std::move(action), max_triangles, std::move(what), std::move(stop),
+                                 std::move(use), std::move(done));
   });
 }
 

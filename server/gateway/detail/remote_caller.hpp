@@ -31,16 +31,16 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
 
   CataloguePtr catalogue() const override { return catalogue_; }
   ProgressiveStreamPtr steps(StartStream action, std::function<void()> changed) override;
-  void answer(RunQuery action, std::stop_token stop,
-              std::function<void(Result<DatasetQueryReply>)> done) override;
+  void answer(RunQuery action, std::stop_token stop, UseReply use, QueryDone done) override;
   void enforce_limits(std::chrono::steady_clock::time_point) override {}
 
  protected:
   std::optional<asio::awaitable<Result<CataloguePtr>>> fetch_catalogue(std::string token) override {
     return catalogue_for(std::move(token));
   }
-  void make_surface(StartStream action, std::uint64_t max_triangles, std::stop_token stop,
-                    std::function<void(Result<Surface>)> done) override;
+  void make_surface(StartStream action, std::uint64_t max_triangles, std::string what,
+                    std::stop_token stop, UseSurface use,
+                    std::function<void(Result<void>)> done) override;
   void when_closed() override;
 
  private:
@@ -59,11 +59,12 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   void keep(const RemoteStream& stream, const Tile& tile);
   void cancel(RemoteStream& stream);
   [[nodiscard]] UpstreamClient upstream_client() const;
-  asio::awaitable<void> forward_query(RunQuery action,
-                                      std::function<void(Result<DatasetQueryReply>)> done);
+  asio::awaitable<Result<DatasetQueryReply>> forwarded(RunQuery action);
+  asio::awaitable<void> forward_query(RunQuery action, std::stop_token stop, UseReply use,
+                                      QueryDone done);
   asio::awaitable<void> forward_surface(StartStream action, std::uint64_t max_triangles,
-                                        std::stop_token stop,
-                                        std::function<void(Result<Surface>)> done);
+                                        std::string what, std::stop_token stop, UseSurface use,
+                                        std::function<void(Result<void>)> done);
   // All tiles of a single-step stream, with their memory reservation.
   struct Collected {
     SurfaceTiles tiles;

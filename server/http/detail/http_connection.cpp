@@ -117,20 +117,19 @@ asio::awaitable<void> HttpConnection::run() {
       break;
     }
     context_ = context;
-    const Outcome outcome = co_await handler_.answer(*request, *context);
+    const Answer answer = co_await handler_.answer(*request, *context);
     context_.reset();
-    const auto* answer = std::get_if<Answer>(&outcome);
-    if (!answer) {
+    if (answer.status == 101) {
       upgrade_ = std::move(request);
       co_return;
     }
     const bool keep_alive = admitted && request->keep_alive() && !is_ending_;
-    const bool is_written = !context->has_left && co_await write(*answer, with_body, keep_alive);
+    const bool is_written = !context->has_left && co_await write(answer, with_body, keep_alive);
     if (context->record && is_written) {
-      context->record->sent_body(with_body ? answer->body.length : 0);
-      context->record->end(outcome_of(*answer));
+      context->record->sent_body(with_body ? answer.body.length : 0);
+      context->record->end(outcome_of(answer));
     }
-    send(&*request, *context, *answer, with_body, is_written ? outcome_of(*answer) : "left");
+    send(&*request, *context, answer, with_body, is_written ? outcome_of(answer) : "left");
     if (!is_written) co_return;
     if (!keep_alive || is_ending_) break;
     is_answering_ = false;

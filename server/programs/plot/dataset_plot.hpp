@@ -2,15 +2,17 @@
 // triangles of the surface at each value.
 #pragma once
 
-#include <string>
-
 #include "common/dataset/dataset_info.hpp"
+#include "common/picture/canvas.hpp"
 #include "server/programs/plot/size_curves.hpp"
 
 namespace multitetra {
 
-// Returns an SVG file of 960 x 720 with a light background. Both ordinates are logarithmic; the
-// suggested isovalues are marked. `curves` may be empty, as for data with a single value.
-[[nodiscard]] std::string dataset_plot(const DatasetInfo& info, const SizeCurves& curves);
+inline constexpr int kPlotWidth = 960;
+inline constexpr int kPlotHeight = 720;
+
+// Draws on white. Both ordinates are logarithmic; the suggested isovalues are marked. `curves` may
+// be empty, as for data with a single value.
+void draw_dataset_plot(Canvas& canvas, const DatasetInfo& info, const SizeCurves& curves);
 
 }  // namespace multitetra

@@ -174,12 +174,15 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
     return fail(ErrorCode::kInvalidArgument, error.what());
   }
   meshes.clear();
+  if (bytes.size() <= place.max_in_memory) {
+    return StoredMesh{.body = body_of(std::make_shared<const std::string>(std::move(bytes))),
+                      .fields = std::move(header.fields)};
+  }
   auto reservation = place.reservation(bytes.size());
   if (!reservation) return tl::unexpected(reservation.error());
   const auto stored = std::make_shared<ReservedFile>(place.folder, *std::move(reservation));
   static_cast<void>(stored->file.put(std::as_bytes(std::span(bytes))));
-  return StoredMesh{.file = SharedFile(stored, &stored->file),
-                    .bytes = bytes.size(),
+  return StoredMesh{.body = body_of(SharedFile(stored, &stored->file), bytes.size()),
                     .fields = std::move(header.fields)};
 }
 

@@ -1,4 +1,4 @@
-// Surfaces as one file: checks them, and writes them to disk.
+// Surfaces as one file: checks them, and writes them to memory, large ones to disk.
 #pragma once
 
 #include <cstdint>
@@ -17,10 +17,9 @@
 
 namespace multitetra {
 
-// A mesh in its file format, in an unnamed file with a reservation of disk space.
+// A mesh in its file format: in memory, or in an unnamed file with a reservation of disk space.
 struct StoredMesh {
-  SharedFile file;
-  std::uint64_t bytes = 0;
+  Body body;
   // Header fields that describe the mesh.
   std::string fields;
 };
@@ -35,8 +34,9 @@ struct MeshForm {
   double min_component = 0;   // Diagonal in samples below which components are removed.
 };
 
-// The storage for a mesh file.
+// The storage for a mesh file. Files of at most `max_in_memory` bytes need none.
 struct MeshPlace {
+  std::uint64_t max_in_memory = 0;
   std::filesystem::path folder;
   // Reserves disk space for a number of bytes.
   std::function<Result<ByteReservations::Reservation>(std::uint64_t)> reservation;

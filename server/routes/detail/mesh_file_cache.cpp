@@ -14,11 +14,15 @@ std::uint64_t disk_of(std::uint64_t capacity) { return capacity == 0 ? kUnlimite
 }  // namespace
 
 MeshFileCache::MeshFileCache(std::uint64_t capacity)
-    : capacity_(capacity), disk_(disk_of(capacity), kMaxShareFraction), kept_(capacity) {}
+    : capacity_(capacity),
+      disk_(disk_of(capacity), kMaxShareFraction),
+      kept_(capacity),
+      kept_in_memory_(std::min(capacity, kMaxMemoryBytes)) {}
 
 std::optional<StoredMesh> MeshFileCache::find(const std::string& key) {
   const std::lock_guard lock(mutex_);
-  const StoredMesh* const known = kept_.find(key);
+  const StoredMesh* known = kept_in_memory_.find(key);
+  if (known == nullptr) known = kept_.find(key);
   if (known == nullptr) return std::nullopt;
   return *known;
 }
@@ -46,14 +50,18 @@ Result<ByteReservations::Reservation> MeshFileCache::reserve(const std::string& 
 
 void MeshFileCache::keep(const std::string& key, const StoredMesh& mesh) {
   const std::lock_guard lock(mutex_);
-  kept_.add(key, mesh, weight_of(mesh));
+  if (std::holds_alternative<SharedFile>(mesh.body.whole)) {
+    kept_.add(key, mesh, weight_of(mesh));
+  } else {
+    kept_in_memory_.add(key, mesh, mesh.body.length + mesh.fields.size() + key.size());
+  }
 }
 
 // Each entry is an open file, and file descriptors are scarce: the minimum weight limits the cache
 // to kMaxFiles files.
 std::size_t MeshFileCache::weight_of(const StoredMesh& mesh) const {
   constexpr std::uint64_t kMaxFiles = 128;
-  return std::max({mesh.bytes, capacity_ / kMaxFiles, std::uint64_t{1}});
+  return std::max({mesh.body.length, capacity_ / kMaxFiles, std::uint64_t{1}});
 }
 
 }  // namespace multitetra

@@ -1,4 +1,5 @@
 // Mesh files on disk: those that are being sent, and in the remaining space those that are cached.
+// Small files are cached in memory.
 //
 //   auto reserved = files.reserve(share, bytes);  // Evicts the least recently used files for it.
 //   if (reserved) files.keep(key, store(std::move(*reserved)));
@@ -20,8 +21,8 @@ namespace multitetra {
 
 class MeshFileCache {
  public:
-  // Holds at most `capacity` bytes; one share may have a quarter of the unreserved space. 0 caches
-  // nothing and does not limit the files being sent.
+  // Holds at most `capacity` bytes on disk; one share may have a quarter of the unreserved space. 0
+  // caches nothing and does not limit the files being sent.
   explicit MeshFileCache(std::uint64_t capacity);
 
   [[nodiscard]] std::optional<StoredMesh> find(const std::string& key);
@@ -32,13 +33,16 @@ class MeshFileCache {
   void keep(const std::string& key, const StoredMesh& mesh);
 
  private:
-  // Returns the weight of a cached mesh.
+  static constexpr std::uint64_t kMaxMemoryBytes = std::uint64_t{64} << 20;
+
+  // Returns the weight of a cached mesh on disk.
   [[nodiscard]] std::size_t weight_of(const StoredMesh& mesh) const;
 
   const std::uint64_t capacity_;
   ByteReservations disk_;
-  std::mutex mutex_;  // Guards kept_.
+  std::mutex mutex_;  // Guards the members below.
   LruMap<std::string, StoredMesh> kept_;
+  LruMap<std::string, StoredMesh> kept_in_memory_;
 };
 
 }  // namespace multitetra

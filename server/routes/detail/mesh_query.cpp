@@ -1,24 +1,30 @@
 #include "server/routes/detail/mesh_query.hpp"
 
-#include "server/routes/detail/query_parsers.hpp"
+#include "common/request/field_setters.hpp"
 
 namespace multitetra {
 namespace {
 
 using Q = MeshQuery;
 
+constexpr QueryField<Q> kFormat[] = {
+    {"format", "glb|ply|stl|obj|drc|vtp", "",
+     "Format of the file; default: the one in Accept, or glb. Positions have the unit and the axes "
+     "of the dataset; the nodes of a glb rotate z up to glTF's y up and do not scale to metres. "
+     "The node of a glb, a comment of a ply and the object of an obj name the dataset or label; "
+     "the extras of the node and the first line also have the label's number",
+     set_word<&Q::format, mesh_format_from>}};
+
 Setters<Q> mesh_setters() {
   auto all = setters_of<Q>(
       request_fields(), [](Q & query) -> auto& { return query.surface; });
-  all["format"] = {.set = [](std::string_view text, Q& query) -> FieldError {
-    query.format = mesh_format_from(text);
-    if (!query.format) return "must be glb, ply, stl, obj, drc or vtp";
-    return std::nullopt;
-  }};
+  all.merge(setters_of<Q>(file_fields(), [](Q& query) -> Q& { return query; }));
   return all;
 }
 
 }  // namespace
+
+std::span<const QueryField<MeshQuery>> file_fields() { return kFormat; }
 
 Result<MeshQuery> parse_mesh_query(const std::vector<std::pair<std::string, std::string>>& query) {
   static const Setters<Q> kSetters = mesh_setters();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "common/base/result.hpp"
 #include "common/request/surface_query.hpp"
 #include "common/wire/mesh_files.hpp"
+#include "server/routes/detail/query_parsers.hpp"
 
 namespace multitetra {
 
@@ -19,6 +21,9 @@ struct MeshQuery {
   SurfaceQuery surface = {};
   std::optional<MeshFormat> format = {};  // None: chosen by the Accept header.
 };
+
+// Returns the fields besides those of surface_query.hpp.
+[[nodiscard]] std::span<const QueryField<MeshQuery>> file_fields();
 
 // Returns kInvalidArgument, naming the parameter, if one is unknown, repeated or invalid, or if
 // there are more than kMaxSurfaces isovalues.

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -14,6 +15,19 @@
 #include "common/request/surface_query.hpp"
 
 namespace multitetra {
+
+// A parameter of a query; compare RequestField. The description of the interface is made from these
+// tables too.
+template <typename Query>
+struct QueryField {
+  std::string_view name;
+  std::string_view value_syntax;  // "x|y|z" or a description.
+  std::string_view default_text;  // Empty: none.
+  std::string_view help;          // One sentence, without the default.
+  FieldError (*set)(const QueryField& field, std::string_view text, Query& query);
+  bool is_repeatable = false;
+  bool is_required = false;
+};
 
 template <typename Query>
 struct Setter {
@@ -61,6 +75,15 @@ template <typename Query>
     }
   }
   return parsed;
+}
+
+// Parses a query whose table of fields sets it.
+template <typename Query>
+[[nodiscard]] Result<Query> parse_query(
+    const std::vector<std::pair<std::string, std::string>>& query,
+    std::span<const QueryField<Query>> fields) {
+  return parse_query<Query>(
+      query, setters_of<Query>(fields, [](Query& whole) -> Query& { return whole; }));
 }
 
 }  // namespace multitetra

@@ -4,19 +4,9 @@
 
 #include "common/base/number_text.hpp"
 #include "common/base/parse_number.hpp"
-#include "server/routes/detail/query_parsers.hpp"
 
 namespace multitetra {
 namespace {
-
-// A field of a query for a slice or probe; compare RequestField.
-template <typename Query>
-struct QueryField {
-  std::string_view name;
-  std::string_view value_syntax;  // "x|y|z" or a description.
-  FieldError (*set)(const QueryField& field, std::string_view text, Query& query);
-  bool is_repeatable = false;
-};
 
 std::optional<std::size_t> axis_from(std::string_view text) {
   constexpr std::string_view kAxes = "xyz";
@@ -72,46 +62,74 @@ constexpr std::string_view kThreeNumbers = "three numbers, X,Y,Z";
 constexpr std::string_view kPixels = "a number of pixels, 2 or more";
 
 constexpr QueryField<S> kSliceFields[] = {
-    {"axis", "x|y|z", set_word<&N::axis, axis_from>},
-    {"at", "a number", set_word<&N::at, decimal_from>},
-    {"center", kThreeNumbers, set_word<&N::center, vector_from>},
-    {"normal", kThreeNumbers, set_word<&N::normal, vector_from>},
-    {"up", kThreeNumbers, set_word<&N::up, vector_from>},
-    {"extent", "a width, or a width and a height, WIDTH,HEIGHT, greater than 0",
+    {"axis", "x|y|z", "z", "The layer of samples across this axis of the data",
+     set_word<&N::axis, axis_from>},
+    {"at", "a number", "", "Index of the layer; default: the middle layer",
+     set_word<&N::at, decimal_from>},
+    {"center", kThreeNumbers, "",
+     "X,Y,Z: center of the oblique plane; default: the center of the data",
+     set_word<&N::center, vector_from>},
+    {"normal", kThreeNumbers, "", "X,Y,Z: normal of an oblique plane, towards the viewer",
+     set_word<&N::normal, vector_from>},
+    {"up", kThreeNumbers, "", "X,Y,Z: up vector of the picture; default: the third axis",
+     set_word<&N::up, vector_from>},
+    {"extent", "a width, or a width and a height, WIDTH,HEIGHT, greater than 0", "",
+     "WIDTH or WIDTH,HEIGHT of the shown part of the oblique plane; default: all of the data",
      set_word<&N::extent, extent_from>},
-    {"origin", kThreeNumbers, set_word<&N::origin, vector_from>},
-    {"right", kThreeNumbers, set_word<&N::right, vector_from>},
-    {"down", kThreeNumbers, set_word<&N::down, vector_from>},
-    {"coordinates", "world|index", set_word<&N::coordinates, coordinate_system_from>},
-    {"width", kPixels, set_word<&SlicePixels::width, pixels_from>},
-    {"height", kPixels, set_word<&SlicePixels::height, pixels_from>},
-    {"interpolation", "nearest|linear", set_word<&N::interpolation, interpolation_from>},
-    {"detail", "auto|full|coarse", set_word<&N::detail, slice_detail_from>},
-    {"format", "png|raw", set_word<&S::format, format_from>},
-    {"window", "a number greater than 0", set_word<&S::window, window_from>},
-    {"level", "a number", set_word<&S::level, decimal_from>},
-    {"colors", "gray|viridis|cividis|coolwarm", set_word<&S::colors, color_map_from>},
-    {"color_scale", "linear|log", set_word<&S::is_logarithmic, is_logarithmic_from>},
-    {"no_value_color", "a color, RRGGBB", set_word<&S::no_value_color, rgb_from>}};
+    {"origin", kThreeNumbers, "",
+     "X,Y,Z: a plane by three vectors: the center of the first pixel, top left",
+     set_word<&N::origin, vector_from>},
+    {"right", kThreeNumbers, "", "X,Y,Z: from a pixel to the next pixel of its row",
+     set_word<&N::right, vector_from>},
+    {"down", kThreeNumbers, "", "X,Y,Z: from a row to the next row",
+     set_word<&N::down, vector_from>},
+    {"coordinates", "world|index", "world", "Coordinates of all these parameters except at",
+     set_word<&N::coordinates, coordinate_system_from>},
+    {"width", kPixels, "",
+     "Width in pixels; at most 2097152 pixels in all. Default of width and height: the resolution "
+     "of the samples, up to 1024 a side",
+     set_word<&SlicePixels::width, pixels_from>},
+    {"height", kPixels, "", "Height in pixels", set_word<&SlicePixels::height, pixels_from>},
+    {"interpolation", "nearest|linear", "linear", "nearest: the stored samples",
+     set_word<&N::interpolation, interpolation_from>},
+    {"detail", "auto|full|coarse", "auto",
+     "full: from all samples; coarse: from every eighth along each axis; auto: coarse if that is "
+     "sufficient for the pixels, or if all samples would cost too much",
+     set_word<&N::detail, slice_detail_from>},
+    {"format", "png|raw", "png",
+     "png: colors, transparent where there is no field; raw: 32-bit floats, little-endian, row by "
+     "row, NaN where there is no field",
+     set_word<&S::format, format_from>},
+    {"window", "a number greater than 0", "",
+     "Width of the range of displayed values; default: that of the data",
+     set_word<&S::window, window_from>},
+    {"level", "a number", "", "Middle of the range of displayed values",
+     set_word<&S::level, decimal_from>},
+    {"colors", "gray|viridis|cividis|coolwarm", "gray",
+     "Colors from the smallest to the largest value", set_word<&S::colors, color_map_from>},
+    {"color_scale", "linear|log", "linear",
+     "linear: equal differences of values are equal steps of color; log: equal factors are; "
+     "requires values above 0",
+     set_word<&S::is_logarithmic, is_logarithmic_from>},
+    {"no_value_color", "a color, RRGGBB", "",
+     "RRGGBB: the color of places without a value; default: transparent",
+     set_word<&S::no_value_color, rgb_from>}};
 
 constexpr QueryField<P> kProbeFields[] = {
-    {"at", kThreeNumbers, add_place, /*is_repeatable=*/true},
-    {"coordinates", "world|index", set_word<&P::coordinates, coordinate_system_from>}};
-
-// Parses a query whose table of fields sets it.
-template <typename Query, typename Fields>
-Result<Query> parsed(const std::vector<std::pair<std::string, std::string>>& query,
-                     const Fields& fields) {
-  static const Setters<Query> kSetters =
-      setters_of<Query>(fields, [](Query& whole) -> Query& { return whole; });
-  return parse_query<Query>(query, kSetters);
-}
+    {"at", kThreeNumbers, "", "X,Y,Z of a place, once for each; at most 1024", add_place,
+     /*is_repeatable=*/true, /*is_required=*/true},
+    {"coordinates", "world|index", "world", "Coordinates of the places",
+     set_word<&P::coordinates, coordinate_system_from>}};
 
 }  // namespace
 
+std::span<const QueryField<SliceQuery>> slice_fields() { return kSliceFields; }
+
+std::span<const QueryField<ProbeRequest>> probe_fields() { return kProbeFields; }
+
 Result<SliceQuery> parse_slice_query(
     const std::vector<std::pair<std::string, std::string>>& query) {
-  return parsed<SliceQuery>(query, kSliceFields);
+  return parse_query<SliceQuery>(query, slice_fields());
 }
 
 Result<ColorScale> scale_for(const SliceQuery& query, const DatasetInfo& info) {
@@ -133,7 +151,7 @@ Result<ColorScale> scale_for(const SliceQuery& query, const DatasetInfo& info) {
 
 Result<ProbeRequest> parse_probe_query(
     const std::vector<std::pair<std::string, std::string>>& query) {
-  auto probe = parsed<ProbeRequest>(query, kProbeFields);
+  auto probe = parse_query<ProbeRequest>(query, probe_fields());
   if (!probe) return probe;
   if (probe->places.empty()) {
     return fail(ErrorCode::kInvalidArgument, "Give a place with at=X,Y,Z, once or several times.");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "common/image/color_map.hpp"
 #include "common/request/probe_request.hpp"
 #include "common/request/slice_plane.hpp"
+#include "server/routes/detail/query_parsers.hpp"
 
 namespace multitetra {
 
@@ -27,8 +29,9 @@ struct SliceQuery {
   std::optional<Rgb> no_value_color = {};  // None: transparent.
 };
 
-// Parameters: axis, at, center, normal, up, extent, origin, right, down, coordinates, width,
-// height, interpolation, detail, format, window, level, colors, color_scale, no_value_color.
+[[nodiscard]] std::span<const QueryField<SliceQuery>> slice_fields();
+[[nodiscard]] std::span<const QueryField<ProbeRequest>> probe_fields();
+
 // Returns kInvalidArgument, naming the parameter, if one is unknown, repeated or invalid.
 [[nodiscard]] Result<SliceQuery> parse_slice_query(
     const std::vector<std::pair<std::string, std::string>>& query);
@@ -41,7 +44,7 @@ struct SliceQuery {
 // logarithmic scale would begin at or below 0.
 [[nodiscard]] Result<ColorScale> scale_for(const SliceQuery& query, const DatasetInfo& info);
 
-// Parameters: at=X,Y,Z, once per place; coordinates.
+// Fails without a place.
 [[nodiscard]] Result<ProbeRequest> parse_probe_query(
     const std::vector<std::pair<std::string, std::string>>& query);
 

@@ -88,10 +88,8 @@ Result<std::vector<MadeStep>> make_previews(const StartStream& action, std::size
   return previews;
 }
 
-}  // namespace
-
 // Cached steps and first previews are fast. A later step may take as long as the whole surface.
-WorkKind work_for(const SurfaceProvider& source, const StreamState& state) {
+Work step_work(const SurfaceProvider& source, const StreamState& state) {
   const std::string& dataset = source.info().name;
   const IsosurfaceRequest& request = state.request;
   // The final step of any other budget is known only once it is made.
@@ -111,7 +109,7 @@ WorkKind work_for(const SurfaceProvider& source, const StreamState& state) {
   return {.kind = dataset + form, .is_long = true};
 }
 
-Forecast forecast_for(const WorkKind& work, const StartStream& action, std::stop_token stop) {
+Forecast forecast_for(const Work& work, const StartStream& action, std::stop_token stop) {
   const IsosurfaceRequest& requested = action.open.request;
   if (!work.is_long || requested.cell || has_budget(requested)) return {};
   return [source = action.source, request = requested, stop = std::move(stop)]() {
@@ -126,11 +124,22 @@ Forecast forecast_for(const WorkKind& work, const StartStream& action, std::stop
   };
 }
 
+}  // namespace
+
+Work work_for(const StartStream& action, const StreamState& state, std::stop_token stop) {
+  Work work = step_work(*action.source, state);
+  work.is_background = action.open.priority == Priority::kBackground;
+  work.forecast = forecast_for(work, action, std::move(stop));
+  return work;
+}
+
 // Queries of one kind take similar times.
-WorkKind work_for(const SurfaceProvider& source, const DatasetQuery& query) {
-  return {.kind = source.info().name + (is_long(query) ? " long " : " short ") + kind_of(query) +
-                  (has_large_map(request_of(query)) ? " of a map" : ""),
-          .is_long = is_long(query)};
+Work work_for(const RunQuery& action) {
+  const DatasetQuery& query = action.query;
+  return {.kind = action.source->info().name + (is_long(query) ? " long " : " short ") +
+                  kind_of(query) + (has_large_map(request_of(query)) ? " of a map" : ""),
+          .is_long = is_long(query),
+          .is_background = priority_of(query) == Priority::kBackground};
 }
 
 Error backlog_error(const Backlog& backlog, double limit) {
@@ -169,23 +178,32 @@ Result<std::vector<MadeStep>> make_steps(const StartStream& action, const Stream
   return steps;
 }
 
-Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles, StepLimits limits,
-                          const std::stop_token& stop) {
+Result<void> make_mesh(const StartStream& action, std::uint64_t max_triangles, StepLimits limits,
+                       const std::stop_token& stop, const std::string& what,
+                       const UseSurface& use) {
   limits.as_meshes = true;
   const StreamState state{.request = action.open.request, .steps = StepPolicy::kFinalOnly};
   auto made = make_step(action, state, limits, stop);
   if (!made) return tl::unexpected(made.error());
+  const std::string& dataset = action.source->info().name;
   SurfaceTiles tiles = tiles_of(*std::move(made), action.source->info(), range_of(action));
-  if (const auto allowed = check_triangles(tiles.begin, max_triangles); !allowed) {
-    return tl::unexpected(allowed.error());
-  }
-  return guarded("surface", action.source->info().name, stop,
-                 [&] { return assembled(std::move(tiles), stop); });
+  if (const auto allowed = check_triangles(tiles.begin, max_triangles); !allowed) return allowed;
+  return guarded(what, dataset, stop, [&]() -> Result<void> {
+    auto surface = assembled(std::move(tiles), stop);
+    if (!surface) return tl::unexpected(surface.error());
+    return use(*std::move(surface), stop);
+  });
 }
 
-Result<DatasetQueryReply> make_answer(const RunQuery& action, const std::stop_token& stop) {
-  return guarded(kind_of(action.query), action.source->info().name, stop,
-                 [&] { return answered(*action.source, action.query, stop); });
+Result<DatasetQueryReply> make_answer(const RunQuery& action, const std::stop_token& stop,
+                                      const UseReply& use) {
+  return guarded(kind_of(action.query), action.source->info().name, stop, [&] {
+    auto reply = answered(*action.source, action.query, stop);
+    if (reply && use) {
+      if (auto used = use(*reply); !used) reply = tl::unexpected(used.error());
+    }
+    return reply;
+  });
 }
 
 }  // namespace multitetra

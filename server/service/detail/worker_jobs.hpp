@@ -11,25 +11,19 @@
 
 #include "server/service/permit.hpp"
 #include "server/service/surface.hpp"
+#include "server/service/surface_service.hpp"
 #include "server/service/workers.hpp"
 #include "server/stream/stream_plan.hpp"
 
 namespace multitetra {
 
-// A kind of work whose jobs take similar times, and whether these are long, as far as is known in
-// advance.
-struct WorkKind {
-  std::string kind;
-  bool is_long = false;
-};
-[[nodiscard]] WorkKind work_for(const SurfaceProvider& source, const StreamState& state);
-[[nodiscard]] WorkKind work_for(const SurfaceProvider& source, const DatasetQuery& query);
-
-// Returns a forecast for steps that may be long: the time of the final step, computed from the
-// spectrum alone. The forecast is nullopt if the spectrum would have to be fetched. Returns none
-// for a cell, which is small, and for a budget, which may need many steps.
-[[nodiscard]] Forecast forecast_for(const WorkKind& work, const StartStream& action,
-                                    std::stop_token stop);
+// Return the work, without `run`, that makes the next step of a stream, or answers a query. Steps
+// that may be long have a forecast: the time of the final step, computed from the spectrum alone,
+// or nullopt if the spectrum would have to be fetched. Cells have none, as they are small, nor have
+// budgets, which may need many steps. `stop` ends the forecast.
+[[nodiscard]] Work work_for(const StartStream& action, const StreamState& state,
+                            std::stop_token stop);
+[[nodiscard]] Work work_for(const RunQuery& action);
 
 // Returns the range of a stream's scalar codes, if it has scalars.
 [[nodiscard]] std::optional<ScalarRange> range_of(const StartStream& action);
@@ -41,11 +35,15 @@ struct WorkKind {
                                                        std::size_t dataset,
                                                        const StepLimits& limits,
                                                        const std::stop_token& stop);
-// Makes the final surface of a request. Fails with kLimitExceeded above `max_triangles`.
-[[nodiscard]] Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles,
-                                        StepLimits limits, const std::stop_token& stop);
+// Makes the final surface of a request and calls `use` to make `what` of it. Fails with
+// kLimitExceeded above `max_triangles`.
+[[nodiscard]] Result<void> make_mesh(const StartStream& action, std::uint64_t max_triangles,
+                                     StepLimits limits, const std::stop_token& stop,
+                                     const std::string& what, const UseSurface& use);
+// Calls `use`, if any, with the answer.
 [[nodiscard]] Result<DatasetQueryReply> make_answer(const RunQuery& action,
-                                                    const std::stop_token& stop);
+                                                    const std::stop_token& stop,
+                                                    const UseReply& use);
 
 // Return the errors for a share whose pending work exceeds `limit` seconds, and for a request that
 // takes longer than `limit`.

@@ -10,7 +10,7 @@
 #include "common/image/png_file.hpp"
 #include "common/picture/annotations.hpp"
 #include "common/picture/camera.hpp"
-#include "common/picture/lettering.hpp"
+#include "common/picture/canvas.hpp"
 #include "common/picture/rasterizer.hpp"
 #include "common/picture/shading.hpp"
 
@@ -433,29 +433,41 @@ TEST(Legend, RunsFromTheFirstColorToTheLast) {
   EXPECT_GT(dark_pixels(picture, 16, 658, 150, 674), 60);   // temperature
 }
 
-TEST(Lettering, AdvancesByTheWidthOfEachCharacter) {
-  for (int character = '!'; character <= '~'; ++character) {
-    const std::string text(1, static_cast<char>(character));
-    Picture picture = empty(40, 60);
-    draw_text(picture, text, 10, 40, 18, {0, 0, 0}, {255, 255, 255});
-    EXPECT_GE(dark_pixels(picture, 0, 0, 40, 60), 4) << text;
+constexpr Canvas::TextStyle kBlack = {.size = 24, .color = {0, 0, 0}, .rim = Rgb{255, 255, 255}};
+
+TEST(Canvas, DrawsTextOfAnyScriptAsWideAsItSays) {
+  for (const std::string text : {"A", "~", "5 \u00b5m\u00b3", "\u03b8", "\u0442\u0435\u043c"}) {
+    Picture picture = empty(140, 60);
+    double width = 0;
+    {
+      Canvas canvas(picture);
+      width = canvas.text_width(text, kBlack);
+      canvas.text({10, 40}, text, kBlack);
+      canvas.text({-500, 900}, "far beyond", kBlack);
+    }
+    EXPECT_GE(dark_pixels(picture, 0, 0, 140, 60), 4) << text;
     EXPECT_EQ(dark_pixels(picture, 0, 0, 8, 60), 0) << text;
-    EXPECT_EQ(dark_pixels(picture, static_cast<int>(10 + text_width(text, 18)) + 3, 0, 40, 60), 0)
-        << text;
+    EXPECT_EQ(dark_pixels(picture, static_cast<int>(10 + width) + 3, 0, 140, 60), 0) << text;
   }
-  EXPECT_EQ(text_width("5 \xc2\xb5m", 6), text_width("5 mm", 6));
-  Picture beside = empty(20, 20);
-  draw_text(beside, "far beyond", -500, 900, 12, {0, 0, 0},
-            {255, 255, 255});  // Leaves the picture unchanged.
-  EXPECT_EQ(beside.pixels, empty(20, 20).pixels);
 }
 
-TEST(Lettering, IsLegibleOnATransparentBackground) {
+TEST(Canvas, IsLegibleOnATransparentBackground) {
   Picture picture = {
       .width = 40, .height = 40, .pixels = std::vector<Pixel>(1600, Pixel{0, 0, 0, 0})};
-  draw_text(picture, "A", 10, 30, 18, {0, 0, 0}, {255, 255, 255});
+  Canvas(picture).text({10, 30}, "A", kBlack);
   EXPECT_GT(dark_pixels(picture, 0, 0, 40, 40), 10);
   EXPECT_EQ(picture.at(1, 1)[3], 0);
+}
+
+TEST(Drawing, HasTheFormatOfItsSuffix) {
+  for (const auto& [suffix, start] :
+       {std::pair(".svg", "<?xml"), {".pdf", "%PDF"}, {".png", "\x89PNG"}}) {
+    const std::string file = drawing(suffix, 100, 50, [](Canvas& canvas) {
+      canvas.text({10, 30}, "A & B", {});
+    });
+    EXPECT_TRUE(file.starts_with(start)) << suffix;
+    EXPECT_GT(file.size(), 400U) << suffix;
+  }
 }
 
 }  // namespace

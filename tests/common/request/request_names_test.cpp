@@ -15,6 +15,7 @@
 
 #include "common/base/number_text.hpp"
 #include "common/cli/surface_options.hpp"
+#include "common/dataset/dataset_fields.hpp"
 #include "common/request/default_error.hpp"
 
 namespace multitetra {
@@ -115,29 +116,15 @@ TEST(RequestNames, MatchProtobuf) {
   EXPECT_EQ(names, expected);
 }
 
-TEST(RequestNames, MatchTheHttpParametersAndDescriptions) {
-  const auto openapi = nlohmann::json::parse(text_of_file("server/routes/openapi.json"));
-  auto parameter = openapi["paths"]["/v1/datasets/{name}/isosurface"]["get"]["parameters"].begin();
-  ASSERT_EQ((*parameter)["name"], "name");
-  for (const RequestField& field : request_fields()) {
-    ++parameter;
-    ASSERT_EQ((*parameter)["name"], field.name);
-    EXPECT_EQ((*parameter)["description"], std::string(field.help) + ".") << field.name;
-    const auto& schema = (*parameter)["schema"];
-    const auto default_value = schema.value("default", nlohmann::json());
-    EXPECT_EQ(default_value.is_null()     ? ""
-              : default_value.is_string() ? default_value.get<std::string>()
-                                          : default_value.dump(),
-              field.default_text)
-        << field.name;
-    if (field.value_syntax.find('|') == std::string::npos || field.value_syntax == "on|off")
-      continue;
-    std::string form;
-    for (const std::string word : schema["enum"]) form += (form.empty() ? "" : "|") + word;
-    EXPECT_EQ(form, field.value_syntax) << field.name;
-  }
-  EXPECT_EQ((*++parameter)["name"], "format")
-      << "no parameter that is no field but the file's format";
+TEST(DatasetNames, MatchProtobuf) {
+  const std::string proto = text_of_file("proto/multitetra/v1/dataset.proto");
+  const std::size_t begin = proto.find("message DatasetInfo {");
+  const std::string body = proto.substr(begin, proto.find("\n}\n", begin) - begin);
+  Names expected = {"content_id"};
+  const DatasetInfo info;
+  visit_dataset_fields(
+      info, [&](const DatasetField& field, const auto&) { expected.insert(field.name); });
+  EXPECT_EQ(matches(body, "\n  (?:repeated |optional )?\\w+ (\\w+) = \\d+;"), expected);
 }
 
 TEST(RequestNames, MatchTheViewersAddress) {

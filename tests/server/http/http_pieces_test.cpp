@@ -7,7 +7,7 @@
 #include "server/http/origin.hpp"
 #include "server/http/target.hpp"
 #include "server/routes/detail/mesh_query.hpp"
-#include "server/routes/route.hpp"
+#include "server/routes/path_pattern.hpp"
 
 namespace multitetra {
 namespace {
@@ -125,23 +125,34 @@ TEST(Target, RejectsInvalidEncoding) {
   EXPECT_EQ(percent_decoded("%41%4a+").value(), "AJ+");
 }
 
-Result<Route> routed(std::string_view target) { return route_of(parse_target(target).value()); }
-
-TEST(Route, MatchesThePath) {
-  EXPECT_TRUE(std::holds_alternative<Liveness>(routed("/livez").value()));
-  EXPECT_TRUE(std::holds_alternative<WebSocketStream>(routed("/v1/stream?x=1").value()));
-  EXPECT_TRUE(std::holds_alternative<DatasetListing>(routed("/v1/datasets").value()));
-  EXPECT_EQ(std::get<IsosurfaceResource>(routed("/v1/datasets/a%20b/isosurface").value()).dataset,
-            "a b");
-  const ContentDigest digest = {0x0123456789abcdef, 0xfedcba9876543210};
-  EXPECT_EQ(std::get<TileBytes>(routed("/v1/tiles/" + digest.hex()).value()).digest, digest);
-  EXPECT_FALSE(routed("/v1/tiles/12"));
-  EXPECT_FALSE(routed("/v1/tiles/" + std::string(32, 'G')));
+std::optional<PathValues> values(const char* pattern, std::string_view target) {
+  return PathPattern(pattern).match(parse_target(target).value().path);
 }
 
-TEST(Route, KeepsFilePathsUnchanged) {
-  for (const auto* path : {"/", "/../etc/passwd", "/%2e%2e/etc/passwd", "/assets//x", "/v1"}) {
-    EXPECT_EQ(std::get<ViewerFile>(routed(path).value()).path, path);
+TEST(PathPattern, MatchesEverySegment) {
+  EXPECT_EQ(values("/livez", "/livez?x=1"), PathValues{});
+  EXPECT_EQ(values("/v1/datasets/{name}/slice", "/v1/datasets/a%20b/slice"), PathValues{"a b"});
+  for (const auto* other :
+       {"/", "/v1/datasets/a", "/v1/datasets/a/slice/b", "/v1/datasets/a/Slice"}) {
+    EXPECT_FALSE(values("/v1/datasets/{name}/slice", other)) << other;
+  }
+}
+
+TEST(PathPattern, TakesTheRestOfThePath) {
+  EXPECT_EQ(values("/v1/3dtiles/{path...}", "/v1/3dtiles/a/iso/%2F"),
+            (PathValues{"a", "iso", "/"}));
+  EXPECT_EQ(values("/v1/3dtiles/{path...}", "/v1/3dtiles"), PathValues{});
+  EXPECT_EQ(values("/{path...}", "/"), PathValues{});
+  EXPECT_FALSE(values("/v1/3dtiles/{path...}", "/v1"));
+}
+
+TEST(PathPattern, FindsTheTokenInAPath) {
+  const auto found = path_with_token(parse_target("/v1/token/a%20b/3dtiles/x").value());
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->token, "a b");
+  EXPECT_EQ(found->path, (std::vector<std::string>{"v1", "3dtiles", "x"}));
+  for (const auto* none : {"/v1/token/a", "/v1/3dtiles/token/a", "/v1/t%6fken/a/3dtiles/x"}) {
+    EXPECT_FALSE(path_with_token(parse_target(none).value())) << none;
   }
 }
 

@@ -1,9 +1,9 @@
 // Isosurfaces as files over HTTP.
 #include <sys/resource.h>
 
-#include <csignal>
 #include <atomic>
 #include <chrono>
+#include <csignal>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -50,8 +50,10 @@ constexpr const char* kPath = "/v1/datasets/octahedron/isosurface?isovalue=0.5&f
 class IsosurfaceTest : public ::testing::Test {
  protected:
   std::atomic<int> made_ = 0;
-  RunningHttpServer server_{
-      catalogue_of(std::make_shared<CountedSteps>(made_)), {}, {}, {.max_mesh_triangles = 1000}};
+  RunningHttpServer server_{catalogue_of(std::make_shared<CountedSteps>(made_)),
+                            {},
+                            {},
+                            {.max_mesh_triangles = 1000, .max_mesh_bytes_in_memory = 0}};
   HttpClient client_{server_.http()};
 };
 
@@ -216,7 +218,7 @@ StoredMesh stored(ByteReservations::Reservation reservation) {
   };
   const std::uint64_t bytes = reservation.bytes();
   const auto held = std::make_shared<Holder>(std::move(reservation));
-  return {.file = SharedFile(held, &held->file), .bytes = bytes, .fields = ""};
+  return {.body = body_of(SharedFile(held, &held->file), bytes), .fields = ""};
 }
 
 TEST(MeshFileCache, EvictsCachedFilesForNewOnes) {
@@ -255,6 +257,13 @@ TEST(MeshFileCache, LimitsAShareToAQuarterOfTheRemainder) {
   EXPECT_EQ(never.error().code, ErrorCode::kLimitExceeded) << "It is no use to come again.";
 }
 
+TEST(MeshFileCache, KeepsSmallFilesInMemory) {
+  MeshFileCache files(1000);
+  files.keep("a", {.body = body_of(std::make_shared<const std::string>(100, 'x')), .fields = ""});
+  EXPECT_TRUE(files.reserve("one", 250)) << "of a disk without files";
+  EXPECT_EQ(files.find("a").value().body.length, 100U);
+}
+
 TEST(MeshFileCache, CachesAndRejectsNothingWithZeroCapacity) {
   MeshFileCache files(0);
   files.keep("a", stored(files.reserve("one", 400).value()));
@@ -273,7 +282,7 @@ TEST(MinTransferRate, LimitsTheTimeForEachPieceAndForAll) {
 
 TEST_F(IsosurfaceTest, RejectsRequestsWithoutDiskSpace) {
   RunningHttpServer small(catalogue_of(std::make_shared<CountedSteps>(made_)), {}, {},
-                          {.mesh_cache_bytes = 100});
+                          {.mesh_cache_bytes = 100, .max_mesh_bytes_in_memory = 0});
   HttpClient client(small.http());
   const auto refused = client.get(kPath);
   EXPECT_EQ(refused.result_int(), 422U);
@@ -282,10 +291,14 @@ TEST_F(IsosurfaceTest, RejectsRequestsWithoutDiskSpace) {
 }
 
 TEST_F(IsosurfaceTest, ReportsAnUnwritableTemporaryFolder) {
-  RunningHttpServer full(catalogue_of(std::make_shared<CountedSteps>(made_)), {}, {},
-                         {.temporary_folder = "/dev/null/nothing"});
+  RunningHttpServer full(
+      catalogue_of(std::make_shared<CountedSteps>(made_)), {}, {},
+      {.max_mesh_bytes_in_memory = 500, .temporary_folder = "/dev/null/nothing"});
   HttpClient client(full.http());
-  const auto refused = client.get(kPath);
+  EXPECT_EQ(client.get("/v1/datasets/octahedron/isosurface?isovalue=0.5&format=drc").result_int(),
+            200U)
+      << "in memory";
+  const auto refused = client.get("/v1/datasets/octahedron/isosurface?isovalue=0.5&format=glb");
   EXPECT_EQ(refused.result_int(), 507U);
   EXPECT_NE(refused.body().find("temporary folder"), std::string::npos) << refused.body();
 }

@@ -180,7 +180,9 @@ class OpenApiTest : public ::testing::Test {
     }
     std::set<std::string> described;
     const Json& operation = document_.at("paths").at("/v1/datasets/{name}/" + what).at("get");
-    for (const auto& parameter : operation.at("parameters")) {
+    const Schemas schemas(document_);
+    for (const auto& one : operation.at("parameters")) {
+      const Json& parameter = schemas.resolved(one);
       if (parameter.at("in") == "query") described.insert(parameter.at("name"));
     }
     EXPECT_EQ(described, known) << what;

@@ -104,8 +104,8 @@ TEST_F(ThumbnailTest, IsCheckedAgainByItsTag) {
 }
 
 TEST_F(ThumbnailTest, RejectsInvalidQueries) {
-  for (const auto& [query, text] : {std::pair{"?up=w", "give x, -x, y, -y, z or -z"},
-                                    {"?isovalue=nan", "give a finite number"},
+  for (const auto& [query, text] : {std::pair{"?up=w", "must be x, -x, y, -y, z or -z"},
+                                    {"?isovalue=nan", "must be a finite number"},
                                     {"?width=9", "valid parameters: isovalue, up"}}) {
     const auto response = get(query);
     EXPECT_EQ(response.result_int(), 400U) << query;

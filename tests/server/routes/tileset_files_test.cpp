@@ -12,7 +12,7 @@
 
 #include "common/mesh/mesh_checks.hpp"
 #include "server/extraction/surface_extractor.hpp"
-#include "server/routes/route.hpp"
+#include "server/routes/path_pattern.hpp"
 #include "server/service/extracted_surfaces.hpp"
 #include "server/tilesets/neuroglancer.hpp"
 #include "tests/support/fake_steps.hpp"

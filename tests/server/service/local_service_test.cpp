@@ -4,7 +4,9 @@
 #include <chrono>
 #include <future>
 #include <memory>
+#include <thread>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <boost/asio/co_spawn.hpp>
@@ -57,9 +59,15 @@ struct Running {
     caller = service.open(client);
     return finish(start(caller->log_in(token)));
   }
-  std::future<Result<Surface>> request(SurfaceRequest request = {.dataset = "fake",
-                                                                 .request = {.isovalue = 1}}) {
-    return start(caller->surface(std::move(request)));
+  using Surfaces = std::vector<Surface>;
+  std::future<Result<Surfaces>> request(SurfacesRequest request = {.dataset = "fake",
+                                                                   .requests = {{.isovalue = 1}}}) {
+    std::function<Result<Surfaces>(Surfaces, const std::stop_token&)> keep =
+        [this](Surfaces surfaces, const std::stop_token&) {
+          used_by = std::this_thread::get_id();
+          return surfaces;
+        };
+    return start(caller->made_from_surfaces<Surfaces>(std::move(request), "test", std::move(keep)));
   }
 
   AdmissionControl admission;
@@ -67,6 +75,7 @@ struct Running {
   LocalService service;
   ConnectionContextPtr client = admission.admit("http", "127.0.0.1", "test").client;
   CallerPtr caller;
+  std::thread::id used_by;
 };
 
 StepTiles octahedra(const StepRequest& step, const std::stop_token&) {
@@ -76,17 +85,30 @@ StepTiles octahedra(const StepRequest& step, const std::stop_token&) {
 TEST(LocalService, MakesFinalSurfacesAsOneMesh) {
   Running running(octahedra);
   ASSERT_TRUE(running.log_in());
-  const auto surface = running.finish(running.request());
-  ASSERT_TRUE(surface) << surface.error().text;
+  const auto surfaces = running.finish(running.request());
+  ASSERT_TRUE(surfaces) << surfaces.error().text;
+  ASSERT_EQ(surfaces->size(), 1U);
+  const Surface& surface = surfaces->front();
   std::uint64_t triangles = 0;
   ContentDigest digest;
   for (const EncodedTile& tile : testing::fine_tiles()) {
     triangles += tile.summary.triangles;
     digest += tile.summary.digest;
   }
-  EXPECT_EQ(surface->mesh.triangles.size(), triangles);
-  EXPECT_EQ(surface->digest, digest);
-  EXPECT_EQ(running.admission.queue().used(), bytes_of(surface->mesh)) << "as long as it lives";
+  EXPECT_EQ(surface.mesh.triangles.size(), triangles);
+  EXPECT_EQ(surface.digest, digest);
+}
+
+TEST(LocalService, MakesWhatIsWantedOfAllSurfacesOnAWorker) {
+  Running running(octahedra);
+  ASSERT_TRUE(running.log_in());
+  const auto surfaces = running.finish(
+      running.request({.dataset = "fake", .requests = {{.isovalue = 1}, {.isovalue = 2}}}));
+  ASSERT_TRUE(surfaces) << surfaces.error().text;
+  ASSERT_EQ(surfaces->size(), 2U);
+  EXPECT_EQ(surfaces->at(1).request.isovalue, 2);
+  EXPECT_NE(running.used_by, std::this_thread::get_id());
+  EXPECT_EQ(running.admission.queue().used(), 0U) << "of the first one while the second was made";
 }
 
 TEST(LocalService, ReturnsNothingBeforeATokenIsChecked) {
@@ -99,7 +121,7 @@ TEST(LocalService, RejectsASurfaceOfTooManyTriangles) {
   Running running(octahedra);
   ASSERT_TRUE(running.log_in());
   const auto refused = running.finish(
-      running.request({.dataset = "fake", .request = {.isovalue = 1}, .max_triangles = 3}));
+      running.request({.dataset = "fake", .requests = {{.isovalue = 1}}, .max_triangles = 3}));
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
   EXPECT_EQ(running.admission.queue().used(), 0U);
@@ -109,6 +131,15 @@ TEST(LocalService, ReservesMemoryForWaitingRequestsAndTheMesh) {
   Running small(octahedra, {.workers = 1}, {.queue_bytes = 1000});
   ASSERT_TRUE(small.log_in());
   EXPECT_EQ(small.finish(small.request()).error().code, ErrorCode::kUnavailable);
+}
+
+TEST(LocalService, ReservesMemoryForMeshesInUse) {
+  Running small(octahedra, {.workers = 1}, {.queue_bytes = 4 * 4200});
+  ASSERT_TRUE(small.log_in());
+  const auto refused = small.finish(small.request());
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
+  EXPECT_GT(refused.error().retry_after, 0);
 }
 
 TEST(LocalService, UsesNoWorkerForAClosedCaller) {
@@ -147,10 +178,10 @@ TEST(LocalService, DescribesDatasetsButStartsNothingWhileDraining) {
 TEST(LocalService, ChecksRequestsAsForConversations) {
   Running running(octahedra, {.workers = 1, .requests = {.max_regions = 0}});
   ASSERT_TRUE(running.log_in());
-  SurfaceRequest request{.dataset = "fake", .request = {.isovalue = 1, .error = -1}};
+  SurfacesRequest request{.dataset = "fake", .requests = {{.isovalue = 1, .error = -1}}};
   EXPECT_EQ(running.finish(running.request(request)).error().code, ErrorCode::kInvalidArgument);
-  request.request.error = 1;
-  request.request.thresholds.regions.resize(1);
+  request.requests[0].error = 1;
+  request.requests[0].thresholds.regions.resize(1);
   EXPECT_FALSE(running.finish(running.request(request)));
 }
 
