@@ -9,7 +9,6 @@
 #include "common/request/request_key.hpp"
 #include "server/http/conditions.hpp"
 #include "server/service/run_on_workers.hpp"
-#include "server/tilesets/neuroglancer_image.hpp"
 
 namespace multitetra {
 namespace {

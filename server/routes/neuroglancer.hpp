@@ -13,6 +13,7 @@
 #include "server/routes/route_options.hpp"
 #include "server/service/workers.hpp"
 #include "server/tilesets/neuroglancer.hpp"
+#include "server/tilesets/neuroglancer_image.hpp"
 
 namespace multitetra {
 
