@@ -5,6 +5,7 @@ import { withShortLabels } from "./state/label_surfaces";
 import { findByName } from "./state/series";
 import type { Settings } from "./state/settings";
 import { afterEdit, ignoredParts, toAddress } from "./state/url_state";
+import { coordinateResolution } from "./stream/dataset";
 import type { Viewer } from "./viewer";
 
 export class AddressSync {
@@ -41,12 +42,17 @@ export class AddressSync {
     return withShortLabels(surfaces.datasets.get().list ?? [], now.dataset || !info ? now : { ...now, dataset: info.name });
   }
 
+  private addressOf(settings: Settings): string {
+    const { info } = this.viewer;
+    return toAddress(settings, info ? coordinateResolution(info) : 0);
+  }
+
   // Called when the user has edited the address or followed a link to this page.
   applyAddress(hash: string): void {
     this.scheduleUpdate(); // Rewrites the address in canonical form, without the token.
     if (this.token.readFrom(hash)) this.viewer.surfaces.connect();
     this.historyStep = null; // The browser has already made a history entry.
-    if (hash.slice(1) === toAddress(this.settingsForAddress())) return;
+    if (hash.slice(1) === this.addressOf(this.settingsForAddress())) return;
     const { dataset, ...now } = afterEdit(this.viewer.get(), hash);
     const { list } = this.viewer.surfaces.datasets.get();
     this.viewer.set({ ...now, dataset: dataset || this.settingsForAddress().dataset });
@@ -73,7 +79,7 @@ export class AddressSync {
     const step = `${now.dataset} ${now.isovalue}`;
     const isStep = this.historyStep !== null && this.historyStep !== step;
     this.historyStep = step;
-    const address = `#${toAddress(now)}`;
+    const address = `#${this.addressOf(now)}`;
     if (isStep) history.pushState(null, "", address);
     else history.replaceState(null, "", address);
   }

@@ -2,7 +2,8 @@
 import { h } from "./shared/elements";
 import { type Animation, recordVideo, recordPictures, turntable } from "./scene/animation";
 import { savedFileText } from "./panel/downloads_section";
-import { plyTriangles } from "./mesh/ply_mesh";
+import { glbScene, type SavedLook } from "./mesh/glb_scene";
+import type { MeshFormat } from "./mesh/mesh_file";
 import { labelTable, type MeasuredLabel } from "./panel/label_table";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Settings } from "./state/settings";
@@ -10,11 +11,12 @@ import { fileName, type NamedSurface, seriesName } from "./state/file_names";
 import { nameOfLabel, renamedLabel, timeOf, timeText, withLabelsBeside } from "./state/series";
 import { surfacesOf } from "./state/surfaces";
 import { toAddress } from "./state/url_state";
-import { applied, latticeToWorld, type Vec3, voxelLength, voxelVolume } from "./stream/dataset";
+import { rounded } from "./shared/numbers";
+import { applied, coordinateResolution, latticeToWorld, type Vec3, voxelLength, voxelVolume } from "./stream/dataset";
 import type { Viewer } from "./viewer";
 import type { PictureOptions } from "./viewer_options";
 import { boundOf, type ShownTiles } from "./shown_surface";
-import type { MeshFormat, SavedSurface } from "./workers/worker_messages";
+import type { MeshReply } from "./stream/mesh_request";
 
 export class Downloads {
   private recording: AbortController | null = null;
@@ -23,8 +25,9 @@ export class Downloads {
 
   // Returns the address of the current view, with all settings.
   addressOf(settings: Settings): string {
-    const { eye, target } = this.viewer.stage.view();
-    return toAddress({ ...settings, eye: eye as Vec3, target: target as Vec3 });
+    const { info, stage } = this.viewer;
+    const { eye, target } = stage.view();
+    return toAddress({ ...settings, eye: eye as Vec3, target: target as Vec3 }, info ? coordinateResolution(info) : 0);
   }
 
   async copyLink(settings: Settings): Promise<void> {
@@ -76,7 +79,7 @@ export class Downloads {
     const isWhole = surfaces.shownTiles(this.viewer.get()).every(({ shown }) => shown.facts.isFinal && isAtTime(shown.info, time));
     const { failure } = surfaces.progress.get();
     if (info && isAtTime(info, time) && isAtTime(surfaces.firstShown?.info ?? info, time) && isWhole && failure === null) return;
-    throw new Error(`the surface at ${timeText(time, info?.member?.timeUnit ?? "")} was not received.`);
+    throw new Error(`the surface at ${timeText(time, info?.member?.timeUnit ?? "", this.viewer.times?.all ?? [])} was not received.`);
   }
 
   // Stops filming; returns false if nothing is being filmed.
@@ -105,46 +108,47 @@ export class Downloads {
     this.recording = null;
   }
 
-  // GLB has all visible surfaces, other formats the first one. Those whose full resolution is shown are simplified, if
-  // enabled and unless parts of them are hidden.
+  // GLB has all visible surfaces, other formats the first one: as files of the server, or as shown where parts of a surface
+  // are hidden or the server cannot be reached.
   async download(format: MeshFormat): Promise<void> {
-    const { surfaces } = this.viewer;
+    const { surfaces, notices } = this.viewer;
     const visible = surfaces.shownTiles(this.viewer.get());
     const saved = format === "glb" ? visible : visible.slice(0, 1);
-    if (saved.length === 0) {
-      this.viewer.notices.announce("There is no surface to save.", true);
-      return;
-    }
+    if (saved.length === 0) return notices.announce("There is no surface to save.", true);
+    notices.announce("Waiting for the file.");
     try {
-      const parts = await Promise.all(saved.map((one) => this.savedSurface(one)));
-      const bytes = await this.viewer.pool.file(parts, format);
-      this.save(new Blob([bytes as Uint8Array<ArrayBuffer>]), format, fileName(saved.map(named)));
-      this.viewer.notices.announce(savedFileText({
-        triangles: parts.reduce((sum, { simplified }, i) => sum + (simplified ? plyTriangles(simplified.ply) : this.shownTriangles(saved[i])), 0),
-        isOfSamples: saved.some(({ shown }, i) => shown.facts.shell !== null && !parts[i].simplified),
+      const files = await Promise.all(saved.map((one) => this.meshFile(one, format)));
+      const looks = saved.map((one) => this.lookOf(one));
+      const file = format === "glb" ? glbScene(files.map(({ file: glb }, i) => ({ glb, look: looks[i] })), saved[0].shown.info.lengthUnit) : files[0].file;
+      this.save(new Blob([file as Uint8Array<ArrayBuffer>]), format, fileName(saved.map(named)));
+      notices.announce(savedFileText({
+        triangles: files.reduce((sum, { triangles }) => sum + (triangles ?? 0), 0),
+        isOfSamples: saved.some(({ shown }, i) => shown.facts.shell !== null && files[i].isAsShown),
         isOneOfSeveral: visible.length > saved.length,
         expected: saved.length === 1 && saved[0].at === 0 ? surfaces.sizes.get().expected : null,
       }), true);
-    } catch {
-      this.viewer.notices.announce("The surface has changed in the meantime; try again.", true);
+    } catch (error) {
+      notices.announce((error as Error).message, true);
     }
+  }
+
+  private async meshFile(surface: ShownTiles, format: MeshFormat): Promise<MeshReply & { isAsShown: boolean }> {
+    const settings = this.viewer.get();
+    const { hiddenParts = [] } = surfacesOf(settings)[surface.at] ?? {};
+    const made = hiddenParts.length > 0 ? null : await this.viewer.surfaces.file(surface, settings, format).catch(() => null);
+    if (made) return { ...made, isAsShown: false };
+    const { drawn, shown: { info, resolution } } = surface;
+    const file = await this.viewer.pool.file({ drawn, toWorld: [...latticeToWorld(info, resolution)], step: voxelLength(info) / 2 ** resolution, format });
+    return { file, triangles: this.shownTriangles(surface), isAsShown: true };
+  }
+
+  private lookOf({ shown: { info, facts }, color, opacity }: ShownTiles): SavedLook {
+    const label = info.member?.label;
+    return { name: label ? nameOfLabel(label, this.viewer.get()) : `${info.name}, isovalue ${facts.isovalue}`, color, opacity };
   }
 
   private shownTriangles({ at, shown }: ShownTiles): number {
     return this.viewer.surfaces.progressOf(at).components?.triangles ?? shown.facts.triangles;
-  }
-
-  private async savedSurface(surface: ShownTiles): Promise<SavedSurface> {
-    const { at, shown: { info, resolution, facts }, drawn, color, opacity } = surface;
-    const settings = this.viewer.get();
-    const label = info.member?.label;
-    const name = label ? nameOfLabel(label, this.viewer.get()) : `${info.name}, isovalue ${facts.isovalue}`;
-    const part = { drawn, toWorld: [...latticeToWorld(info, resolution)], look: { name, color, opacity } };
-    const { hiddenParts = [] } = surfacesOf(settings)[at] ?? {};
-    if (facts.shell === null || !settings.simplify || hiddenParts.length > 0) return part;
-    this.viewer.notices.announce("Waiting for the simplified surface.");
-    const ply = await this.viewer.surfaces.simplified(surface, settings).catch(() => null);
-    return ply ? { ...part, simplified: { ply, voxel: voxelLength(info) } } : part;
   }
 
   // Saves a table of all labels, with volumes and areas of visible ones; `only`: the indices of surfaces; null: all.
@@ -165,7 +169,7 @@ export class Downloads {
       return {
         label: renamedLabel(label, viewer.get().labelNames), samplesVolume: Number(label.samples) * voxelVolume(info),
         ...(measures.get(info.name) ?? { found: null, bound: null }),
-        centroid: label.centroid.length === 3 ? applied(info.indexToWorld, label.centroid) : null,
+        centroid: label.centroid.length === 3 ? applied(info.indexToWorld, label.centroid).map((value) => rounded(value, coordinateResolution(info))) : null,
       };
     });
     this.save(new Blob([labelTable(rows, shown[0].lengthUnit)], { type: "text/csv" }), "csv", fileName(tiles.map(named)));

@@ -32,6 +32,7 @@ export class EmbeddedViewer {
       this.events.emit("dataset", this.summaryOf(info));
     });
     viewer.on("shown", (facts) => {
+      if (viewer.isBlank) return;
       this.failure = "";
       this.events.emit("shown", stepOf(facts));
       if (this.isFitDue) this.fit();

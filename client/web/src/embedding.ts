@@ -12,6 +12,28 @@ interface Query {
   dragging?: unknown; // In a `set` message: whether more will follow at once.
 }
 
+// Announces a frame to the page around it, and waits until it is seen or the page sends a message. Returns the messages
+// until then.
+export function firstSight(around: Window): Promise<MessageEvent[]> {
+  return new Promise((resolve) => {
+    const messages: MessageEvent[] = [];
+    const end = () => {
+      seen.disconnect();
+      window.removeEventListener("message", receive);
+      resolve(messages);
+    };
+    const receive = (event: MessageEvent) => {
+      if (event.source !== around) return;
+      messages.push(event);
+      end();
+    };
+    const seen = new IntersectionObserver((entries) => entries.some(({ isIntersecting }) => isIntersecting) && end());
+    window.addEventListener("message", receive);
+    seen.observe(document.body);
+    around.postMessage({ multitetra: "ready", version }, "*"); // Contains no other information.
+  });
+}
+
 export class Embedding {
   private origin: string | null = null; // The origin of the parent page, after its first message.
 
@@ -19,17 +41,19 @@ export class Embedding {
     private readonly viewer: EmbeddedViewer,
     private readonly around: Window,
     private readonly ignoredInAddress: string[] = [], // The names that the first reply to the page has.
+    early: readonly MessageEvent[] = [], // The messages of the page until now.
     self: Window = window,
   ) {
-    self.addEventListener("message", (event) => {
-      if (event.source === this.around) void this.receive(event.data as Query, event.origin);
-    });
+    const receive = ({ source, data, origin }: MessageEvent) => {
+      if (source === this.around) void this.receive(data as Query, origin);
+    };
+    self.addEventListener("message", receive);
     viewer.on("state", (state) => this.post("state", { state, ignored: [] }));
     viewer.on("dataset", (dataset) => this.post("dataset", dataset));
     viewer.on("shown", (step) => this.post("shown", step));
     viewer.on("picked", (place) => this.post("picked", place));
     viewer.on("error", (text) => this.post("error", { text }));
-    around.postMessage({ multitetra: "ready", version }, "*"); // Contains no other information.
+    early.forEach(receive);
   }
 
   private async receive(query: Query | null, origin: string): Promise<void> {

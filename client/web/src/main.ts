@@ -7,7 +7,7 @@ import "./style/touch.css";
 
 import { AddressSync } from "./address_sync";
 import { EmbeddedViewer } from "./embedded_viewer";
-import { Embedding } from "./embedding";
+import { Embedding, firstSight } from "./embedding";
 import { Token, serverAddress } from "./server_address";
 import { DatasetList } from "./panel/dataset_list";
 import { h } from "./shared/elements";
@@ -31,6 +31,8 @@ import { Downloads } from "./downloads";
 import { Viewer } from "./viewer";
 
 const app = document.getElementById("app")!;
+const isFrame = window.parent !== window;
+const early = isFrame ? await firstSight(window.parent) : []; // A browser draws only a few scenes at a time.
 const view = app.appendChild(h("main"));
 const server = serverAddress();
 const token = new Token(server);
@@ -106,10 +108,10 @@ const tools = viewTools(actions);
 viewer.frame.append(tools.element, hint);
 app.append(panel.element, bar.element, help.element);
 app.classList.toggle("is-embedded", new URLSearchParams(location.search).has("embed"));
-if (window.parent !== window) {
+if (isFrame) {
   const embedded = new EmbeddedViewer(viewer);
   if (fromAddress(location.hash).maxTriangles === undefined) embedded.limitOnWeakDevices();
-  new Embedding(embedded, window.parent, ignoredParts(location.hash).map((part) => part.split("=")[0]));
+  new Embedding(embedded, window.parent, ignoredParts(location.hash).map((part) => part.split("=")[0]), early);
 }
 installTooltips();
 installKeyboard(viewer, actions);
@@ -147,8 +149,6 @@ settings.watch((now, before) => {
   if (turned) whenShown(() => thumbnails.request(turned.info));
   panel.showPaused(viewer.isDetailPaused);
 });
-// A lost GPU context has lost all tiles; reloading restores the rest from the address.
-viewer.canvas.addEventListener("webglcontextrestored", () => location.reload());
 matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => panel.histogram.redraw());
 
 // ----
@@ -204,7 +204,7 @@ function whenShown(act: () => void): void {
 // Without WebGL the viewer stops here.
 function viewerIn(element: HTMLElement): Viewer {
   try {
-    return new Viewer(element, { ...fromAddress(location.hash), server, token });
+    return new Viewer(element, { ...fromAddress(location.hash), server, token, showAgain: () => location.reload() });
   } catch (error) {
     const words = h("p", { class: "no-picture" },
       "This browser cannot draw in three dimensions: WebGL 2 is disabled, or the graphics " +

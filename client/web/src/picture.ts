@@ -5,7 +5,7 @@ import { h } from "./shared/elements";
 import type { SliceViews } from "./slice_views";
 import type { Stage } from "./scene/stage";
 import type { DatasetInfo } from "./protocol/messages";
-import { findByName, nameOfLabel, timeOf, timeText } from "./state/series";
+import { findByName, nameOfLabel, timeOf, timesOf, timeText } from "./state/series";
 import type { Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
 import { suggestedIsovalue } from "./stream/request";
@@ -27,7 +27,7 @@ export function captionOf(settings: Settings, info: DatasetInfo, list: readonly 
   return [
     member?.series || info.name, member?.field ?? "",
     values && !member?.label ? `isovalue ${values}${info.valueUnit ? ` ${info.valueUnit}` : ""}` : "", ...new Set(others),
-    time === null || !member ? "" : timeText(time, member.timeUnit),
+    time === null || !member ? "" : timeText(time, member.timeUnit, timesOf(list, info)),
   ].filter((word) => word !== "").join(", ");
 }
 
@@ -49,7 +49,7 @@ export function surfaceKeys(settings: Settings, info: DatasetInfo | null, list: 
 export function pictureHeading(settings: Settings, info: DatasetInfo | null, list: readonly DatasetInfo[], isVideoFrame: boolean): string[] {
   if (info && settings.axes) return [captionOf(settings, info, list)];
   const time = info && timeOf(info);
-  return isVideoFrame && info?.member && time !== null ? [timeText(time, info.member.timeUnit)] : [];
+  return isVideoFrame && info?.member && time !== null ? [timeText(time, info.member.timeUnit, timesOf(list, info))] : [];
 }
 
 // Draws the scene, and the slices beside it, if any. `element` contains both and determines the colors.

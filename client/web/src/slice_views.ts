@@ -5,12 +5,11 @@ import { Vector3 } from "three";
 import { h } from "./shared/elements";
 import { LatestSlice, type SliceSources } from "./latest_slice";
 import type { DatasetInfo } from "./protocol/messages";
-import { inDigits } from "./shared/quantities";
 import { isSameData } from "./state/series";
 import { SliceView, type Zoom } from "./scene/slice_view";
 import type { Stage } from "./scene/stage";
 import { crossOf, scaleOf, type ShownSamples } from "./slices";
-import { hasSameGrid, type Vec3, worldSpacing } from "./stream/dataset";
+import { hasSameGrid, valueText, type Vec3, worldSpacing } from "./stream/dataset";
 
 export class SliceViews {
   readonly element = h("div", { class: "slice-views", role: "group", "aria-label": "Slices", hidden: true });
@@ -119,6 +118,6 @@ export class SliceViews {
   }
 }
 
-function valueWithUnit(value: number, { valueUnit }: DatasetInfo): string {
-  return `${inDigits(value, 4)}${valueUnit ? ` ${valueUnit}` : ""}`;
+function valueWithUnit(value: number, info: DatasetInfo): string {
+  return `${valueText(value, info)}${info.valueUnit ? ` ${info.valueUnit}` : ""}`;
 }

@@ -8,6 +8,7 @@ import { Prefetcher } from "./prefetcher";
 import { SwapGroup, type Moment } from "./swap_group";
 import { StepCache } from "./step_cache";
 import { StepSpeed } from "./stream/step_speed";
+import type { MeshFormat } from "./mesh/mesh_file";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Scene } from "./scene_at";
 import { FieldColors } from "./scene/field_colors";
@@ -24,7 +25,7 @@ import { settingsOf, surfacesOf } from "./state/surfaces";
 import type { View } from "./stream/request";
 import type { RequestedSteps } from "./stream/stream_request";
 import { ConnectionPool } from "./stream/connection_pool";
-import { simplifiedMesh } from "./stream/simplified_mesh";
+import { type MeshReply, requestMesh } from "./stream/mesh_request";
 import { SharedPreviews } from "./stream/shared_previews";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
 import type { ViewerEvents } from "./viewer_events";
@@ -194,9 +195,9 @@ export class SurfaceSet {
     return this.visibleMembers.some(({ client }) => client.shown?.info.member?.label !== undefined);
   }
 
-  // Returns a shown surface as PLY, simplified as its settings require. Rejects with a reason.
-  simplified({ at, shown: { info, facts } }: ShownTiles, settings: Settings): Promise<ArrayBuffer> {
-    return simplifiedMesh(this.server, this.token(), info, facts.isovalue, settingsOf(settings, at)!);
+  // Returns the server's file of a shown surface, as its settings require. Rejects with a reason.
+  file({ at, shown: { info, facts } }: ShownTiles, settings: Settings, format: MeshFormat): Promise<MeshReply> {
+    return requestMesh(this.server, this.token(), info, facts.isovalue, settingsOf(settings, at)!, format);
   }
 
   // The box of the visible surfaces; of all if none is.

@@ -16,6 +16,8 @@ import { TimeBar } from "./panel/time_bar";
 import type { DatasetInfo } from "./protocol/messages";
 import { boxBetween, clipPlanes, croppedBox } from "./scene/crop";
 import { initialCut } from "./scene/cut_plane";
+import { contextGoneText } from "./scene/context_keeper";
+import { Gestures } from "./scene/gestures";
 import { Handles } from "./scene/handles";
 import { LabelHover } from "./scene/label_hover";
 import { Measuring } from "./scene/measuring";
@@ -32,7 +34,7 @@ import { initialSelection, settingsOfChoice, withLabelChanges } from "./state/la
 import { atTime, type Entry, isSameData, isSameSeries, findByName, nameOfLabel, timeOf, timesOf, unknownDatasetText, withTimeOfDataset } from "./state/series";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
-import { labelBox, type Vec3, worldBox } from "./stream/dataset";
+import { coordinateResolution, labelBox, type Vec3, worldBox } from "./stream/dataset";
 import { DatasetQueries } from "./stream/dataset_queries";
 import { suggestedIsovalue, type View } from "./stream/request";
 import { type PartsChange, withoutPart } from "./surface_parts";
@@ -48,7 +50,7 @@ export class Viewer {
     "The surface. Drag to rotate, scroll to zoom, right button or Shift to pan. Arrow keys rotate, plus and minus zoom." });
   readonly frame = h("div", { class: "stage" }); // The scene with its overlays.
   readonly stage: Stage;
-  readonly pool = new TilePool(Math.min(6, Math.max(2, (navigator.hardwareConcurrency || 4) - 1)));
+  readonly pool = new TilePool(Math.min(window.parent === window ? 6 : 3, Math.max(2, (navigator.hardwareConcurrency || 4) - 1)));
   readonly surfaces: SurfaceSet;
   readonly notices: Notices;
   readonly measuring: Measuring;
@@ -57,6 +59,7 @@ export class Viewer {
   private readonly decorations: SceneDecorations;
   private readonly orientation: Orientation;
   private readonly handles: Handles;
+  private readonly gestures: Gestures;
   private readonly queries: DatasetQueries;
   private readonly samples: SampleViews;
   readonly player: TimePlayer;
@@ -67,14 +70,14 @@ export class Viewer {
   private restTimer = 0; // The timer that detects the camera's rest.
 
   // Throws if the browser cannot draw in three dimensions.
-  constructor(readonly element: HTMLElement, { server, token = "", ...changes }: ViewerOptions = {}) {
+  constructor(readonly element: HTMLElement, { server, token = "", showAgain, ...changes }: ViewerOptions = {}) {
     this.settings = new Store<Settings>({ ...defaults, ...changes });
     this.token = typeof token === "string" ? tokenInMemory(token) : token;
     if (changes.followView) this.detail.enable();
     element.classList.add("multitetra");
     element.append(this.frame);
     this.frame.append(this.canvas);
-    this.stage = new Stage(this.canvas);
+    this.stage = new Stage(this.canvas, () => this.reportBlank());
     const address = serverAddress(server);
     this.queries = new DatasetQueries(address, () => this.token.get(), (text) => this.notices.announce(text, true));
     this.surfaces = new SurfaceSet(address, () => this.token.get(), this.pool, this.stage, {
@@ -87,13 +90,15 @@ export class Viewer {
       useToken: (typed) => this.useToken(typed),
       confirmSize: () => this.surfaces.confirmSize(),
       focusScene: () => this.canvas.focus(),
+      showAgain,
     }, new URL(address).host !== location.host);
     this.decorations = new SceneDecorations(this.stage);
     this.orientation = new Orientation(this.stage, (direction) => this.lookFrom(direction), (up) => this.turnUp(up));
     this.handles = new Handles(this.stage, this.canvas, (changes, isDragging) => this.set(changes, isDragging));
+    this.gestures = new Gestures(element, this.canvas, this.stage.controls, () => this.handles.isGrabbed);
     this.measuring = new Measuring(this.stage, this.pool,
       (info, world) => this.queries.probe(info.name, world), (places) => this.set({ places }), () => this.canvas.focus(),
-      (surface, place) => this.changeParts(withoutPart(this.get(), surface, place)), (label) => nameOfLabel(label, this.get()));
+      (surface, place, info) => this.changeParts(withoutPart(this.get(), surface, place, coordinateResolution(info))), (label) => nameOfLabel(label, this.get()));
     const turn = (changes: Partial<Settings>, isDragging: boolean) => this.set(changes, isDragging);
     this.samples = new SampleViews(this.stage, {
       queries: this.queries, surfaces: this.surfaces, pool: this.pool, settings: () => permittedSettings(this.get(), this.surfaces.datasets.get()),
@@ -116,7 +121,7 @@ export class Viewer {
     const labelHover = new LabelHover(this.canvas,
       () => this.surfaces.hasLabels && !this.handles.isGrabbed, (x, y) => picking.find(x, y), (label) => nameOfLabel(label, this.get()));
     this.frame.append(this.decorations.numbers, this.decorations.scaleBar, this.orientation.element,
-      this.samples.legends, this.timeBar.element, this.measuring.labels, this.samples.mark, this.measuring.element, labelHover.element, this.notices.element);
+      this.samples.legends, this.timeBar.element, this.measuring.labels, this.samples.mark, this.measuring.element, labelHover.element, this.gestures.hint, this.notices.element);
     element.append(this.samples.element);
     this.listen();
     this.surfaces.connect();
@@ -226,6 +231,7 @@ export class Viewer {
   // or transparent.
   async picture(options: PictureOptions = {}): Promise<Blob> {
     await this.surfaces.settled(() => this.info, () => this.surfaces.progress.get().phase === "lost", options.signal);
+    await this.stage.context.take();
     return pngOf(this.drawn(options));
   }
 
@@ -257,6 +263,16 @@ export class Viewer {
     this.surfaces.connect();
   }
 
+  // Whether nothing can be drawn any more.
+  get isBlank(): boolean {
+    return this.stage.context.isGone;
+  }
+
+  private reportBlank(): void {
+    this.notices.showBlank(contextGoneText);
+    this.events.emit("failed", contextGoneText);
+  }
+
   private reportUnknown(dataset: string): void {
     const words = unknownDatasetText(this.list, dataset);
     this.notices.announce(words);
@@ -268,6 +284,7 @@ export class Viewer {
       this.element.dataset.theme = now.theme;
       this.decorations.show(now.axes);
       this.orientation.show(now.axes);
+      this.gestures.setCooperative(now.gestures === "cooperative" || (now.gestures === "auto" && window.parent !== window));
       if (now === before || now.up !== before.up) this.stage.setUp(now.up);
       this.applyLook();
       if (now !== before && isOtherRequest(now, before)) this.requestSurfaces();

@@ -11,6 +11,6 @@ export interface ViewerEvents {
   // becomes visible or moves to another place.
   shown: StepFacts & { surface: number; components: ShownComponents | null };
   progress: { surface: number };
-  failed: string; // A nonexistent dataset was named: the reason in a sentence. Failures of a surface are in its progress.
+  failed: string; // A nonexistent dataset was named, or nothing can be drawn: the reason in a sentence. Failures of a surface are in its progress.
   picked: Picked;
 }

@@ -5,6 +5,7 @@ export interface ViewerOptions extends Partial<Settings> {
   // The server's address: "https://example.org/volumes/", or that of its WebSocket. Default: the page's own server.
   server?: string;
   token?: string | TokenStorage;
+  showAgain?: () => void; // Begins again when the browser has taken the scene's graphics away.
 }
 
 // Where a token is read, and where one typed by the user is stored.

@@ -19,7 +19,7 @@ describe("Address", () => {
       dataset: "a head & more", t: 0.25, isovalue: -300.5, error: 0.5, bound: "paper", topologyRule: "paper", topologyTolerance: 2,
       region: { kind: "box", low: [1, 2, 3], high: [4, 5, 6.5], error: 0 }, followView: false, pixels: 2,
       maxTriangles: 100000, simplify: false, shading: "facets", wireframe: true, coloring: "steps", clip: "oblique", clipAt: 0.25, clipNormal: [0.6, 0, -0.8],
-      clipFlipped: true, crop: { low: [-1, 2, 3], high: [4, 5, 6.5] }, filled: false, slice: "z", samplesOf: "ct, & more", sliceAt: 0.75, layout: "four", cross: [1, -2.5, 3], sliceColors: "viridis", level: 40, colorBy: "a dose", colors: "coolwarm", fieldLevel: -1, fieldWindow: 2.5, fieldLog: true, noValueColor: "#102030", samplesLog: true, windowWidth: 400, axes: false, logScale: false, theme: "light", playing: true, speed: 24, loop: false,
+      clipFlipped: true, crop: { low: [-1, 2, 3], high: [4, 5, 6.5] }, filled: false, slice: "z", samplesOf: "ct, & more", sliceAt: 0.75, layout: "four", cross: [1, -2.5, 3], sliceColors: "viridis", level: 40, colorBy: "a dose", colors: "coolwarm", fieldLevel: -1, fieldWindow: 2.5, fieldLog: true, noValueColor: "#102030", samplesLog: true, windowWidth: 400, axes: false, logScale: false, theme: "light", gestures: "all", playing: true, speed: 24, loop: false,
       surfaces: [
         { isovalue: 400.5, error: null, color: "#f0e6d2", opacity: 1, visible: true },
         { dataset: "a, b; 100 %", isovalue: -1e-7, error: 0.5, color: "#00ff7f", opacity: 0.25, visible: false, minComponent: 30, material: "matcap", hiddenParts: [[1, 2, -3], [0.5, 0, 0]] },

@@ -17,7 +17,7 @@ function framed(parts: object = {}, ignoredInAddress: string[] = []) {
   const page = { postMessage: (message: (typeof said)[number]) => said.push(message) } as unknown as Window;
   const frame = Object.assign(new EventTarget(), { setTimeout, clearTimeout });
   const embedded = new EmbeddedViewer(viewer as unknown as Viewer, frame as unknown as Window);
-  new Embedding(embedded, page, ignoredInAddress, frame as unknown as Window);
+  new Embedding(embedded, page, ignoredInAddress, [], frame as unknown as Window);
   const say = (message: object) => frame.dispatchEvent(Object.assign(new Event("message"), { source: page, origin: "https://a.example", data: message }));
   return { set, say, said, emit: (kind: string, what: unknown) => listeners.forEach(([one, listener]) => one === kind && listener(what)) };
 }
@@ -44,7 +44,7 @@ describe("Embedding", () => {
     const reports = { current: [facts] };
     const { say, said } = framed({ surfaces: { reports }, set: () => (reports.current = []) });
     say({ multitetra: "set", state: { isovalue: 4 } });
-    expect(said.map(({ multitetra }) => multitetra)).toEqual(["ready", "state"]);
+    expect(said.map(({ multitetra }) => multitetra)).toEqual(["state"]);
   });
 
   test("FitsTheSurfaceThatIsSet", () => {
@@ -79,10 +79,18 @@ describe("Embedding", () => {
     await vi.advanceTimersByTimeAsync(59_000);
     hidden.emit("progress", { surface: 0 }); // A slow device continues.
     await vi.advanceTimersByTimeAsync(59_000);
-    expect(hidden.said).toHaveLength(1);
+    expect(hidden.said).toHaveLength(0);
     await vi.advanceTimersByTimeAsync(1000);
     vi.useRealTimers();
     expect(hidden.said.at(-1)).toEqual({ multitetra: "error", id: 8, text: "No picture: Nothing more of the surface arrived for 60 s." });
+  });
+
+  test("ReportsAndShowsNothingWhereNothingCanBeDrawn", () => {
+    const { say, said, emit } = framed({ isBlank: true });
+    say({ multitetra: "get" });
+    emit("failed", "The browser took the graphics.");
+    emit("shown", facts);
+    expect(said.slice(-1)).toEqual([{ multitetra: "error", text: "The browser took the graphics." }]);
   });
 
   test("EndsPicturesBySignals", async () => {

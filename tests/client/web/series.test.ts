@@ -99,8 +99,8 @@ describe("Series", () => {
   });
 
   test("ShowTimesWithTheirUnit", () => {
-    expect(timeText(0.1 + 0.2, "s")).toBe("0.3 s");
-    expect(timeText(12, "")).toBe("time 12");
+    expect(timeText(0.1 + 0.2, "s", [])).toBe("0.3 s");
+    expect(timeText(12, "", [12, 13])).toBe("time 12");
   });
 });
 

@@ -39,6 +39,7 @@ declare module "draco3d" {
 declare module "draco3d/draco_decoder_nodejs.js" {
   const createDecoderModule: (options: {
     wasmBinary?: ArrayBuffer;
+    instantiateWasm?: (imports: WebAssembly.Imports, receive: (instance: WebAssembly.Instance) => void) => object;
     locateFile?: (name: string) => string;
   }) => Promise<import("draco3d").DecoderModule>;
   export default createDecoderModule;

@@ -1,7 +1,7 @@
 // Controls for the error or the size of the surface.
 import type { DatasetInfo } from "../protocol/messages";
 import { lengthText, voxelLength } from "../stream/dataset";
-import { qualities } from "../state/url_state";
+import { qualities } from "../state/setting_formats";
 import { h } from "../shared/elements";
 import { counted, grouped } from "../shared/quantities";
 import { foldedSection } from "./inputs";

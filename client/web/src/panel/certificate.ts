@@ -106,7 +106,7 @@ function errorAnywhere(shown: StepFacts): string {
 const maxDetailed = 24; // Surfaces described in full.
 
 export function certificateOf(drawn: readonly DrawnSurface[]): HTMLElement[] {
-  const named = ({ number, shown, label }: DrawnSurface) => h("h3", {}, `Surface ${number}: ${label ?? `isovalue ${inDigits(shown.isovalue, 6)}`}`);
+  const named = ({ number, shown, label }: DrawnSurface) => h("h3", {}, `Surface ${number}: ${label ?? `isovalue ${shown.isovalue}`}`);
   const others = drawn.length - maxDetailed;
   const rest = others > 0 ? [h("p", {}, `${counted(others, "more surface", 12)} ${others === 1 ? "was" : "were"} checked in the same way.`)] : [];
   return drawn.slice(0, maxDetailed).flatMap((surface) => [

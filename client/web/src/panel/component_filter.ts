@@ -1,7 +1,7 @@
 // "Hide components smaller than [ ] samples", for one or several surfaces: noise causes thousands of small ones.
 import type { ShownComponents } from "../state/progress";
 import type { HiddenParts } from "../state/hidden_parts";
-import { maxMinComponent } from "../state/surfaces";
+import { maxMinComponent } from "../state/settings";
 import { h } from "../shared/elements";
 import { counted, grouped } from "../shared/quantities";
 import type { Control } from "./inputs";

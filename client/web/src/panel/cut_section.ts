@@ -1,7 +1,7 @@
 // Cutting the surfaces open with a plane, and cropping them to a box. Display only: exports contain whole surfaces.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Crop } from "../state/settings";
-import { lengthText, type Vec3, worldBox } from "../stream/dataset";
+import { coordinateText, type Vec3, worldBox } from "../stream/dataset";
 import { h } from "../shared/elements";
 import { choice } from "./inputs";
 import type { Change, PanelSection } from "./panel_section";
@@ -60,7 +60,7 @@ export function positionText(info: DatasetInfo | null, axis: string, share: numb
   const at = "xyz".indexOf(axis);
   if (!info || at < 0) return `${Math.round(100 * share)} %`;
   const { low, high } = worldBox(info);
-  return lengthText(low[at] + share * (high[at] - low[at]), info, 4);
+  return coordinateText(low[at] + share * (high[at] - low[at]), info);
 }
 
 // Returns a slightly smaller box, so that its effect is visible.

@@ -1,7 +1,7 @@
 // The list of the server's datasets and series, with thumbnails and properties; one is selected.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Entry, Series } from "../state/series";
-import { sampleTypeName } from "../stream/dataset";
+import { sampleTypeName, valueText } from "../stream/dataset";
 import { h } from "../shared/elements";
 import { grouped, inDigits } from "../shared/quantities";
 
@@ -69,7 +69,7 @@ export class DatasetList {
         "data-tip":
           `${million} samples of type ${sampleTypeName(info.type)}, spacing ` +
           `${info.spacing.map((s) => inDigits(s, 3)).join(" × ")}, values ` +
-          `${inDigits(info.min)} to ${inDigits(info.max)}`,
+          `${valueText(info.min, info)} to ${valueText(info.max, info)}`,
       },
       h("img", { alt: "", src: blank, width: "64", height: "48" }),
       h("span", { class: "dataset-name" }, name),

@@ -1,5 +1,5 @@
 // Exports: a link, pictures, files.
-import type { MeshFormat } from "../workers/worker_messages";
+import type { MeshFormat } from "../mesh/mesh_file";
 import { h } from "../shared/elements";
 import { grouped, inTriangleRange } from "../shared/quantities";
 import type { SurfaceSize } from "../state/progress";

@@ -13,9 +13,10 @@ export interface NoticeActions {
   useToken: (token: string) => void;
   confirmSize: () => void; // Requests the surface in full size.
   focusScene: () => void; // Moves the focus to the scene.
+  showAgain?: () => void; // Begins again, where nothing can be drawn any more.
 }
 
-type Kind = "lost" | "later" | "token" | "words" | "size" | "nothing";
+type Kind = "lost" | "later" | "token" | "words" | "size" | "blank" | "nothing";
 
 export class Notices {
   readonly element = h("div", { class: "notice", role: "alert", hidden: true });
@@ -25,6 +26,7 @@ export class Notices {
   private countdown = 0;
   private progress: Progress | null = null;
   private empty: string | null = null;
+  private blank: string | null = null;
   private kind: Kind = "nothing"; // The kind being shown; its elements are reused while it is the same.
   private readonly seconds = h("span", { "aria-hidden": "true" }); // Changes twice a second, so hidden from screen readers.
   private readonly words = h("span");
@@ -55,8 +57,20 @@ export class Notices {
     this.draw();
   }
 
+  // Nothing can be drawn any more, for this reason.
+  showBlank(text: string): void {
+    this.blank = text;
+    this.draw();
+  }
+
   private draw(): void {
     clearTimeout(this.countdown);
+    const { showAgain } = this.actions;
+    this.element.classList.toggle("is-blank", this.blank !== null);
+    if (this.blank !== null) {
+      this.words.textContent = `${this.blank} `;
+      return this.showKind("blank", () => (showAgain ? [this.words, button("Show it again", showAgain)] : [this.words]));
+    }
     const { progress } = this;
     const failure = progress?.failure;
     const isTrying = progress?.phase === "connecting" || progress?.phase === "greeting";

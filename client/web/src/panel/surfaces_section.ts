@@ -11,7 +11,7 @@ import {
 import { suggestedIsovalue } from "../stream/request";
 import { accuracyOf } from "./certificate";
 import { h } from "../shared/elements";
-import { grouped } from "../shared/quantities";
+import { grouped, roundedWithin } from "../shared/quantities";
 import { mainTissues, tissueAtValue, type WindowedDataset } from "../shared/sample_window";
 import { datasetSelect } from "./dataset_select";
 import { componentsText, componentFilter, hidesAny } from "./component_filter";
@@ -92,7 +92,7 @@ export function surfacesPart(change: Change): SurfacesPart {
 // Returns, for bodies, the first suggested value of skin or bone if not shown; otherwise, the suggested value farthest
 // from the used ones, of tissue rather than air; without suggestions, a value between the last used one and the maximum.
 export function nextIsovalue(used: readonly number[], info: WindowedDataset & Pick<DatasetInfo, "suggestedIsovalues">): number {
-  const { suggestedIsovalues, max } = info;
+  const { suggestedIsovalues, min, max } = info;
   const distance = (value: number) => Math.min(...used.map((other) => Math.abs(other - value)));
   const shownTissues = used.map((value) => tissueAtValue(value, info));
   const rank = (value: number) => {
@@ -104,7 +104,7 @@ export function nextIsovalue(used: readonly number[], info: WindowedDataset & Pi
   const best = Math.max(...unused.map(rank));
   const fresh = unused.filter((value) => rank(value) === best);
   if (best === 2) return fresh[0];
-  if (fresh.length === 0) return Number(((Math.max(...used) + max) / 2).toPrecision(5));
+  if (fresh.length === 0) return roundedWithin((Math.max(...used) + max) / 2, max - min);
   return fresh.reduce((best, value) => (distance(value) > distance(best) ? value : best));
 }
 

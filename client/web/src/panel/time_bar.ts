@@ -48,11 +48,11 @@ export class TimeBar {
     this.slider.max = String(all.length - 1);
     this.slider.value = String(at);
     this.slider.style.setProperty("--share", `${(100 * at) / (all.length - 1)}%`);
-    const text = timeText(now, unit);
+    const text = timeText(now, unit, all);
     this.slider.setAttribute("aria-valuetext", text);
     this.time.textContent = text;
     // The width of the longest text, so that nothing moves during playback.
-    this.time.style.minWidth = `${Math.max(...all.map((time) => timeText(time, unit).length))}ch`;
+    this.time.style.minWidth = `${Math.max(...all.map((time) => timeText(time, unit, all).length))}ch`;
     this.play.textContent = settings.playing ? "❚❚" : "▶";
     this.play.setAttribute("aria-label", settings.playing ? "Pause" : "Play");
     this.loop.setAttribute("aria-pressed", String(settings.loop));

@@ -113,7 +113,10 @@ export class CutHandles {
     this.turner.position.copy(this.middle).addScaledVector(side.normalize(), armLength * perPixel(this.middle));
     for (const mesh of [this.mover, this.turner]) mesh.scale.setScalar(7 * perPixel(mesh.position));
     this.lines.geometry.dispose();
-    this.lines.geometry = new THREE.BufferGeometry().setFromPoints([...this.outline, this.mover.position, this.turner.position]);
+    // The GPU's 32-bit numbers count from the plane's center.
+    const places = [...this.outline, this.mover.position, this.turner.position].map((place) => place.clone().sub(this.middle));
+    this.lines.position.copy(this.middle);
+    this.lines.geometry = new THREE.BufferGeometry().setFromPoints(places);
   }
 
   private handleAt(x: number, y: number): THREE.Mesh | null {

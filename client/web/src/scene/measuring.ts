@@ -10,7 +10,7 @@ import type { MassProperties } from "../mesh/mass_properties";
 import type { DatasetInfo, Label, ProbedPlace } from "../protocol/messages";
 import { boundOf, type ShownTiles } from "../shown_surface";
 import { type MeasuredPlace, maxNoteLength, maxPlaces } from "../state/settings";
-import { applied, inverse, latticeToWorld, roundedCoordinate, type Vec3, voxelLength, worldDifference, worldName } from "../stream/dataset";
+import { applied, inverse, coordinateResolution, latticeToWorld, placeText, valueText, type Vec3, voxelLength, worldDifference, worldName } from "../stream/dataset";
 import type { TilePool } from "../workers/tile_pool";
 import type { MeasuredPart } from "../workers/worker_messages";
 import type { Picked } from "./picking";
@@ -47,7 +47,7 @@ export class Measuring {
     private readonly probe: (info: DatasetInfo, world: Vec3) => Promise<ProbedPlace>,
     private readonly changed: (places: readonly MeasuredPlace[]) => void,
     private readonly leave: () => void, // Moves the focus to the scene.
-    private readonly hidePart: (surface: number, world: Vec3) => void,
+    private readonly hidePart: (surface: number, world: Vec3, info: DatasetInfo) => void,
     private readonly nameOf: (label: Label) => string,
   ) {
     this.drawing.append(this.line);
@@ -155,7 +155,7 @@ export class Measuring {
     const label = last.surface?.tiles.shown.info.member?.label;
     this.element.replaceChildren(close, ...(label ? [h("p", { class: "picked-label" }, h("b", {}, this.nameOf(label)))] : []),
       ...places.map(({ world, index }, i) =>
-        h("p", {}, h("b", {}, names[i]), ` ${worldName(info)} ${world.map((v) => inDigits(roundedCoordinate(v, info), 5)).join(", ")}`,
+        h("p", {}, h("b", {}, names[i]), ` ${worldName(info)} ${placeText(world, info)}`,
           h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`))),
       ...(label ? [] : [this.fieldAt(last.info, last.world)]), // A label's field adds nothing to its name.
       ...[...this.lengths(), ...this.angle()].map((text) => h("p", { class: "distance" }, text)));
@@ -218,7 +218,7 @@ export class Measuring {
     const button = h("button", { type: "button", class: "hide-part" }, "Hide this part");
     button.addEventListener("click", () => {
       this.clear();
-      this.hidePart(tiles.at, world);
+      this.hidePart(tiles.at, world, tiles.shown.info);
       this.leave();
     });
     return button;
@@ -236,8 +236,8 @@ export class Measuring {
 }
 
 // Compares with the precision of addresses.
-function isAt(place: MeasuredPlace, known: MeasuredPlace): boolean {
-  return place.world.every((value, axis) => Math.abs(value - known.world[axis]) <= 1e-5 * Math.max(1, Math.abs(value)));
+function isAt(place: MeasuredPlace, known: Place): boolean {
+  return place.world.every((value, axis) => Math.abs(value - known.world[axis]) <= coordinateResolution(known.info));
 }
 
 function fieldWords({ value, gradient }: ProbedPlace, info: DatasetInfo): (Node | string)[] {
@@ -245,7 +245,7 @@ function fieldWords({ value, gradient }: ProbedPlace, info: DatasetInfo): (Node 
   const unit = info.valueUnit ? ` ${info.valueUnit}` : "";
   const slope = gradient.length === 3 ? Math.hypot(...gradient) : null;
   const words = slope === null ? "" : `, gradient ${inDigits(slope, 3)}${unit} per ${info.lengthUnit || "unit"}`;
-  return [h("b", {}, `Value ${inDigits(value, 4)}${unit}`), h("span", {}, words)];
+  return [h("b", {}, `Value ${valueText(value, info)}${unit}`), h("span", {}, words)];
 }
 
 // `bound`: the surface's error in world units; null: unknown.

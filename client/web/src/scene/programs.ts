@@ -27,6 +27,11 @@ export class Programs {
     return false;
   }
 
+  // Call when all programs are lost.
+  forget(): void {
+    this.ready.clear();
+  }
+
   private async compile(kind: string, object: THREE.Object3D): Promise<void> {
     this.compiling.add(kind);
     for (const target of this.targets) {

@@ -5,7 +5,6 @@ import * as THREE from "three";
 import { applied, lengthText, type Vec3 } from "../stream/dataset";
 import type { DatasetInfo } from "../protocol/messages";
 import { h } from "../shared/elements";
-import { inDigits } from "../shared/quantities";
 import type { AxisNumber } from "./annotations";
 import { disposeTree } from "./dispose_tree";
 import type { Stage } from "./stage";
@@ -108,11 +107,11 @@ export class SceneDecorations {
       // Perpendicular to the edge, away from the box's center.
       const side = Math.sign((b.x - a.x) * (center!.y - a.y) - (b.y - a.y) * (center!.x - a.x)) || 1;
       const [nx, ny] = [(side * (b.y - a.y)) / length, (-side * (b.x - a.x)) / length];
-      for (const value of ticks(Math.min(low, high), Math.max(low, high), Math.min(6, length / apart))) {
+      for (const { value, text } of ticks(Math.min(low, high), Math.max(low, high), Math.min(6, length / apart))) {
         const share = (value - low) / (high - low);
         const x = a.x + share * (b.x - a.x) + outwards * nx;
         const y = a.y + share * (b.y - a.y) + outwards * ny;
-        this.write(inDigits(value, 6), x, y, isFree);
+        this.write(text, x, y, isFree);
       }
     }
     for (const label of this.labels.slice(this.written.length)) label.hidden = true;

@@ -137,7 +137,8 @@ export class SlicePlane {
       const line = wideLines(segments, { color, width: 1.5 });
       line.material.clippingPlanes = this.clip;
       line.matrixAutoUpdate = false;
-      line.matrix.set(m[0], m[3], m[6], m[9], m[1], m[4], m[7], m[10], m[2], m[5], m[8], m[11], 0, 0, 0, 1);
+      line.matrix.set(m[0], m[3], m[6], m[9], m[1], m[4], m[7], m[10], m[2], m[5], m[8], m[11], 0, 0, 0, 1)
+        .multiply(new THREE.Matrix4().setPosition(line.position));
       this.lines.add(line);
     }
     this.invalidate();
@@ -157,7 +158,9 @@ export class SlicePlane {
 
   private place({ grid, values }: SliceValues): void {
     const position = this.quad.geometry.getAttribute("position") as THREE.BufferAttribute;
-    position.array.set(gridCorners(grid).flat());
+    const { origin } = grid; // The GPU's 32-bit numbers count from here.
+    position.array.set(gridCorners(grid).flatMap((corner) => corner.map((value, axis) => value - origin[axis])));
+    this.quad.position.set(...origin);
     position.needsUpdate = true;
     const texture = new THREE.DataTexture(values as Float32Array<ArrayBuffer>, grid.width, grid.height, THREE.RedFormat, THREE.FloatType);
     texture.needsUpdate = true;

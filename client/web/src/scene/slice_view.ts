@@ -4,7 +4,7 @@ import { type DatasetInfo, WorldSpace } from "../protocol/messages";
 import { colorRow, type ColorScale, fractionOf } from "../shared/color_maps";
 import { h } from "../shared/elements";
 import type { MeasuredPlace } from "../state/settings";
-import { lengthText, nearestSample, roundedCoordinate, type Vec3, worldBox, worldSpacing } from "../stream/dataset";
+import { coordinateText, nearestSample, type Vec3, worldBox, worldSpacing } from "../stream/dataset";
 import type { SliceGrid, SliceValues } from "../stream/dataset_queries";
 import { axisNames } from "./axis_names";
 import { listenToSlice } from "./slice_gestures";
@@ -309,7 +309,7 @@ export class SliceView {
 
   // "z 12.5 mm: 345 HU, Liver"
   private placeText(): string {
-    const place = `${"xyz"[this.axis]} ${lengthText(roundedCoordinate(this.cross[this.axis], this.info!), this.info!, 5)}`;
+    const place = `${"xyz"[this.axis]} ${coordinateText(this.cross[this.axis], this.info!)}`;
     const found = [this.value, ...this.labels].filter((text) => text !== "").join(", ");
     return found ? `${place}: ${found}` : place;
   }

@@ -7,6 +7,7 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Vec3 } from "../stream/dataset";
 import type { View } from "../stream/request";
 import { boxBetween } from "./crop";
+import { ContextKeeper } from "./context_keeper";
 import { areSamePlanes } from "./cut_plane";
 import { nudgedFromUp, snappedToAxis } from "./directions";
 import { gpuFinished } from "./gpu_fence";
@@ -35,6 +36,7 @@ export class Stage {
   readonly renderer: THREE.WebGLRenderer;
   readonly controls: OrbitControls;
   private readonly orthographicCamera = new THREE.OrthographicCamera(); // Follows `camera`.
+  readonly context: ContextKeeper;
   private readonly lights = new Lights();
   private readonly sceneRenderer: SceneRenderer;
   readonly programs: Programs;
@@ -53,10 +55,12 @@ export class Stage {
   private isDataPending = () => false;
   private readonly resizing = new ResizeObserver(() => this.resize());
 
-  constructor(private readonly canvas: HTMLCanvasElement) {
+  // `contextGone`: the browser took the scene's context away for good.
+  constructor(private readonly canvas: HTMLCanvasElement, contextGone: () => void) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.setClearColor(0x000000, 0);
+    this.renderer.debug.checkShaderErrors = import.meta.env.DEV; // It waits for the GPU, and fails without a context.
     this.renderer.localClippingEnabled = true; // Materials have clip planes.
     this.camera.up.set(0, 0, 1);
     this.orthographicCamera.up.copy(this.camera.up);
@@ -64,6 +68,13 @@ export class Stage {
     this.programs = new Programs(this.renderer, this.scene, this.camera, this.sceneRenderer.targets, () => this.invalidate());
     // Queried now, while nothing is being drawn: later it would block the page until drawing is done.
     for (const name of extensions) this.renderer.extensions.has(name);
+    this.context = new ContextKeeper(this.renderer, canvas, {
+      gone: contextGone,
+      restored: () => {
+        this.programs.forget();
+        this.invalidate();
+      },
+    });
     this.scene.add(this.lights.group);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.dampingFactor = 0.12;
@@ -289,6 +300,7 @@ export class Stage {
     this.isDue = this.isChanged = true; // Prevents further frames.
     this.controls.dispose();
     this.resizing.disconnect();
+    this.context.dispose();
     this.renderer.dispose();
     this.renderer.forceContextLoss();
   }

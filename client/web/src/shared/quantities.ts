@@ -1,4 +1,5 @@
 // Formats numbers for display.
+import { resolutionWithin, rounded } from "./numbers";
 
 // 1234567 -> "1 234 567", with thin no-break spaces.
 export function grouped(count: number): string {
@@ -54,11 +55,9 @@ export function inDigits(value: number, digits = 4): string {
   return String(Number(value.toPrecision(digits)));
 }
 
-// Rounds a value among others that span `span`: to at least four digits, and three digits of the span.
+// Rounds a value among others that span `span`.
 export function roundedWithin(value: number, span: number): number {
-  const decade = (of: number) => Math.floor(Math.log10(Math.abs(of)));
-  const digits = value === 0 || !(span > 0) ? 4 : decade(value) - decade(span) + 3;
-  return Number(value.toPrecision(Math.min(15, Math.max(4, digits))));
+  return rounded(value, resolutionWithin(value, span));
 }
 
 // "1 voxel", "2 voxels".

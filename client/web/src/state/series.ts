@@ -2,6 +2,7 @@
 // member (view, errors, regions) apply to all.
 import type { DatasetInfo, Label } from "../protocol/messages";
 import { nearestName } from "../shared/nearest_name";
+import { inResolution } from "../shared/numbers";
 import { labelColor } from "./label_colors";
 import type { LabelName, Settings } from "./settings";
 import { hasSameGrid, isPartOf } from "../stream/dataset";
@@ -134,9 +135,10 @@ export function isSameSeries(a: DatasetInfo, b: DatasetInfo): boolean {
   return a.name === b.name || (!!a.member && a.member.series === b.member?.series);
 }
 
-// "0.25 s"; "time 3" without a unit.
-export function timeText(time: number, unit: string): string {
-  const number = String(Number(time.toPrecision(6)));
+// "0.25 s"; "time 3" without a unit. `times`: those of the series, of which every two differ in the text.
+export function timeText(time: number, unit: string, times: readonly number[]): string {
+  const gaps = times.slice(1).map((one, i) => Math.abs(one - times[i])).filter((gap) => gap > 0);
+  const number = inResolution(time, gaps.length > 0 ? Math.min(...gaps) / 100 : Math.abs(time) / 1e12);
   return unit ? `${number} ${unit}` : `time ${number}`;
 }
 

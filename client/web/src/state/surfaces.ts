@@ -8,10 +8,6 @@ export interface SurfaceSettings extends Omit<AdditionalSurface, "isovalue"> {
 
 // The most surfaces that a user can add.
 export const maxSurfaces = 8;
-// The most labels of a segmentation.
-export const maxLabels = 1024;
-export const maxMinComponent = 1e6; // In samples, as everywhere in the project.
-
 export const outerOpacity = 0.35; // Of a surface that encloses others.
 
 // Distinguishable for color-blind users; the first two are bone and skin.

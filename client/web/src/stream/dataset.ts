@@ -1,6 +1,7 @@
 // Functions of a DatasetInfo: lengths, coordinate maps, where surfaces may end.
 import type { DataBorder } from "../mesh/boundary_matcher";
 import { type DatasetInfo, SampleType, WorldSpace } from "../protocol/messages";
+import { inResolution } from "../shared/numbers";
 
 export type Vec3 = [number, number, number];
 
@@ -99,10 +100,24 @@ export function worldBox({ indexToWorld, dims }: DatasetInfo): { low: Vec3; high
   return boxOfCorners(indexToWorld, [0, 0, 0], dims.map((n) => n - 1));
 }
 
-// Rounds a world coordinate to a thousandth of a voxel, below which it has only rounding errors.
-export function roundedCoordinate(value: number, info: DatasetInfo): number {
-  const step = 1e-3 * voxelLength(info);
-  return step > 0 ? Math.round(value / step) * step : value;
+// Returns the resolution of coordinates that are kept: a thousandth of a voxel, below which they have only rounding errors.
+export function coordinateResolution(info: DatasetInfo): number {
+  return 1e-3 * voxelLength(info);
+}
+
+// Coordinates are shown to a hundredth of a voxel: "12.34, 5400000.5, 7".
+export function placeText(place: readonly number[], info: DatasetInfo): string {
+  return place.map((value) => inResolution(value, 1e-2 * voxelLength(info))).join(", ");
+}
+
+// "12.5 mm": a coordinate along an axis.
+export function coordinateText(value: number, info: DatasetInfo): string {
+  return `${placeText([value], info)} ${info.lengthUnit || "units"}`;
+}
+
+// Values that are shown have a ten-thousandth of the range of the data.
+export function valueText(value: number, { min, max }: Pick<DatasetInfo, "min" | "max">): string {
+  return inResolution(value, (max - min) / 1e4);
 }
 
 // Returns a box around the samples of a label; null: unknown.
