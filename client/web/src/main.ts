@@ -5,10 +5,10 @@ import "./style/panel.css";
 import "./style/bar.css";
 import "./style/touch.css";
 
-import { AddressSync } from "./address_sync";
-import { EmbeddedViewer } from "./embedded_viewer";
-import { Embedding, firstSight } from "./embedding";
-import { Token, serverAddress } from "./server_address";
+import { AddressSync } from "./page/address_sync";
+import { EmbeddedViewer } from "./embed/embedded_viewer";
+import { Embedding, firstSight } from "./embed/embedding";
+import { Token, serverAddress } from "./page/server_address";
 import { DatasetList } from "./panel/dataset_list";
 import { h } from "./shared/elements";
 import { worldBox } from "./stream/dataset";
@@ -27,8 +27,8 @@ import { History } from "./state/history";
 import { persistentValues } from "./state/browser_storage";
 import { defaults, type Settings } from "./state/settings";
 import { fromAddress, ignoredParts } from "./state/url_state";
-import { Downloads } from "./downloads";
-import { Viewer } from "./viewer";
+import { Downloads } from "./page/downloads";
+import { Viewer } from "./viewer/viewer";
 
 const app = document.getElementById("app")!;
 const isFrame = window.parent !== window;

@@ -1,7 +1,7 @@
 import { readFileSync } from "node:fs";
 
 import { colorAt, type ColorMap, colorMaps, endsOf, fractionOf } from "../../../client/web/src/shared/color_maps";
-import { scaleOf } from "../../../client/web/src/slices";
+import { scaleOf } from "../../../client/web/src/samples/slices";
 
 // tests/golden/colors.txt, also used by the C++ tests: map, lin or log, low, high, value, color.
 const golden = readFileSync(new URL("../../golden/colors.txt", import.meta.url), "utf8")

@@ -1,7 +1,7 @@
-import { EmbeddedViewer } from "../../../client/web/src/embedded_viewer";
-import { Embedding } from "../../../client/web/src/embedding";
+import { EmbeddedViewer } from "../../../client/web/src/embed/embedded_viewer";
+import { Embedding } from "../../../client/web/src/embed/embedding";
 import { defaults } from "../../../client/web/src/state/settings";
-import type { Viewer } from "../../../client/web/src/viewer";
+import type { Viewer } from "../../../client/web/src/viewer/viewer";
 
 const facts = { isovalue: 3, spacing: 1 };
 

@@ -1,6 +1,6 @@
 import { readFileSync } from "node:fs";
 
-import { ExpectedSizes, shareOfLabel } from "../../../client/web/src/expected_sizes";
+import { ExpectedSizes, shareOfLabel } from "../../../client/web/src/surfaces/expected_sizes";
 import { expectedText } from "../../../client/web/src/panel/expected_text";
 import type { StepFacts } from "../../../client/web/src/state/progress";
 import { inTriangleRange, minEstimateFactor, maxEstimateFactor } from "../../../client/web/src/shared/quantities";

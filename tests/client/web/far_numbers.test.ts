@@ -1,5 +1,5 @@
 // Texts over data far from the origin, or with values and times far from zero, tell apart what the data tells apart.
-import { captionOf } from "../../../client/web/src/picture";
+import { captionOf } from "../../../client/web/src/viewer/picture";
 import { positionText } from "../../../client/web/src/panel/cut_section";
 import { emptySurfaceText } from "../../../client/web/src/panel/empty_surface";
 import { labelTable } from "../../../client/web/src/panel/label_table";
@@ -10,13 +10,13 @@ import { ticks } from "../../../client/web/src/scene/ticks";
 import { inResolution, rounded } from "../../../client/web/src/shared/numbers";
 import { roundedWithin } from "../../../client/web/src/shared/quantities";
 import { defaultWindow } from "../../../client/web/src/shared/sample_window";
-import type { ShownSurface } from "../../../client/web/src/shown_surface";
+import type { ShownSurface } from "../../../client/web/src/surfaces/shown_surface";
 import { noProgress, type StepFacts } from "../../../client/web/src/state/progress";
 import { timeText } from "../../../client/web/src/state/series";
 import { defaults, type Place, type Settings } from "../../../client/web/src/state/settings";
 import { fromAddress, toAddress } from "../../../client/web/src/state/url_state";
 import { coordinateResolution, coordinateText, placeText, valueText } from "../../../client/web/src/stream/dataset";
-import { withoutPart } from "../../../client/web/src/surface_parts";
+import { withoutPart } from "../../../client/web/src/viewer/surface_parts";
 import { member, plain } from "./made_datasets";
 
 const far = 5.4e6;

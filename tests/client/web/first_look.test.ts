@@ -1,4 +1,4 @@
-import { captionOf, surfaceKeys } from "../../../client/web/src/picture";
+import { captionOf, surfaceKeys } from "../../../client/web/src/viewer/picture";
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { defaults } from "../../../client/web/src/state/settings";
 import { savedFileText } from "../../../client/web/src/panel/downloads_section";

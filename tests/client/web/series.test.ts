@@ -1,5 +1,5 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
-import { sampledOf, sceneOf, sceneRefusal } from "../../../client/web/src/scene_at";
+import { sampledOf, sceneOf, sceneRefusal } from "../../../client/web/src/surfaces/scene_at";
 import { initialSelection, labelIsovalue, settingsOfEntry, withLabelChanges } from "../../../client/web/src/state/label_surfaces";
 import { atTime, channelColor, entriesOf, seriesOf, findByName, memberOfField, rangeOf, timeOf, timesOf, timeText, withTimeOfDataset, withLabelsBeside } from "../../../client/web/src/state/series";
 import { labelColor } from "../../../client/web/src/state/label_colors";
@@ -152,7 +152,7 @@ describe("SceneAt", () => {
     };
     const scene = sceneOf(list, settings, atTime(list, flow[0], 0.25));
     expect(scene.infos.map((info) => info?.name)).toEqual(["flow.speed.t0.25", "flow.speed.t0.25", "flow.heat.t0.25", "head", undefined]);
-    expect(scene.moment).toEqual({ scene: "flow", time: 0.25 });
+    expect(scene.time).toEqual({ scene: "flow", time: 0.25 });
     expect(scene.scalars).toEqual({ dataset: "flow.heat.t0.25", low: 0, high: 1 });
     expect(sceneOf(list, { ...defaults, colorBy: "gone" }, list[0]).scalars).toEqual({ dataset: "gone" });
   });

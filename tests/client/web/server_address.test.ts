@@ -1,4 +1,4 @@
-import { serverAddress, Token } from "../../../client/web/src/server_address";
+import { serverAddress, Token } from "../../../client/web/src/page/server_address";
 
 // A page at an address; the browser storage persists across the pages of a test.
 function page(address: string) {

@@ -1,4 +1,4 @@
-import { ShownReports } from "../../../client/web/src/shown_reports";
+import { ShownReports } from "../../../client/web/src/surfaces/shown_reports";
 import { noProgress, type StepFacts } from "../../../client/web/src/state/progress";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 

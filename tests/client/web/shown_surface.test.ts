@@ -1,4 +1,4 @@
-import { isRegression, type ShownSurface } from "../../../client/web/src/shown_surface";
+import { isRegression, type ShownSurface } from "../../../client/web/src/surfaces/shown_surface";
 import type { StepFacts } from "../../../client/web/src/state/progress";
 import { defaults } from "../../../client/web/src/state/settings";
 import { isosurfaceRequest } from "../../../client/web/src/stream/request";

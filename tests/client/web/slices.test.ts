@@ -3,7 +3,7 @@ import { boxBetween } from "../../../client/web/src/scene/crop";
 import { labelsAt } from "../../../client/web/src/scene/slice_drawing";
 import { axisNormal, cutCorners, extentAlong, maxPixels, planeGrid, seenPart, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
 import { planeAxes } from "../../../client/web/src/scene/slice_view";
-import { crossOf, planesThrough, scaleOf, slicePosition, windowOf } from "../../../client/web/src/slices";
+import { crossOf, planesThrough, scaleOf, slicePosition, windowOf } from "../../../client/web/src/samples/slices";
 import { WorldSpace } from "../../../client/web/src/protocol/messages";
 import { defaults } from "../../../client/web/src/state/settings";
 import { nearestSample, type Vec3, worldSpacing } from "../../../client/web/src/stream/dataset";

@@ -1,8 +1,8 @@
-import { Prefetcher } from "../../../client/web/src/prefetcher";
+import { Prefetcher } from "../../../client/web/src/surfaces/prefetcher";
 import { applied, inverse, latticeToWorld } from "../../../client/web/src/stream/dataset";
-import { allComponents, type CachedStep, StepCache } from "../../../client/web/src/step_cache";
+import { allComponents, type CachedStep, StepCache } from "../../../client/web/src/surfaces/step_cache";
 import { StepSpeed } from "../../../client/web/src/stream/step_speed";
-import { SurfaceClient } from "../../../client/web/src/surface_client";
+import { SurfaceClient } from "../../../client/web/src/surfaces/surface_client";
 import { nothingHidden } from "../../../client/web/src/state/hidden_parts";
 import type { StepFacts } from "../../../client/web/src/state/progress";
 import { isosurfaceRequest } from "../../../client/web/src/stream/request";
@@ -58,7 +58,7 @@ function clientOf(token = "", parts = partsOf(token)) {
   return client;
 }
 
-const moment = { scene: "gyroid", time: null };
+const time = { scene: "gyroid", time: null };
 const settings = { ...defaults, isovalue: 0.1, error: 0.5 };
 
 // The last request.
@@ -79,7 +79,7 @@ function streaming() {
   const client = clientOf();
   client.connect();
   accept();
-  client.request(dataset(), settings, null, { moment });
+  client.request(dataset(), settings, null, { time });
   link.events!.received(begin);
   return client;
 }
@@ -115,7 +115,7 @@ describe("SurfaceClient", () => {
       const nothing = () => {};
       const client = new SurfaceClient(partsOf(), { offer: nothing, withdraw: nothing, shown: nothing, settled: nothing });
       const info = { ...dataset(), member: { label: { value: 1, samples } } } as unknown as DatasetInfo;
-      client.request(info, settings, null, { moment });
+      client.request(info, settings, null, { time });
       link.sent.length = 0;
       link.events!.opened();
       link.events!.received(welcome);
@@ -132,7 +132,7 @@ describe("SurfaceClient", () => {
     const client = new SurfaceClient({ ...partsOf(), sharedPreviews }, { offer: nothing, withdraw: nothing, shown: nothing, settled: nothing });
     const info = { ...dataset(), member: { label: { value: 1, samples: 100n, box: [0, 0, 0, 9, 9, 9] } } } as unknown as DatasetInfo;
     const attempts = link.attempts;
-    client.request(info, { ...settings, shading: "field" }, null, { moment, steps: "coarse" });
+    client.request(info, { ...settings, shading: "field" }, null, { time, steps: "coarse" });
     expect(wanted).toMatchObject([{ info, request: { normals: 0 } }]);
     expect([client.isPreviewing, link.attempts]).toEqual([true, attempts]);
     client.requestAlone();
@@ -168,7 +168,7 @@ describe("SurfaceClient", () => {
     const client = clientOf();
     client.connect();
     accept();
-    client.request(dataset(), settings, null, { moment, steps: "previews" });
+    client.request(dataset(), settings, null, { time, steps: "previews" });
     expect(openStream()?.steps).toBe(StepPolicy.PREVIEWS_ONLY);
     expect(client.isPreviewing).toBe(true);
     const { requestId, request } = openStream()!;
@@ -186,7 +186,7 @@ describe("SurfaceClient", () => {
     const client = clientOf();
     client.connect();
     accept();
-    client.request(dataset(), settings, null, { moment, steps: "all", isDragging: true });
+    client.request(dataset(), settings, null, { time, steps: "all", isDragging: true });
     expect(openStream()?.steps).toBe(StepPolicy.PROGRESSIVE);
     client.close();
   });
@@ -197,19 +197,19 @@ describe("SurfaceClient", () => {
     client.connect();
     accept();
     parts.stepCache.keep(orderOf(dataset()), frameOf(dataset()));
-    client.request(dataset(), settings, null, { moment });
+    client.request(dataset(), settings, null, { time });
     expect(openStream()).toBeUndefined();
     expect(client.shown?.info.name).toBe(dataset().name);
-    client.request(dataset(), { ...settings, isovalue: 0.2 }, null, { moment });
+    client.request(dataset(), { ...settings, isovalue: 0.2 }, null, { time });
     expect(openStream()).toBeDefined();
   });
 
   test("IsCurrentOnlyWithTheLatestIsovalue", () => {
     const { client } = keptAndWanted(settings);
     expect(client.isCurrent).toBe(true);
-    client.request(dataset(), { ...settings, isovalue: 0.2 }, null, { moment });
+    client.request(dataset(), { ...settings, isovalue: 0.2 }, null, { time });
     expect(client.isCurrent).toBe(false);
-    client.request(dataset(), settings, null, { moment });
+    client.request(dataset(), settings, null, { time });
     expect(client.isCurrent).toBe(true);
   });
 
@@ -260,13 +260,13 @@ function keptAndWanted(wanted: Settings) {
   parts.stepCache.keep(orderOf(dataset()), frameOf(dataset()));
   let settled = 0;
   const client = new SurfaceClient(parts, { offer: (_, show) => show(), withdraw: () => {}, shown: () => {}, settled: () => ++settled });
-  client.request(dataset(), wanted, null, { moment });
+  client.request(dataset(), wanted, null, { time });
   return { client, shows, settles: () => settled };
 }
 
 describe("Prefetcher", () => {
   const times = [1, 2, 3, 4].map((time) => ({ ...dataset(), name: `gyroid.t${time}` }));
-  const soon = times.map((info) => ({ info, moment }));
+  const soon = times.map((info) => ({ info, time }));
 
   test("RequestsOneTimeAtATimeInBackground", () => {
     const prefetcher = new Prefetcher(partsOf());

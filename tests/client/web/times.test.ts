@@ -1,6 +1,6 @@
-import { SwapGroup } from "../../../client/web/src/swap_group";
+import { SwapGroup } from "../../../client/web/src/surfaces/swap_group";
 import { ConnectionPool, type IdleConnection } from "../../../client/web/src/stream/connection_pool";
-import { type PlaybackRate, type PlaybackState, neighboringTime, TimePlayer, timesAhead } from "../../../client/web/src/time_player";
+import { type PlaybackRate, type PlaybackState, neighboringTime, TimePlayer, timesAhead } from "../../../client/web/src/viewer/time_player";
 
 // A player with a simulated clock and frames.
 class Playing {

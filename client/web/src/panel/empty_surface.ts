@@ -1,5 +1,5 @@
 // Explains why nothing of a surface is visible.
-import type { ShownSurface } from "../shown_surface";
+import type { ShownSurface } from "../surfaces/shown_surface";
 import type { Progress } from "../state/progress";
 import { valueText } from "../stream/dataset";
 import { isEmpty } from "./certificate";

@@ -2,7 +2,7 @@
 // and vertically the window, as in medical viewers; so do arrow keys, and a double click resets. The values of the
 // first and last color can be typed.
 import { gradientOf, type LegendText } from "../shared/color_maps";
-import { scaleOf, windowOf } from "../slices";
+import { scaleOf, windowOf } from "../samples/slices";
 import type { Settings } from "../state/settings";
 import { h } from "../shared/elements";
 import { inDigits, roundedWithin } from "../shared/quantities";

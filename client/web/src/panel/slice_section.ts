@@ -3,7 +3,7 @@ import type { DatasetInfo } from "../protocol/messages";
 import { colorMaps } from "../shared/color_maps";
 import { h } from "../shared/elements";
 import { sampleWindows } from "../shared/sample_window";
-import { sampledOf } from "../scene_at";
+import { sampledOf } from "../surfaces/scene_at";
 import { positionText } from "./cut_section";
 import { datasetSelect } from "./dataset_select";
 import type { Change, PanelSection } from "./panel_section";

@@ -1,7 +1,7 @@
 // The time controls over the scene: play, slider, current time, speed and loop.
 import type { Settings } from "../state/settings";
 import { timeText } from "../state/series";
-import type { PlaybackRate } from "../time_player";
+import type { PlaybackRate } from "../viewer/time_player";
 import { h } from "../shared/elements";
 import { inDigits } from "../shared/quantities";
 

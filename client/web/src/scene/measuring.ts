@@ -8,7 +8,7 @@ import { h } from "../shared/elements";
 import { grouped, inDigits } from "../shared/quantities";
 import type { MassProperties } from "../mesh/mass_properties";
 import type { DatasetInfo, Label, ProbedPlace } from "../protocol/messages";
-import { boundOf, type ShownTiles } from "../shown_surface";
+import { boundOf, type ShownTiles } from "../surfaces/shown_surface";
 import { type MeasuredPlace, maxNoteLength, maxPlaces } from "../state/settings";
 import { applied, inverse, coordinateResolution, latticeToWorld, placeText, valueText, type Vec3, voxelLength, worldDifference, worldName } from "../stream/dataset";
 import type { TilePool } from "../workers/tile_pool";

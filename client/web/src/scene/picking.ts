@@ -4,7 +4,7 @@ import type * as THREE from "three";
 
 import type { HalfSpace } from "../mesh/ray";
 import type { DatasetInfo } from "../protocol/messages";
-import type { ShownTiles } from "../shown_surface";
+import type { ShownTiles } from "../surfaces/shown_surface";
 import {
   type Affine, applied, inverse, latticeToIndex, latticeToWorld, type Vec3,
 } from "../stream/dataset";

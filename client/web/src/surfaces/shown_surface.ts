@@ -1,12 +1,12 @@
 // Information about a shown surface, and the comparison of two.
-import { hex } from "./mesh/content_digest";
-import { type DatasetInfo, ErrorMeasure } from "./protocol/messages";
-import type { StepFacts } from "./state/progress";
-import { type AssemblerEffect, type StepOfTiles } from "./stream/assembler";
-import type { StreamRequest } from "./stream/stream_request";
-import { latticeRoundingWorld, voxelLength } from "./stream/dataset";
-import { preservesTopology, shellModeOf } from "./stream/step_checks";
-import type { DrawnTiles } from "./workers/worker_messages";
+import { hex } from "../mesh/content_digest";
+import { type DatasetInfo, ErrorMeasure } from "../protocol/messages";
+import type { StepFacts } from "../state/progress";
+import { type AssemblerEffect, type StepOfTiles } from "../stream/assembler";
+import type { StreamRequest } from "../stream/stream_request";
+import { latticeRoundingWorld, voxelLength } from "../stream/dataset";
+import { preservesTopology, shellModeOf } from "../stream/step_checks";
+import type { DrawnTiles } from "../workers/worker_messages";
 
 export type Committed = AssemblerEffect & { kind: "committed" };
 

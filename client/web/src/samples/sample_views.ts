@@ -3,19 +3,19 @@
 import type * as THREE from "three";
 
 import type { SliceSources } from "./latest_slice";
-import { Legend, type LegendValues } from "./panel/legend";
-import type { DatasetInfo } from "./protocol/messages";
-import type { Picked } from "./scene/picking";
-import type { Stage } from "./scene/stage";
-import type { LegendText } from "./shared/color_maps";
-import { h } from "./shared/elements";
-import { defaultWindow, isCt } from "./shared/sample_window";
-import { sampledOf } from "./scene_at";
+import { Legend, type LegendValues } from "../panel/legend";
+import type { DatasetInfo } from "../protocol/messages";
+import type { Picked } from "../scene/picking";
+import type { Stage } from "../scene/stage";
+import type { LegendText } from "../shared/color_maps";
+import { h } from "../shared/elements";
+import { defaultWindow, isCt } from "../shared/sample_window";
+import { sampledOf } from "../surfaces/scene_at";
 import { SliceViews } from "./slice_views";
 import { scaleOf, slicePosition, Slices } from "./slices";
-import { findByName, rangeOf, timesOf } from "./state/series";
-import type { Settings } from "./state/settings";
-import { applied, inverse, type Vec3 } from "./stream/dataset";
+import { findByName, rangeOf, timesOf } from "../state/series";
+import type { Settings } from "../state/settings";
+import { applied, inverse, type Vec3 } from "../stream/dataset";
 
 export interface SampledWorld {
   info: DatasetInfo | null; // The dataset of the first surface.

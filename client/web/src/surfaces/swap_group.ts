@@ -1,39 +1,39 @@
 // Swaps the surfaces of one view together: when the time changes, all visible surfaces are swapped between two frames,
 // so that surfaces of different times are never drawn together.
-export interface Moment {
+export interface SceneTime {
   scene: string; // A series, or a single dataset.
   time: number | null;
 }
 
 interface Waiting {
-  moment: Moment;
+  time: SceneTime;
   show: () => void;
 }
 
 export class SwapGroup<Member> {
-  private shown: Moment | null = null; // Only this moment is drawn.
+  private shown: SceneTime | null = null; // Only this time is drawn.
   private readonly waiting = new Map<Member, Waiting>();
-  private readonly current = new Map<Member, Moment>(); // The last moment of each member, drawn or not.
+  private readonly current = new Map<Member, SceneTime>(); // The last time of each member, drawn or not.
 
-  // `visible`: the currently visible members; `swapped` is called when another moment is shown.
+  // `visible`: the currently visible members; `swapped` is called when another time is shown.
   constructor(private readonly visible: () => readonly Member[], private readonly swapped: () => void) {}
 
-  // Returns whether the member's surface may be drawn: it belongs to the shown moment.
+  // Returns whether the member's surface may be drawn: it belongs to the shown time.
   isDrawable(member: Member): boolean {
-    const moment = this.current.get(member);
-    return !moment || !this.shown || isSame(moment, this.shown);
+    const time = this.current.get(member);
+    return !time || !this.shown || isSame(time, this.shown);
   }
 
-  // Offers a surface of a moment. `show` is called when all visible members have one of that moment, or never if the
+  // Offers a surface of a time. `show` is called when all visible members have one of that time, or never if the
   // member offers another one before. Another scene is shown immediately, and the rest of the former scene is dropped.
-  offer(member: Member, moment: Moment, show: () => void): void {
-    const isOtherScene = this.shown?.scene !== moment.scene;
+  offer(member: Member, time: SceneTime, show: () => void): void {
+    const isOtherScene = this.shown?.scene !== time.scene;
     if (isOtherScene) {
-      this.shown = moment;
+      this.shown = time;
       this.waiting.clear();
     }
-    if (!isSame(moment, this.shown!) && this.visible().includes(member)) this.waiting.set(member, { moment, show });
-    else this.show(member, { moment, show });
+    if (!isSame(time, this.shown!) && this.visible().includes(member)) this.waiting.set(member, { time, show });
+    else this.show(member, { time, show });
     if (isOtherScene) this.swapped();
     this.update();
   }
@@ -55,33 +55,33 @@ export class SwapGroup<Member> {
     const next = visible.length > 0 ? this.commonMoment(visible) : this.latest();
     if (!next || isSame(next, this.shown!)) return;
     this.shown = next;
-    for (const [member, one] of [...this.waiting]) if (isSame(one.moment, next)) this.show(member, one);
+    for (const [member, one] of [...this.waiting]) if (isSame(one.time, next)) this.show(member, one);
     this.swapped();
   }
 
-  private show(member: Member, { moment, show }: Waiting): void {
+  private show(member: Member, { time, show }: Waiting): void {
     this.waiting.delete(member);
     this.current.delete(member); // Moves it to the end of the map.
-    this.current.set(member, moment);
+    this.current.set(member, time);
     show();
   }
 
-  // Returns a moment that all members have and one of them is waiting for.
-  private commonMoment(visible: readonly Member[]): Moment | null {
-    const first = visible.map((member) => this.waiting.get(member)).find((one) => one !== undefined)?.moment;
+  // Returns a time that all members have and one of them is waiting for.
+  private commonMoment(visible: readonly Member[]): SceneTime | null {
+    const first = visible.map((member) => this.waiting.get(member)).find((one) => one !== undefined)?.time;
     const hasIt = (member: Member) => {
-      const moment = this.waiting.get(member)?.moment ?? this.current.get(member);
-      return moment !== undefined && isSame(moment, first!);
+      const time = this.waiting.get(member)?.time ?? this.current.get(member);
+      return time !== undefined && isSame(time, first!);
     };
     return first && visible.every(hasIt) ? first : null;
   }
 
   // If nothing is visible, nothing has to wait.
-  private latest(): Moment | null {
+  private latest(): SceneTime | null {
     return [...this.current.values()].at(-1) ?? null;
   }
 }
 
-function isSame(a: Moment, b: Moment): boolean {
+function isSame(a: SceneTime, b: SceneTime): boolean {
   return a.scene === b.scene && a.time === b.time;
 }

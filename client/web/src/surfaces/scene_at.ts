@@ -1,14 +1,14 @@
 // Resolves settings and the list of datasets to the datasets of the surfaces and of their colors at a time.
-import type { Moment } from "./swap_group";
-import type { DatasetInfo } from "./protocol/messages";
-import { atTime, imageOf, isSameSeries, findByName, rangeOf, timeOf, unknownDatasetText } from "./state/series";
-import type { AdditionalSurface, Settings } from "./state/settings";
-import { surfacesOf } from "./state/surfaces";
-import type { ScalarOptions } from "./stream/stream_request";
-import { worldDifference } from "./stream/dataset";
+import type { SceneTime } from "./swap_group";
+import type { DatasetInfo } from "../protocol/messages";
+import { atTime, imageOf, isSameSeries, findByName, rangeOf, timeOf, unknownDatasetText } from "../state/series";
+import type { AdditionalSurface, Settings } from "../state/settings";
+import { surfacesOf } from "../state/surfaces";
+import type { ScalarOptions } from "../stream/stream_request";
+import { worldDifference } from "../stream/dataset";
 
 export interface Scene {
-  moment: Moment;
+  time: SceneTime;
   infos: readonly (DatasetInfo | null)[]; // The dataset of each surface; null: unknown.
   scalars?: ScalarOptions;
 }
@@ -16,7 +16,7 @@ export interface Scene {
 // `info`: the dataset of the first surface, at that time.
 export function sceneOf(list: readonly DatasetInfo[], settings: Settings, info: DatasetInfo): Scene {
   return {
-    moment: { scene: info.member?.series || info.name, time: timeOf(info) },
+    time: { scene: info.member?.series || info.name, time: timeOf(info) },
     infos: surfacesOf(settings).map(({ dataset }) => (dataset ? besideOf(list, info, findByName(list, dataset)) : info)),
     scalars: settings.colorBy ? scalarOptionsOf(list, besideOf(list, info, findByName(list, settings.colorBy)), settings.colorBy) : undefined,
   };

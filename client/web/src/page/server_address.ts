@@ -1,5 +1,5 @@
 // The address of the page's server and its token.
-import { sessionValues } from "./state/browser_storage";
+import { sessionValues } from "../state/browser_storage";
 
 // Returns the address of a server's stream. By default it is relative to the page, which may be below a path of a site
 // (https://example.org/volumes/), or to the configured page. `?server=` selects another server, for development: a page

@@ -1,22 +1,22 @@
 // Exports pictures, videos, files and links.
-import { h } from "./shared/elements";
-import { type Animation, recordVideo, recordPictures, turntable } from "./scene/animation";
-import { savedFileText } from "./panel/downloads_section";
-import { glbScene, type SavedLook } from "./mesh/glb_scene";
-import type { MeshFormat } from "./mesh/mesh_file";
-import { labelTable, type MeasuredLabel } from "./panel/label_table";
-import type { DatasetInfo } from "./protocol/messages";
-import type { Settings } from "./state/settings";
-import { fileName, type NamedSurface, seriesName } from "./state/file_names";
-import { nameOfLabel, renamedLabel, timeOf, timeText, withLabelsBeside } from "./state/series";
-import { surfacesOf } from "./state/surfaces";
-import { toAddress } from "./state/url_state";
-import { rounded } from "./shared/numbers";
-import { applied, coordinateResolution, latticeToWorld, type Vec3, voxelLength, voxelVolume } from "./stream/dataset";
-import type { Viewer } from "./viewer";
-import type { PictureOptions } from "./viewer_options";
-import { boundOf, type ShownTiles } from "./shown_surface";
-import type { MeshReply } from "./stream/mesh_request";
+import { h } from "../shared/elements";
+import { type Animation, recordVideo, recordPictures, turntable } from "../scene/animation";
+import { savedFileText } from "../panel/downloads_section";
+import { glbScene, type SavedLook } from "../mesh/glb_scene";
+import type { MeshFormat } from "../mesh/mesh_file";
+import { labelTable, type MeasuredLabel } from "../panel/label_table";
+import type { DatasetInfo } from "../protocol/messages";
+import type { Settings } from "../state/settings";
+import { fileName, type NamedSurface, seriesName } from "../state/file_names";
+import { nameOfLabel, renamedLabel, timeOf, timeText, withLabelsBeside } from "../state/series";
+import { surfacesOf } from "../state/surfaces";
+import { toAddress } from "../state/url_state";
+import { rounded } from "../shared/numbers";
+import { applied, coordinateResolution, latticeToWorld, type Vec3, voxelLength, voxelVolume } from "../stream/dataset";
+import type { Viewer } from "../viewer/viewer";
+import type { PictureOptions } from "../viewer/viewer_options";
+import { boundOf, type ShownTiles } from "../surfaces/shown_surface";
+import type { MeshReply } from "../stream/mesh_request";
 
 export class Downloads {
   private recording: AbortController | null = null;

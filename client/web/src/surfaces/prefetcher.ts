@@ -1,15 +1,15 @@
 // Prefetches final steps of one surface at upcoming times, over its own connection with the lowest priority; one stream
 // runs at a time. The steps are cached by the surface and not drawn.
-import type { Moment } from "./swap_group";
-import type { DatasetInfo } from "./protocol/messages";
-import type { Settings } from "./state/settings";
-import { isSameOrder, type ScalarOptions, type StreamRequest } from "./stream/stream_request";
-import { isosurfaceRequest, type View } from "./stream/request";
+import type { SceneTime } from "./swap_group";
+import type { DatasetInfo } from "../protocol/messages";
+import type { Settings } from "../state/settings";
+import { isSameOrder, type ScalarOptions, type StreamRequest } from "../stream/stream_request";
+import { isosurfaceRequest, type View } from "../stream/request";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
 
 export interface PrefetchRequest {
   info: DatasetInfo;
-  moment: Moment;
+  time: SceneTime;
   scalars?: ScalarOptions;
 }
 
@@ -40,7 +40,7 @@ export class Prefetcher {
   }
 
   // Returns whether the step is cached or has failed.
-  has(one: Omit<PrefetchRequest, "moment">, settings: Settings, view: View | null): boolean {
+  has(one: Omit<PrefetchRequest, "time">, settings: Settings, view: View | null): boolean {
     const order = orderOf(one, settings, view);
     return this.parts.stepCache.find(order) !== null || this.hasFailed(order);
   }
@@ -94,6 +94,6 @@ export class Prefetcher {
   }
 }
 
-function orderOf({ info, scalars }: Omit<PrefetchRequest, "moment">, settings: Settings, view: View | null): StreamRequest {
+function orderOf({ info, scalars }: Omit<PrefetchRequest, "time">, settings: Settings, view: View | null): StreamRequest {
   return { info, request: isosurfaceRequest(info, settings, view), scalars };
 }

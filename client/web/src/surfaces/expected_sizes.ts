@@ -1,11 +1,11 @@
 // Estimated sizes of surfaces: when to request them, and which sizes require confirmation.
-import { create, type DatasetInfo, IsosurfaceRequestSchema } from "./protocol/messages";
-import type { SurfaceSize } from "./state/progress";
-import { Store } from "./state/store";
-import type { Effect } from "./stream/conversation";
-import type { StreamRequest } from "./stream/stream_request";
-import { voxelLength } from "./stream/dataset";
-import { isSameRequest } from "./stream/request";
+import { create, type DatasetInfo, IsosurfaceRequestSchema } from "../protocol/messages";
+import type { SurfaceSize } from "../state/progress";
+import { Store } from "../state/store";
+import type { Effect } from "../stream/conversation";
+import type { StreamRequest } from "../stream/stream_request";
+import { voxelLength } from "../stream/dataset";
+import { isSameRequest } from "../stream/request";
 
 // Larger surfaces require confirmation.
 const maxUnconfirmed = 5_000_000;

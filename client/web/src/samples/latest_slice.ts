@@ -2,14 +2,14 @@
 // requested meanwhile only the last is sent.
 import { Plane, Vector3 } from "three";
 
-import { halfSpaceInLattice } from "./scene/picking";
-import type { CutLines } from "./scene/slice_plane";
-import { nameOfLabel } from "./state/series";
-import type { Settings } from "./state/settings";
-import { latticeToWorld } from "./stream/dataset";
-import type { DatasetQueries, SliceGrid, SliceValues } from "./stream/dataset_queries";
-import type { SurfaceSet } from "./surface_set";
-import type { TilePool } from "./workers/tile_pool";
+import { halfSpaceInLattice } from "../scene/picking";
+import type { CutLines } from "../scene/slice_plane";
+import { nameOfLabel } from "../state/series";
+import type { Settings } from "../state/settings";
+import { latticeToWorld } from "../stream/dataset";
+import type { DatasetQueries, SliceGrid, SliceValues } from "../stream/dataset_queries";
+import type { SurfaceSet } from "../surfaces/surface_set";
+import type { TilePool } from "../workers/tile_pool";
 
 export interface SliceRequest {
   key: string; // Identifies the samples and the plane.

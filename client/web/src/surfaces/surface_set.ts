@@ -5,31 +5,31 @@ import * as THREE from "three";
 
 import { shareOfLabel } from "./expected_sizes";
 import { Prefetcher } from "./prefetcher";
-import { SwapGroup, type Moment } from "./swap_group";
+import { SwapGroup, type SceneTime } from "./swap_group";
 import { StepCache } from "./step_cache";
-import { StepSpeed } from "./stream/step_speed";
-import type { MeshFormat } from "./mesh/mesh_file";
-import type { DatasetInfo } from "./protocol/messages";
+import { StepSpeed } from "../stream/step_speed";
+import type { MeshFormat } from "../mesh/mesh_file";
+import type { DatasetInfo } from "../protocol/messages";
 import type { Scene } from "./scene_at";
-import { FieldColors } from "./scene/field_colors";
-import type { Stage } from "./scene/stage";
-import { maxTriangles, Surface } from "./scene/surface";
+import { FieldColors } from "../scene/field_colors";
+import type { Stage } from "../scene/stage";
+import { maxTriangles, Surface } from "../scene/surface";
 import { ShownReports } from "./shown_reports";
 import type { ShownSurface, ShownTiles } from "./shown_surface";
-import { hiddenPartsOf } from "./state/hidden_parts";
-import { noDatasets, noProgress, type Progress, type ServedDatasets, type SurfacesStatus, type SurfaceSize } from "./state/progress";
-import { isSameData, nameOfLabel } from "./state/series";
-import type { Settings } from "./state/settings";
-import { Store } from "./state/store";
-import { settingsOf, surfacesOf } from "./state/surfaces";
-import type { View } from "./stream/request";
-import type { RequestedSteps } from "./stream/stream_request";
-import { ConnectionPool } from "./stream/connection_pool";
-import { type MeshReply, requestMesh } from "./stream/mesh_request";
-import { SharedPreviews } from "./stream/shared_previews";
+import { hiddenPartsOf } from "../state/hidden_parts";
+import { noDatasets, noProgress, type Progress, type ServedDatasets, type SurfacesStatus, type SurfaceSize } from "../state/progress";
+import { isSameData, nameOfLabel } from "../state/series";
+import type { Settings } from "../state/settings";
+import { Store } from "../state/store";
+import { settingsOf, surfacesOf } from "../state/surfaces";
+import type { View } from "../stream/request";
+import type { RequestedSteps } from "../stream/stream_request";
+import { ConnectionPool } from "../stream/connection_pool";
+import { type MeshReply, requestMesh } from "../stream/mesh_request";
+import { SharedPreviews } from "../stream/shared_previews";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
-import type { ViewerEvents } from "./viewer_events";
-import type { TilePool } from "./workers/tile_pool";
+import type { ViewerEvents } from "../viewer/viewer_events";
+import type { TilePool } from "../workers/tile_pool";
 
 interface Member {
   client: SurfaceClient;
@@ -98,7 +98,7 @@ export class SurfaceSet {
   }
 
   // Hidden surfaces are requested when they become visible; the first one always.
-  request({ infos, moment, scalars }: Scene, settings: Settings, view: View | null, isDragging: boolean): void {
+  request({ infos, time, scalars }: Scene, settings: Settings, view: View | null, isDragging: boolean): void {
     this.matchMembers(settings);
     this.look = { settings, clip: this.look?.clip ?? [] };
     const list = surfacesOf(settings);
@@ -106,7 +106,7 @@ export class SurfaceSet {
     this.shareBudget(wanted.reduce((sum, { at }) => sum + shareOfLabel(infos[at]!), 0));
     const steps = stepsToRequest(wanted.length, isDragging);
     for (const { member, at } of wanted) {
-      member.client.request(infos[at]!, settingsOf(settings, at)!, view, { moment, scalars, isDragging, steps });
+      member.client.request(infos[at]!, settingsOf(settings, at)!, view, { time, scalars, isDragging, steps });
     }
     this.finishAll();
     this.reports.update();
@@ -122,7 +122,7 @@ export class SurfaceSet {
       const isWanted = at === 0 || this.isVisible(member);
       const wanted = isWanted ? scenes.filter(({ infos }) => infos[at]) : [];
       const own = settingsOf(settings, at);
-      member.prefetcher.prepare(own ? wanted.map(({ infos, moment, scalars }) => ({ info: infos[at]!, moment, scalars })) : [], own ?? settings, view);
+      member.prefetcher.prepare(own ? wanted.map(({ infos, time, scalars }) => ({ info: infos[at]!, time, scalars })) : [], own ?? settings, view);
     });
   }
 
@@ -278,7 +278,7 @@ export class SurfaceSet {
       sharedPreviews: this.sharedPreviews,
     };
     const client = new SurfaceClient(parts, {
-      offer: (moment, show) => this.offer(member, moment, show),
+      offer: (time, show) => this.offer(member, time, show),
       withdraw: () => this.swapGroup.withdraw(member),
       shown: (shown, isFirst) => this.events.shown(this.members.indexOf(member), shown, isFirst),
       settled: () => this.finishAll(),
@@ -301,9 +301,9 @@ export class SurfaceSet {
     else isCrowded ? this.stage.wakeSoon() : this.stage.wake();
   }
 
-  private offer(member: Member, moment: Moment, show: () => void): void {
+  private offer(member: Member, time: SceneTime, show: () => void): void {
     const wasOpen = this.swapGroup.isDrawable(member);
-    this.swapGroup.offer(member, moment, show);
+    this.swapGroup.offer(member, time, show);
     if (wasOpen !== this.swapGroup.isDrawable(member)) this.updateLooks();
   }
 

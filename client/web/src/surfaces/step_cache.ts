@@ -1,11 +1,11 @@
 // A cache of final steps: showing one again, or a prefetched one, needs no server as long as all its tiles are cached.
 import { toBinary } from "@bufbuild/protobuf";
 
-import { IsosurfaceRequestSchema } from "./protocol/messages";
+import { IsosurfaceRequestSchema } from "../protocol/messages";
 import type { ShownSurface } from "./shown_surface";
-import { type HiddenParts, nothingHidden } from "./state/hidden_parts";
-import type { StreamRequest } from "./stream/stream_request";
-import type { Selection } from "./workers/worker_messages";
+import { type HiddenParts, nothingHidden } from "../state/hidden_parts";
+import type { StreamRequest } from "../stream/stream_request";
+import type { Selection } from "../workers/worker_messages";
 
 export interface CachedStep {
   ids: readonly string[]; // Tile ids.

@@ -1,5 +1,5 @@
 // The options of a viewer.
-import type { Settings } from "./state/settings";
+import type { Settings } from "../state/settings";
 
 export interface ViewerOptions extends Partial<Settings> {
   // The server's address: "https://example.org/volumes/", or that of its WebSocket. Default: the page's own server.

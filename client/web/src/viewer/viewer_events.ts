@@ -1,8 +1,8 @@
 // The events of a viewer.
-import type { DatasetInfo } from "./protocol/messages";
-import type { Picked } from "./scene/picking";
-import type { ShownComponents, StepFacts } from "./state/progress";
-import type { Settings } from "./state/settings";
+import type { DatasetInfo } from "../protocol/messages";
+import type { Picked } from "../scene/picking";
+import type { ShownComponents, StepFacts } from "../state/progress";
+import type { Settings } from "../state/settings";
 
 export interface ViewerEvents {
   settings: Settings; // All of them, after any change.

@@ -2,14 +2,14 @@
 // in each and a mark in the scene. Window and level are those of the slice in the scene.
 import { Vector3 } from "three";
 
-import { h } from "./shared/elements";
+import { h } from "../shared/elements";
 import { LatestSlice, type SliceSources } from "./latest_slice";
-import type { DatasetInfo } from "./protocol/messages";
-import { isSameData } from "./state/series";
-import { SliceView, type Zoom } from "./scene/slice_view";
-import type { Stage } from "./scene/stage";
+import type { DatasetInfo } from "../protocol/messages";
+import { isSameData } from "../state/series";
+import { SliceView, type Zoom } from "../scene/slice_view";
+import type { Stage } from "../scene/stage";
 import { crossOf, scaleOf, type ShownSamples } from "./slices";
-import { hasSameGrid, valueText, type Vec3, worldSpacing } from "./stream/dataset";
+import { hasSameGrid, valueText, type Vec3, worldSpacing } from "../stream/dataset";
 
 export class SliceViews {
   readonly element = h("div", { class: "slice-views", role: "group", "aria-label": "Slices", hidden: true });

@@ -4,24 +4,24 @@
 // Nothing of a replaced stream is shown, and nothing coarser on the way to a finer surface of the same isovalue. If
 // small components are hidden, a step is shown without them from the first frame in which it is drawn; hiding them in a shown step needs no
 // server.
-import type { Effect } from "./stream/conversation";
-import type { StreamRequest } from "./stream/stream_request";
-import type { AssemblerEffect, StepOfTiles } from "./stream/assembler";
-import { applied, dataBorder, inverse, latticeToWorld } from "./stream/dataset";
-import { shellModeOf } from "./stream/step_checks";
-import type { Moment } from "./swap_group";
+import type { Effect } from "../stream/conversation";
+import type { StreamRequest } from "../stream/stream_request";
+import type { AssemblerEffect, StepOfTiles } from "../stream/assembler";
+import { applied, dataBorder, inverse, latticeToWorld } from "../stream/dataset";
+import { shellModeOf } from "../stream/step_checks";
+import type { SceneTime } from "./swap_group";
 import { allComponents, type VisibleComponents, type CachedStep, type StepCache } from "./step_cache";
-import type { MeshTopology } from "./mesh/boundary_matcher";
-import { missingValues } from "./mesh/scalars";
-import type { Surface } from "./scene/surface";
+import type { MeshTopology } from "../mesh/boundary_matcher";
+import { missingValues } from "../mesh/scalars";
+import type { Surface } from "../scene/surface";
 import { type Committed, factsOf, tileIds, isRegression, tileIdPrefix, type ShownSurface } from "./shown_surface";
-import { type HiddenParts, isSameHiddenParts, hidesNothing, nothingHidden } from "./state/hidden_parts";
-import { isSameSeries } from "./state/series";
-import { noProgress, type Progress, type ShownComponents } from "./state/progress";
-import type { Store } from "./state/store";
-import type { StepSpeed } from "./stream/step_speed";
-import type { TilePool } from "./workers/tile_pool";
-import type { CheckedStep, DrawnTiles } from "./workers/worker_messages";
+import { type HiddenParts, isSameHiddenParts, hidesNothing, nothingHidden } from "../state/hidden_parts";
+import { isSameSeries } from "../state/series";
+import { noProgress, type Progress, type ShownComponents } from "../state/progress";
+import type { Store } from "../state/store";
+import type { StepSpeed } from "../stream/step_speed";
+import type { TilePool } from "../workers/tile_pool";
+import type { CheckedStep, DrawnTiles } from "../workers/worker_messages";
 
 export interface SurfaceStepsParts {
   number: number; // The index of the surface in the view.
@@ -33,8 +33,8 @@ export interface SurfaceStepsParts {
 }
 
 export interface SurfaceStepsEvents {
-  // Offers a step of this moment. `show` shows it, once, unless another step is offered or it is withdrawn.
-  offer: (moment: Moment, show: () => void) => void;
+  // Offers a step of this time. `show` shows it, once, unless another step is offered or it is withdrawn.
+  offer: (time: SceneTime, show: () => void) => void;
   withdraw: () => void;
   shown: (shown: ShownSurface, isFirstOfScene: boolean) => void;
 }
@@ -46,10 +46,10 @@ export interface StepChecks {
   checked: (stream: number, step: StepOfTiles, topology: MeshTopology) => void;
 }
 
-// The request and its moment.
+// The request and its time.
 export interface OrderAtMoment {
   order: StreamRequest;
-  moment: Moment;
+  time: SceneTime;
 }
 
 const none = 0; // Streams are numbered from 1.
@@ -120,12 +120,12 @@ export class SurfaceSteps {
   }
 
   // Offers a cached step instead of a stream, as soon as its small components are known.
-  offerCached({ moment }: OrderAtMoment, step: CachedStep, offered: () => void): void {
+  offerCached({ time }: OrderAtMoment, step: CachedStep, offered: () => void): void {
     this.parts.surface.use(step.ids, this);
     const { phase, shown, components } = this.progress.get();
     this.progress.set({ ...noProgress, phase, shown, components });
     const offer = () => {
-      this.events.offer(moment, () => this.show(step, null));
+      this.events.offer(time, () => this.show(step, null));
       offered();
     };
     if (isSameHiddenParts(step.visible.hidden, this.hidden)) return offer();
@@ -222,14 +222,14 @@ export class SurfaceSteps {
     if (facts.isFinal && requested) stepCache.keep({ ...requested.order, info: order.info }, step);
     if (isPrefetch || !requested || !isNew || isRegression(this.shown, order, facts)) return;
     const elapsed = performance.now() - this.started;
-    this.events.offer(requested.moment, () => this.show(step, elapsed));
+    this.events.offer(requested.time, () => this.show(step, elapsed));
   }
 
   // There is no surface at the requested time: others do not wait for it, and surfaces of other times are hidden.
-  offerNothing({ order: { info }, moment }: OrderAtMoment): void {
+  offerNothing({ order: { info }, time }: OrderAtMoment): void {
     const { shown } = this;
     if (!shown || !isSameSeries(shown.info, info)) return;
-    this.events.offer(moment, () => shown.info !== info && this.showNothing());
+    this.events.offer(time, () => shown.info !== info && this.showNothing());
   }
 
   private showNothing(): void {

@@ -1,9 +1,9 @@
 // Reports the steps that are drawn, for listeners: of visible surfaces only, with the place in the list of surfaces; again
 // when a surface becomes visible or moves to another place.
-import type { ViewerEvents } from "./viewer_events";
-import type { Progress, StepFacts } from "./state/progress";
-import type { Settings } from "./state/settings";
-import { surfacesOf } from "./state/surfaces";
+import type { ViewerEvents } from "../viewer/viewer_events";
+import type { Progress, StepFacts } from "../state/progress";
+import type { Settings } from "../state/settings";
+import { surfacesOf } from "../state/surfaces";
 
 type Shown = ViewerEvents["shown"];
 

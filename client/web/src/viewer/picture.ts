@@ -1,14 +1,14 @@
 // Draws the scene, and the slices beside it, as a picture, opaque or transparent, with scale bar, axes, legends and
 // measurements.
-import { annotate, type Annotations, type SurfaceKey } from "./scene/annotations";
-import { h } from "./shared/elements";
-import type { SliceViews } from "./slice_views";
-import type { Stage } from "./scene/stage";
-import type { DatasetInfo } from "./protocol/messages";
-import { findByName, nameOfLabel, timeOf, timesOf, timeText } from "./state/series";
-import type { Settings } from "./state/settings";
-import { surfacesOf } from "./state/surfaces";
-import { suggestedIsovalue } from "./stream/request";
+import { annotate, type Annotations, type SurfaceKey } from "../scene/annotations";
+import { h } from "../shared/elements";
+import type { SliceViews } from "../samples/slice_views";
+import type { Stage } from "../scene/stage";
+import type { DatasetInfo } from "../protocol/messages";
+import { findByName, nameOfLabel, timeOf, timesOf, timeText } from "../state/series";
+import type { Settings } from "../state/settings";
+import { surfacesOf } from "../state/surfaces";
+import { suggestedIsovalue } from "../stream/request";
 import type { PictureOptions } from "./viewer_options";
 
 const maxKeys = 12;

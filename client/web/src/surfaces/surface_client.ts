@@ -9,23 +9,23 @@
 // With several surfaces the previews of all precede the final step of any: clients request previews first, and the rest
 // when all previews have arrived. A client with `isPrefetch` fetches final steps that are needed soon, and shows
 // nothing.
-import { Conversation, type Effect } from "./stream/conversation";
-import { isSameOrder, type RequestedSteps, type ScalarOptions, type StreamRequest } from "./stream/stream_request";
-import { isosurfaceRequest, isSameRequest, type View } from "./stream/request";
-import type { ConnectionPool } from "./stream/connection_pool";
-import { type PreviewClient, type SharedPreviews, shareableOrder } from "./stream/shared_previews";
-import type { Moment } from "./swap_group";
+import { Conversation, type Effect } from "../stream/conversation";
+import { isSameOrder, type RequestedSteps, type ScalarOptions, type StreamRequest } from "../stream/stream_request";
+import { isosurfaceRequest, isSameRequest, type View } from "../stream/request";
+import type { ConnectionPool } from "../stream/connection_pool";
+import { type PreviewClient, type SharedPreviews, shareableOrder } from "../stream/shared_previews";
+import type { SceneTime } from "./swap_group";
 import { ExpectedSizes } from "./expected_sizes";
 import type { CachedStep } from "./step_cache";
-import { type DatasetInfo, ErrorCode, Priority, type ServerKind } from "./protocol/messages";
+import { type DatasetInfo, ErrorCode, Priority, type ServerKind } from "../protocol/messages";
 import { tileIdPrefix, type ShownSurface } from "./shown_surface";
-import { type HiddenParts, hiddenPartsOf } from "./state/hidden_parts";
-import { noDatasets, noProgress, noFailure, type Progress, type ServedDatasets } from "./state/progress";
-import type { Settings } from "./state/settings";
-import { Store } from "./state/store";
+import { type HiddenParts, hiddenPartsOf } from "../state/hidden_parts";
+import { noDatasets, noProgress, noFailure, type Progress, type ServedDatasets } from "../state/progress";
+import type { Settings } from "../state/settings";
+import { Store } from "../state/store";
 import { SurfaceConnection } from "./surface_connection";
 import { type OrderAtMoment, SurfaceSteps, type SurfaceStepsEvents, type SurfaceStepsParts } from "./surface_steps";
-import type { DrawnTiles } from "./workers/worker_messages";
+import type { DrawnTiles } from "../workers/worker_messages";
 
 const listInterval = 3000; // Milliseconds between checks for a changed list of datasets.
 const maxDragWait = 400; // Milliseconds that a drag waits for a preview.
@@ -43,7 +43,7 @@ export interface SurfaceClientEvents extends SurfaceStepsEvents {
 
 // How a surface is requested.
 export interface SurfaceRequest {
-  moment: Moment;
+  time: SceneTime;
   scalars?: ScalarOptions;
   isDragging?: boolean; // More requests follow soon.
   steps?: RequestedSteps; // Default: all. After "previews" or "coarse", finish() requests the rest.
@@ -117,7 +117,7 @@ export class SurfaceClient implements PreviewClient {
 
   // Requests another surface.
   request(info: DatasetInfo, settings: Settings, view: View | null, options: SurfaceRequest): void {
-    const { moment, scalars, isDragging = false } = options;
+    const { time, scalars, isDragging = false } = options;
     const request = isosurfaceRequest(info, settings, view);
     const steps = this.parts.isPrefetch ? "final" : (options.steps ?? "all");
     const order: StreamRequest = { info, request, scalars, steps };
@@ -129,9 +129,9 @@ export class SurfaceClient implements PreviewClient {
       return;
     }
     const cached = this.parts.stepCache.find(order);
-    if (cached) this.showCached({ order, moment }, cached);
-    else if (isDragging && this.dragTimer) this.next = { order, moment };
-    else this.open({ order, moment });
+    if (cached) this.showCached({ order, time }, cached);
+    else if (isDragging && this.dragTimer) this.next = { order, time };
+    else this.open({ order, time });
   }
 
   get shown(): ShownSurface | null {

@@ -2,20 +2,20 @@
 // the replies.
 import { type Box3, type Plane, type Ray, Vector3 } from "three";
 
-import type { DatasetInfo } from "./protocol/messages";
-import type { ColorScale } from "./shared/color_maps";
-import { airBelow } from "./shared/sample_window";
-import { clipPlanes, cropFaces, cropPlanes } from "./scene/crop";
-import { cutNormal } from "./scene/cut_plane";
+import type { DatasetInfo } from "../protocol/messages";
+import type { ColorScale } from "../shared/color_maps";
+import { airBelow } from "../shared/sample_window";
+import { clipPlanes, cropFaces, cropPlanes } from "../scene/crop";
+import { cutNormal } from "../scene/cut_plane";
 import { LatestSlice, type SliceSources } from "./latest_slice";
-import { axisNormal, sliceGrid } from "./scene/slice_grid";
-import { type SliceLook, SlicePlane } from "./scene/slice_plane";
-import type { Stage } from "./scene/stage";
-import type { ServedDatasets } from "./state/progress";
-import type { Settings } from "./state/settings";
-import { surfacesOf } from "./state/surfaces";
-import { nearestSample, type Vec3, worldBox, worldSpacing } from "./stream/dataset";
-import { suggestedIsovalue } from "./stream/request";
+import { axisNormal, sliceGrid } from "../scene/slice_grid";
+import { type SliceLook, SlicePlane } from "../scene/slice_plane";
+import type { Stage } from "../scene/stage";
+import type { ServedDatasets } from "../state/progress";
+import type { Settings } from "../state/settings";
+import { surfacesOf } from "../state/surfaces";
+import { nearestSample, type Vec3, worldBox, worldSpacing } from "../stream/dataset";
+import { suggestedIsovalue } from "../stream/request";
 
 export class Slices {
   private readonly slice: ShownSlice;

@@ -1,8 +1,8 @@
 // View-dependent detail: decides whether requests include the view, for finer surfaces near the camera. Starts after
 // the first surface has shown that network and machine are fast, or when the user switches it on.
-import type { Settings } from "./state/settings";
-import { surfacesOf } from "./state/surfaces";
-import type { View } from "./stream/request";
+import type { Settings } from "../state/settings";
+import { surfacesOf } from "../state/surfaces";
+import type { View } from "../stream/request";
 
 const maxSurfacesInView = 24;
 const slowSurface = 2000; // Milliseconds from the first request to its final step.

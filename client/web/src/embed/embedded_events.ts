@@ -1,6 +1,6 @@
 // The events that an embedding page receives: from the module (module.ts) or as messages of a frame (embedding.ts).
-import type { ShownComponents, StepFacts } from "./state/progress";
-import type { Settings } from "./state/settings";
+import type { ShownComponents, StepFacts } from "../state/progress";
+import type { Settings } from "../state/settings";
 
 // A dataset, or another time of a series.
 export interface EmbeddedDataset {

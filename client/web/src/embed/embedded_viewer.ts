@@ -1,14 +1,14 @@
 // The calls that an embedding page can make: those of the module `multitetra-viewer` (module.ts) and, as messages,
 // of a frame (embedding.ts). client/web/EMBEDDING.md documents them.
 import type { EmbeddedDataset, EmbeddedEvents, EmbeddedPick, EmbeddedStep } from "./embedded_events";
-import type { DatasetInfo } from "./protocol/messages";
-import type { Picked } from "./scene/picking";
-import { Events } from "./state/events";
-import { parseSettings } from "./state/parse_settings";
-import type { StepFacts } from "./state/progress";
-import type { Settings } from "./state/settings";
-import type { Viewer } from "./viewer";
-import type { PictureOptions } from "./viewer_options";
+import type { DatasetInfo } from "../protocol/messages";
+import type { Picked } from "../scene/picking";
+import { Events } from "../state/events";
+import { parseSettings } from "../state/parse_settings";
+import type { StepFacts } from "../state/progress";
+import type { Settings } from "../state/settings";
+import type { Viewer } from "../viewer/viewer";
+import type { PictureOptions } from "../viewer/viewer_options";
 import { isWeak, maxTrianglesOfWeakDevices, thisDevice } from "./weak_device";
 
 const together = 100; // Milliseconds: changes within this time are reported together.

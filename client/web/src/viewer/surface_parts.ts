@@ -1,9 +1,9 @@
 // Hides the picked connected part of a surface.
-import type { Settings } from "./state/settings";
-import { maxHiddenParts } from "./state/settings";
-import { surfacesOf, withSurface } from "./state/surfaces";
-import { rounded } from "./shared/numbers";
-import type { Vec3 } from "./stream/dataset";
+import type { Settings } from "../state/settings";
+import { maxHiddenParts } from "../state/settings";
+import { surfacesOf, withSurface } from "../state/surfaces";
+import { rounded } from "../shared/numbers";
+import type { Vec3 } from "../stream/dataset";
 
 // The change of settings, or the reason for none.
 export type PartsChange = { change: Partial<Settings> } | { refusal: string };
