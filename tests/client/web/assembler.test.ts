@@ -35,7 +35,7 @@ async function played(all: readonly ServerKind[], assembler = newAssembler()) {
 }
 
 function newAssembler(held: string[] = []): Assembler {
-  return new Assembler({ info: dataset(), request: request(), requestId: 1n }, held);
+  return new Assembler({ info: dataset(), isosurface: request(), requestId: 1n }, held);
 }
 
 function kinds(effects: AssemblerEffect[]): string[] {
@@ -88,7 +88,7 @@ describe("Assembler", () => {
   });
 
   test("IgnoresMessagesOfEarlierStreams", async () => {
-    const later = new Assembler({ info: dataset(), request: request(), requestId: 2n });
+    const later = new Assembler({ info: dataset(), isosurface: request(), requestId: 2n });
     expect(await played(stream, later)).toEqual([]);
   });
 

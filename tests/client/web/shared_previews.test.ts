@@ -41,7 +41,7 @@ function surfaceOf(previews: SharedPreviews, value: number, side: number) {
     requestAlone: () => void received.push("alone"),
   };
   const info = labelOf(value, side);
-  previews.request(client, { info, request: isosurfaceRequest(info, { ...defaults, isovalue: 0.5, shading: "facets" }, null), steps: "coarse" }, BigInt(100 + value));
+  previews.request(client, { info, isosurface: isosurfaceRequest(info, { ...defaults, isovalue: 0.5, shading: "facets" }, null), steps: "coarse" }, BigInt(100 + value));
   return { client, received };
 }
 

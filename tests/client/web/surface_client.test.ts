@@ -128,12 +128,12 @@ describe("SurfaceClient", () => {
   test("RequestsMissingSharedPreviewsAlone", () => {
     const nothing = () => {};
     const wanted: StreamRequest[] = [];
-    const sharedPreviews = { cancel: nothing, request: (_: unknown, order: StreamRequest) => wanted.push(order) } as unknown as SharedPreviews;
+    const sharedPreviews = { cancel: nothing, request: (_: unknown, request: StreamRequest) => wanted.push(request) } as unknown as SharedPreviews;
     const client = new SurfaceClient({ ...partsOf(), sharedPreviews }, { offer: nothing, withdraw: nothing, shown: nothing, settled: nothing });
     const info = { ...dataset(), member: { label: { value: 1, samples: 100n, box: [0, 0, 0, 9, 9, 9] } } } as unknown as DatasetInfo;
     const attempts = link.attempts;
     client.request(info, { ...settings, shading: "field" }, null, { time, steps: "coarse" });
-    expect(wanted).toMatchObject([{ info, request: { normals: 0 } }]);
+    expect(wanted).toMatchObject([{ info, isosurface: { normals: 0 } }]);
     expect([client.isPreviewing, link.attempts]).toEqual([true, attempts]);
     client.requestAlone();
     expect(link.attempts).toBe(attempts + 1);
@@ -196,7 +196,7 @@ describe("SurfaceClient", () => {
     const client = clientOf("", parts);
     client.connect();
     accept();
-    parts.stepCache.keep(orderOf(dataset()), frameOf(dataset()));
+    parts.stepCache.keep(requestOf(dataset()), frameOf(dataset()));
     client.request(dataset(), settings, null, { time });
     expect(openStream()).toBeUndefined();
     expect(client.shown?.info.name).toBe(dataset().name);
@@ -257,7 +257,7 @@ function keptAndWanted(wanted: Settings) {
   const shows: (Selection | null)[] = [];
   const parts = partsOf();
   parts.surface.show = (_, selection) => shows.push(selection ?? null);
-  parts.stepCache.keep(orderOf(dataset()), frameOf(dataset()));
+  parts.stepCache.keep(requestOf(dataset()), frameOf(dataset()));
   let settled = 0;
   const client = new SurfaceClient(parts, { offer: (_, show) => show(), withdraw: () => {}, shown: () => {}, settled: () => ++settled });
   client.request(dataset(), wanted, null, { time });
@@ -283,7 +283,7 @@ describe("Prefetcher", () => {
   test("SkipsCachedTimesWithinItsBudget", () => {
     const parts = partsOf();
     const prefetcher = new Prefetcher(parts);
-    for (const info of times.slice(0, 3)) parts.stepCache.keep(orderOf(info), frameOf(info));
+    for (const info of times.slice(0, 3)) parts.stepCache.keep(requestOf(info), frameOf(info));
     link.sent.length = 0;
     const { attempts } = link;
     prefetcher.prepare(soon, settings, null); // 30 of 100 triangles each.
@@ -315,11 +315,11 @@ describe("Prefetcher", () => {
   });
 });
 
-function orderOf(info: DatasetInfo) {
-  return { info, request: isosurfaceRequest(info, settings, null) };
+function requestOf(info: DatasetInfo) {
+  return { info, isosurface: isosurfaceRequest(info, settings, null) };
 }
 
 function frameOf(info: DatasetInfo): CachedStep {
   const facts = { isFinal: true } as StepFacts;
-  return { ids: [`1:${info.name}/8/tile`], shown: { info, resolution: 5, request: orderOf(info).request, facts }, visible: allComponents };
+  return { ids: [`1:${info.name}/8/tile`], shown: { info, resolution: 5, request: requestOf(info).isosurface, facts }, visible: allComponents };
 }

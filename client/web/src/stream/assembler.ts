@@ -2,7 +2,7 @@
 // done elsewhere (decoding, checking a step) is returned as an effect, and its result is passed to a method.
 //
 // A step is shown only after all its tiles are decoded and its checks have passed; until then the previous step stays.
-// Steps end in the order in which they began. After a failed check the assembler returns no more effects.
+// Steps end in the request in which they began. After a failed check the assembler returns no more effects.
 import { type ContentDigest, emptyDigest, fromHex, hex, sum } from "../mesh/content_digest";
 import { isSound, type MeshTopology } from "../mesh/boundary_matcher";
 import { cubeName, type ManifestTile } from "../mesh/tile_mesh";
@@ -16,9 +16,9 @@ import {
 } from "../protocol/messages";
 import { manifestFault, parameterFault, preservesTopology, manifestTile } from "./step_checks";
 
-export interface StreamOrder {
+export interface ExpectedStream {
   info: DatasetInfo;
-  request: IsosurfaceRequest; // Every field is set explicitly.
+  isosurface: IsosurfaceRequest; // Every field is set explicitly.
   requestId: bigint;
   isPreviewsOnly?: boolean; // The stream may end before the final step.
 }
@@ -66,7 +66,7 @@ export class Assembler {
 
   // `cached`: keys of cached tiles that were named to the server.
   constructor(
-    private readonly order: StreamOrder,
+    private readonly request: ExpectedStream,
     cached: Iterable<string> = [],
   ) {
     this.ready = new Set(cached);
@@ -99,7 +99,7 @@ export class Assembler {
         });
       case "error": {
         const { requestId, code, text, retryAfter } = message.value;
-        if (requestId !== this.order.requestId && requestId !== 0n) return [];
+        if (requestId !== this.request.requestId && requestId !== 0n) return [];
         this.isOver = true;
         return [{ kind: "refused", code, text, retryAfter }];
       }
@@ -132,9 +132,9 @@ export class Assembler {
   }
 
   private ofThisStream(id: bigint, act: () => AssemblerEffect[]): AssemblerEffect[] {
-    if (id === this.order.requestId) return act();
+    if (id === this.request.requestId) return act();
     // Messages of an earlier stream may still arrive.
-    return id < this.order.requestId ? [] : this.fail("A message belongs to a request that was never made.");
+    return id < this.request.requestId ? [] : this.fail("A message belongs to a request that was never made.");
   }
 
   private fail(text: string): AssemblerEffect[] {
@@ -151,7 +151,7 @@ export class Assembler {
     if (begin.step !== this.steps) return fault(`step ${this.steps} was due`);
     if (this.finalHasBegun) return fault("it follows the final step");
     if (begin.step >= maxSteps) return fault(`this viewer allows ${maxSteps} steps`);
-    const found = parameterFault(begin, this.order.request) ?? manifestFault(begin, this.order.info);
+    const found = parameterFault(begin, this.request.isosurface) ?? manifestFault(begin, this.request.info);
     if (found) return fault(found);
     const tiles = begin.tiles.map(manifestTile);
     const missing = tiles.filter(({ key }) => !this.ready.has(key) && !this.announced.has(key));
@@ -215,7 +215,7 @@ export class Assembler {
     if (steps !== this.steps && outcome === StreamOutcome.COMPLETE) {
       return this.fail(`The server counts ${steps} steps; ${this.steps} were received.`);
     }
-    if (outcome === StreamOutcome.COMPLETE && !this.finalHasBegun && !(this.order.isPreviewsOnly && this.steps > 0)) {
+    if (outcome === StreamOutcome.COMPLETE && !this.finalHasBegun && !(this.request.isPreviewsOnly && this.steps > 0)) {
       return this.fail("The server ended the stream as complete, but the final step is missing.");
     }
     this.streamEnd = { outcome };

@@ -20,7 +20,7 @@ export interface PreviewClient {
 
 interface PreviewRequest {
   client: PreviewClient;
-  order: StreamRequest;
+  request: StreamRequest;
   requestId: bigint; // The client's.
   preview: Preview;
   key: string; // Equal for previews that fit into one request.
@@ -33,10 +33,10 @@ interface Group {
 
 const maxPerStream = 1024; // The server's limit of datasets per request.
 
-// Returns the order for a shared stream: without normals, because sample shells have none. Null: it cannot be shared.
-export function shareableOrder(order: StreamRequest): StreamRequest | null {
-  if (order.steps !== "coarse" || order.scalars || !coarsePreview(order.info)) return null;
-  return { ...order, request: create(IsosurfaceRequestSchema, { ...order.request, normals: 0 }) };
+// Returns the request for a shared stream: without normals, because sample shells have none. Null: it cannot be shared.
+export function shareableRequest(request: StreamRequest): StreamRequest | null {
+  if (request.steps !== "coarse" || request.scalars || !coarsePreview(request.info)) return null;
+  return { ...request, isosurface: create(IsosurfaceRequestSchema, { ...request.isosurface, normals: 0 }) };
 }
 
 export class SharedPreviews {
@@ -56,13 +56,13 @@ export class SharedPreviews {
     });
   }
 
-  // Replaces the client's earlier request. Requires an order from shareableOrder().
-  request(client: PreviewClient, order: StreamRequest, requestId: bigint): void {
+  // Replaces the client's earlier request. Requires a request from shareableRequest().
+  request(client: PreviewClient, request: StreamRequest, requestId: bigint): void {
     this.cancel(client);
     if (this.queued.size === 0) queueMicrotask(() => this.sendNext());
-    const preview = coarsePreview(order.info, true)!;
-    const key = `${preview.finestSpacing} ${toBinary(IsosurfaceRequestSchema, order.request).join()}`;
-    this.queued.set(client, { client, order, requestId, preview, key });
+    const preview = coarsePreview(request.info, true)!;
+    const key = `${preview.finestSpacing} ${toBinary(IsosurfaceRequestSchema, request.isosurface).join()}`;
+    this.queued.set(client, { client, request, requestId, preview, key });
   }
 
   cancel(client: PreviewClient): void {
@@ -101,9 +101,9 @@ export class SharedPreviews {
 
   private open(): void {
     const group = (this.running = this.nextGroup());
-    const [first, ...others] = group.requests.map((request) => request!.order);
+    const [first, ...others] = group.requests.map((request) => request!.request);
     const value = create(OpenStreamSchema, {
-      requestId: ++this.lastRequestId, dataset: first.info.name, furtherDatasets: others.map(({ info }) => info.name), request: first.request,
+      requestId: ++this.lastRequestId, dataset: first.info.name, furtherDatasets: others.map(({ info }) => info.name), request: first.isosurface,
       steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [group.preview], use: MeshUse.DISPLAY,
     });
     this.link.send({ case: "openStream", value });

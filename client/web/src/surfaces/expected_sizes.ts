@@ -26,7 +26,7 @@ function trianglesOfLabel({ member }: DatasetInfo): number | null {
 }
 
 export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
-  private last: { info: DatasetInfo; request: StreamRequest["request"] } | null = null; // The last request.
+  private last: { info: DatasetInfo; isosurface: StreamRequest["isosurface"] } | null = null; // The last request.
   surfaceCount = 1; // The number of surfaces in the view, which share its limits; small labels count by shareOfLabel().
   private confirmed = 0; // Triangles that the user confirmed.
 
@@ -34,13 +34,13 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
     super({ expected: null });
   }
 
-  // Returns whether to request the size of this order now. Not while dragging the isovalue, when the size is unknown.
-  isWanted(order: StreamRequest, isDragging: boolean): boolean {
+  // Returns whether to request the size of this request now. Not while dragging the isovalue, when the size is unknown.
+  isWanted(request: StreamRequest, isDragging: boolean): boolean {
     const { last } = this;
-    const isOther = last?.info !== order.info || last.request.isovalue !== order.request.isovalue;
+    const isOther = last?.info !== request.info || last.isosurface.isovalue !== request.isosurface.isovalue;
     if (isOther) this.set({ expected: null });
-    if (isOther ? isDragging : isSameRequest(last.request, order.request)) return false;
-    this.last = order;
+    if (isOther ? isDragging : isSameRequest(last.isosurface, request.isosurface)) return false;
+    this.last = request;
     return true;
   }
 
@@ -55,8 +55,8 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
     this.last = null;
   }
 
-  record({ order, triangles, bytes, errorWorld }: Effect & { kind: "size" }): SurfaceSize {
-    const expected = { triangles, budget: Number(order.request.maxTriangles), bytes, errorVoxels: errorWorld / voxelLength(order.info) };
+  record({ request, triangles, bytes, errorWorld }: Effect & { kind: "size" }): SurfaceSize {
+    const expected = { triangles, budget: Number(request.isosurface.maxTriangles), bytes, errorVoxels: errorWorld / voxelLength(request.info) };
     this.set({ expected });
     return expected;
   }
@@ -70,10 +70,10 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
     this.confirmed = Math.max(this.confirmed, 1.5 * size.triangles);
   }
 
-  // Returns the order with a budget.
-  withBudget(order: StreamRequest): StreamRequest {
+  // Returns the request with a budget.
+  withBudget(request: StreamRequest): StreamRequest {
     const maxTriangles = BigInt(Math.ceil(safeTriangles * this.share));
-    return { ...order, request: create(IsosurfaceRequestSchema, { ...order.request, maxTriangles }) };
+    return { ...request, isosurface: create(IsosurfaceRequestSchema, { ...request.isosurface, maxTriangles }) };
   }
 
   private get share(): number {

@@ -3,7 +3,7 @@
 import type { SceneTime } from "./swap_group";
 import type { DatasetInfo } from "../protocol/messages";
 import type { Settings } from "../state/settings";
-import { isSameOrder, type ScalarOptions, type StreamRequest } from "../stream/stream_request";
+import { isSameStream, type ScalarOptions, type StreamRequest } from "../stream/stream_request";
 import { isosurfaceRequest, type View } from "../stream/request";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
 
@@ -32,7 +32,7 @@ export class Prefetcher {
     this.view = view;
     if (requests.length === 0) return this.close();
     const { running } = this;
-    if (running && !requests.some((one) => isSameOrder(orderOf(one, settings, view), running))) {
+    if (running && !requests.some((one) => isSameStream(requestOf(one, settings, view), running))) {
       this.client!.stop();
       this.running = null;
     }
@@ -41,8 +41,8 @@ export class Prefetcher {
 
   // Returns whether the step is cached or has failed.
   has(one: Omit<PrefetchRequest, "time">, settings: Settings, view: View | null): boolean {
-    const order = orderOf(one, settings, view);
-    return this.parts.stepCache.find(order) !== null || this.hasFailed(order);
+    const request = requestOf(one, settings, view);
+    return this.parts.stepCache.find(request) !== null || this.hasFailed(request);
   }
 
   close(): void {
@@ -60,18 +60,18 @@ export class Prefetcher {
     let triangles = 0;
     surface.release(this);
     for (const one of this.upcoming) {
-      const order = orderOf(one, this.settings, this.view);
-      const step = stepCache.find(order);
-      if (!step && this.hasFailed(order)) continue;
-      if (!step) return this.fetch(one, order);
+      const request = requestOf(one, this.settings, this.view);
+      const step = stepCache.find(request);
+      if (!step && this.hasFailed(request)) continue;
+      if (!step) return this.fetch(one, request);
       surface.use(step.ids, this);
       triangles += surface.trianglesOf(step.ids);
       if (triangles > memoryFraction * surface.budget) return;
     }
   }
 
-  private fetch(one: PrefetchRequest, order: StreamRequest): void {
-    this.running = order;
+  private fetch(one: PrefetchRequest, request: StreamRequest): void {
+    this.running = request;
     this.client ??= new SurfaceClient({ ...this.parts, isPrefetch: true }, {
       offer: () => {},
       withdraw: () => {},
@@ -89,11 +89,11 @@ export class Prefetcher {
     this.requestNext();
   }
 
-  private hasFailed(order: StreamRequest): boolean {
-    return this.failed.some((one) => isSameOrder(one, order));
+  private hasFailed(request: StreamRequest): boolean {
+    return this.failed.some((one) => isSameStream(one, request));
   }
 }
 
-function orderOf({ info, scalars }: Omit<PrefetchRequest, "time">, settings: Settings, view: View | null): StreamRequest {
-  return { info, request: isosurfaceRequest(info, settings, view), scalars };
+function requestOf({ info, scalars }: Omit<PrefetchRequest, "time">, settings: Settings, view: View | null): StreamRequest {
+  return { info, isosurface: isosurfaceRequest(info, settings, view), scalars };
 }

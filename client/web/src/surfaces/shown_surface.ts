@@ -13,7 +13,7 @@ export type Committed = AssemblerEffect & { kind: "committed" };
 export interface ShownSurface {
   info: DatasetInfo;
   resolution: number;
-  request: StreamRequest["request"];
+  request: StreamRequest["isosurface"];
   facts: StepFacts;
 }
 
@@ -33,9 +33,9 @@ export function boundOf({ info, resolution, facts }: ShownSurface): number | nul
 }
 
 // Returns whether the step is coarser than the shown one for the same isovalue; such steps are skipped.
-export function isRegression(before: ShownSurface | null, order: StreamRequest, facts: StepFacts): boolean {
-  if (facts.isFinal || !before || before.info.name !== order.info.name) return false;
-  if (before.request.isovalue !== order.request.isovalue) return false;
+export function isRegression(before: ShownSurface | null, request: StreamRequest, facts: StepFacts): boolean {
+  if (facts.isFinal || !before || before.info.name !== request.info.name) return false;
+  if (before.request.isovalue !== request.isosurface.isovalue) return false;
   // The step's error is the one outside the camera's view; inside, the step is finer.
   if (before.request.threshold?.view) return true;
   const { errorWorld, tolerance } = before.facts;
@@ -44,17 +44,17 @@ export function isRegression(before: ShownSurface | null, order: StreamRequest, 
 
 // Prefix of tile ids. Tiles with the same prefix are interchangeable. Each surface of a view, by its number, has its
 // own prefix, because another one may still show a tile that it drops.
-export function tileIdPrefix(surface: number, order: StreamRequest): string {
-  const { info, request } = order;
-  return `${surface}:${info.name}/${request.normals}/`;
+export function tileIdPrefix(surface: number, request: StreamRequest): string {
+  const { info, isosurface } = request;
+  return `${surface}:${info.name}/${isosurface.normals}/`;
 }
 
-export function tileIds(surface: number, order: StreamRequest, step: StepOfTiles): string[] {
-  const prefix = tileIdPrefix(surface, order);
+export function tileIds(surface: number, request: StreamRequest, step: StepOfTiles): string[] {
+  const prefix = tileIdPrefix(surface, request);
   return step.tiles.map(({ key }) => prefix + key);
 }
 
-export function factsOf(order: StreamRequest, { step, topology, sameAs }: Committed): StepFacts {
+export function factsOf({ info }: StreamRequest, { step, topology, sameAs }: Committed): StepFacts {
   const { begin, end } = step;
   const request = begin.request!;
   const isPreserving = preservesTopology(begin);
@@ -66,8 +66,8 @@ export function factsOf(order: StreamRequest, { step, topology, sameAs }: Commit
     heldTiles: step.cached,
     bytes: step.tiles.reduce((n, tile) => n + tile.bytes, 0),
     errorWorld: begin.errorBoundWorld,
-    lengthUnit: order.info.lengthUnit,
-    errorVoxels: begin.errorBoundWorld / voxelLength(order.info),
+    lengthUnit: info.lengthUnit,
+    errorVoxels: begin.errorBoundWorld / voxelLength(info),
     pixels: begin.isFinal && request.maxTriangles === 0n ? (request.threshold?.view?.tolerancePixels ?? null) : null,
     isCertified: (request.bound === ErrorMeasure.CERTIFIED || begin.shell !== undefined) && isPreserving,
     shell: shellModeOf(begin),

@@ -27,9 +27,9 @@ export class StepCache {
 
   constructor(private readonly hasTiles: (ids: readonly string[]) => boolean) {}
 
-  find(order: StreamRequest): CachedStep | null {
+  find(request: StreamRequest): CachedStep | null {
     if (this.steps.size === 0) return null;
-    const key = keyOf(order);
+    const key = keyOf(request);
     const step = this.steps.get(key);
     if (!step) return null;
     if (this.hasTiles(step.ids)) return step;
@@ -37,15 +37,15 @@ export class StepCache {
     return null;
   }
 
-  keep(order: StreamRequest, step: CachedStep): void {
+  keep(request: StreamRequest, step: CachedStep): void {
     for (const [key, { ids }] of this.steps) if (!this.hasTiles(ids)) this.steps.delete(key);
-    this.steps.set(keyOf(order), step);
+    this.steps.set(keyOf(request), step);
   }
 
   // Call when a stream begins. Tiles have one coloring at a time, so steps with another coloring are dropped.
-  beginColoring(order: StreamRequest): void {
-    const { name } = order.info;
-    const coloring = coloringOf(order);
+  beginColoring(request: StreamRequest): void {
+    const { name } = request.info;
+    const coloring = coloringOf(request);
     if ((this.colors.get(name) ?? coloring) !== coloring) {
       for (const [key, { shown }] of this.steps) if (shown.info.name === name) this.steps.delete(key);
     }
@@ -53,10 +53,10 @@ export class StepCache {
   }
 }
 
-// Equal for orders that give equal surfaces in equal colors.
-function keyOf(order: StreamRequest): string {
-  const { name, contentId } = order.info;
-  return [name, contentId, coloringOf(order), toBinary(IsosurfaceRequestSchema, order.request).join()].join("\n");
+// Equal for requests that give equal surfaces in equal colors.
+function keyOf(request: StreamRequest): string {
+  const { name, contentId } = request.info;
+  return [name, contentId, coloringOf(request), toBinary(IsosurfaceRequestSchema, request.isosurface).join()].join("\n");
 }
 
 function coloringOf({ scalars }: StreamRequest): string {

@@ -10,10 +10,10 @@
 // when all previews have arrived. A client with `isPrefetch` fetches final steps that are needed soon, and shows
 // nothing.
 import { Conversation, type Effect } from "../stream/conversation";
-import { isSameOrder, type RequestedSteps, type ScalarOptions, type StreamRequest } from "../stream/stream_request";
+import { isSameStream, type RequestedSteps, type ScalarOptions, type StreamRequest } from "../stream/stream_request";
 import { isosurfaceRequest, isSameRequest, type View } from "../stream/request";
 import type { ConnectionPool } from "../stream/connection_pool";
-import { type PreviewClient, type SharedPreviews, shareableOrder } from "../stream/shared_previews";
+import { type PreviewClient, type SharedPreviews, shareableRequest } from "../stream/shared_previews";
 import type { SceneTime } from "./swap_group";
 import { ExpectedSizes } from "./expected_sizes";
 import type { CachedStep } from "./step_cache";
@@ -24,7 +24,7 @@ import { noDatasets, noProgress, noFailure, type Progress, type ServedDatasets }
 import type { Settings } from "../state/settings";
 import { Store } from "../state/store";
 import { SurfaceConnection } from "./surface_connection";
-import { type OrderAtMoment, SurfaceSteps, type SurfaceStepsEvents, type SurfaceStepsParts } from "./surface_steps";
+import { type RequestAtTime, SurfaceSteps, type SurfaceStepsEvents, type SurfaceStepsParts } from "./surface_steps";
 import type { DrawnTiles } from "../workers/worker_messages";
 
 const listInterval = 3000; // Milliseconds between checks for a changed list of datasets.
@@ -56,9 +56,9 @@ export class SurfaceClient implements PreviewClient {
   private readonly conversation: Conversation;
   private readonly connection: SurfaceConnection;
   private readonly steps: SurfaceSteps;
-  private requested: OrderAtMoment | null = null; // The request that is running or shown.
+  private requested: RequestAtTime | null = null; // The request that is running or shown.
   private current: StreamRequest | null = null; // The same, with a budget if it is too large.
-  private next: OrderAtMoment | null = null; // Waits for the running request.
+  private next: RequestAtTime | null = null; // Waits for the running request.
   private isDragging = false;
   private dragTimer = 0;
   private isFirst = false; // Always connected; requests the list of datasets.
@@ -73,8 +73,8 @@ export class SurfaceClient implements PreviewClient {
     this.conversation = new Conversation({
       part: isPrefetch ? "prefetch" : "",
       token,
-      cachedTiles: (order) => {
-        const prefix = tileIdPrefix(number, order);
+      cachedTiles: (request) => {
+        const prefix = tileIdPrefix(number, request);
         return surface.ids(prefix).map((id) => id.slice(prefix.length));
       },
       priority: isPrefetch ? Priority.BACKGROUND : undefined,
@@ -118,20 +118,19 @@ export class SurfaceClient implements PreviewClient {
   // Requests another surface.
   request(info: DatasetInfo, settings: Settings, view: View | null, options: SurfaceRequest): void {
     const { time, scalars, isDragging = false } = options;
-    const request = isosurfaceRequest(info, settings, view);
     const steps = this.parts.isPrefetch ? "final" : (options.steps ?? "all");
-    const order: StreamRequest = { info, request, scalars, steps };
+    const request: StreamRequest = { info, isosurface: isosurfaceRequest(info, settings, view), scalars, steps };
     this.isDragging = isDragging;
     this.hide(hiddenPartsOf(settings));
-    this.requestSize(order, isDragging);
-    if (this.requested && isSameOrder(this.requested.order, order) && !this.progress.get().failure) {
+    this.requestSize(request, isDragging);
+    if (this.requested && isSameStream(this.requested.request, request) && !this.progress.get().failure) {
       this.next = null;
       return;
     }
-    const cached = this.parts.stepCache.find(order);
-    if (cached) this.showCached({ order, time }, cached);
-    else if (isDragging && this.dragTimer) this.next = { order, time };
-    else this.open({ order, time });
+    const cached = this.parts.stepCache.find(request);
+    if (cached) this.showCached({ request, time }, cached);
+    else if (isDragging && this.dragTimer) this.next = { request, time };
+    else this.open({ request, time });
   }
 
   get shown(): ShownSurface | null {
@@ -140,9 +139,9 @@ export class SurfaceClient implements PreviewClient {
 
   // Whether the shown surface is the one requested last.
   get isCurrent(): boolean {
-    const latest = (this.next ?? this.requested)?.order;
+    const latest = (this.next ?? this.requested)?.request;
     const { shown } = this;
-    return shown?.info.name === latest?.info.name && shown?.request.isovalue === latest?.request.isovalue;
+    return shown?.info.name === latest?.info.name && shown?.request.isovalue === latest?.isosurface.isovalue;
   }
 
   get drawn(): DrawnTiles {
@@ -201,47 +200,47 @@ export class SurfaceClient implements PreviewClient {
 
   // ----
 
-  private requestSize(order: StreamRequest, isDragging: boolean): void {
-    if (!this.isFirst && this.sizes.isSmall(order.info)) return; // Only the first one's size is shown.
-    if (this.progress.get().phase !== "ready" || !this.sizes.isWanted(order, isDragging)) return;
-    this.perform(this.conversation.requestSize(order));
+  private requestSize(request: StreamRequest, isDragging: boolean): void {
+    if (!this.isFirst && this.sizes.isSmall(request.info)) return; // Only the first one's size is shown.
+    if (this.progress.get().phase !== "ready" || !this.sizes.isWanted(request, isDragging)) return;
+    this.perform(this.conversation.requestSize(request));
   }
 
   // A stream repeated on another connection must also not send an oversized surface without confirmation.
   private repeatSizeRequest(): void {
     const { requested } = this;
-    if (requested && !this.progress.get().sizeToConfirm) this.requestSize(requested.order, this.isDragging);
+    if (requested && !this.progress.get().sizeToConfirm) this.requestSize(requested.request, this.isDragging);
   }
 
   private receiveSize(effect: Effect & { kind: "size" }): void {
     const expected = this.sizes.record(effect);
-    const isCurrent = this.requested && isSameRequest(this.requested.order.request, effect.order.request);
+    const isCurrent = this.requested && isSameRequest(this.requested.request.isosurface, effect.request.isosurface);
     if (!isCurrent || this.isDragging || this.sizes.isAllowed(expected)) return;
     this.progress.set({ sizeToConfirm: expected });
     this.isActive = true;
-    this.startStream(this.sizes.withBudget(effect.order));
+    this.startStream(this.sizes.withBudget(effect.request));
   }
 
-  private open(requested: OrderAtMoment): void {
-    const { order } = requested;
+  private open(requested: RequestAtTime): void {
+    const { request } = requested;
     this.next = null;
     this.requested = requested;
     this.isActive = true;
     this.isFinishing = false;
     this.progress.set({ sizeToConfirm: null });
-    this.parts.stepCache.beginColoring(order);
+    this.parts.stepCache.beginColoring(request);
     this.parts.surface.dropUnused();
     clearTimeout(this.dragTimer);
     this.dragTimer = this.isDragging ? window.setTimeout(() => this.requestNext(), maxDragWait) : 0;
-    this.startStream(order);
+    this.startStream(request);
   }
 
-  private startStream(order: StreamRequest): void {
-    this.current = order;
+  private startStream(request: StreamRequest): void {
+    this.current = request;
     this.hasFinal = false;
     const { sharedPreviews } = this.parts;
     sharedPreviews.cancel(this);
-    const shared = this.isFirst ? null : shareableOrder(order);
+    const shared = this.isFirst ? null : shareableRequest(request);
     if (!shared) return this.requestAlone();
     const { effects, requestId } = this.conversation.share(shared);
     this.perform(effects);
@@ -259,10 +258,10 @@ export class SurfaceClient implements PreviewClient {
   }
 
   // Shows a final step that is already cached.
-  private showCached(requested: OrderAtMoment, cached: CachedStep): void {
+  private showCached(requested: RequestAtTime, cached: CachedStep): void {
     this.stop();
     this.requested = requested;
-    this.current = requested.order;
+    this.current = requested.request;
     this.hasFinal = true;
     clearTimeout(this.dragTimer);
     this.dragTimer = 0;
@@ -354,21 +353,21 @@ export class SurfaceClient implements PreviewClient {
     this.progress.set({ isStreaming: false, postponed: null });
   }
 
-  private performOfStream({ effect, order, isNew }: Effect & { kind: "stream" }): void {
+  private performOfStream({ effect, request, isNew }: Effect & { kind: "stream" }): void {
     const { steps, progress } = this;
     switch (effect.kind) {
       case "begun":
         this.hasFinal ||= effect.begin.isFinal;
-        steps.beginStep(order, effect);
+        steps.beginStep(request, effect);
         break;
       case "decode":
-        void steps.decode(order, effect);
+        void steps.decode(request, effect);
         break;
       case "check":
-        void steps.check(order, effect.step);
+        void steps.check(request, effect.step);
         break;
       case "committed":
-        steps.offerStep(order, this.requested, effect, isNew);
+        steps.offerStep(request, this.requested, effect, isNew);
         if (!this.parts.isPrefetch) this.requestNext();
         break;
       case "ended":
@@ -387,6 +386,6 @@ export class SurfaceClient implements PreviewClient {
   }
 }
 
-function isPreviews(order: StreamRequest | null): boolean {
-  return order?.steps === "previews" || order?.steps === "coarse";
+function isPreviews(request: StreamRequest | null): boolean {
+  return request?.steps === "previews" || request?.steps === "coarse";
 }

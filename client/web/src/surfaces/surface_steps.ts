@@ -47,8 +47,8 @@ export interface StepChecks {
 }
 
 // The request and its time.
-export interface OrderAtMoment {
-  order: StreamRequest;
+export interface RequestAtTime {
+  request: StreamRequest;
   time: SceneTime;
 }
 
@@ -120,7 +120,7 @@ export class SurfaceSteps {
   }
 
   // Offers a cached step instead of a stream, as soon as its small components are known.
-  offerCached({ time }: OrderAtMoment, step: CachedStep, offered: () => void): void {
+  offerCached({ time }: RequestAtTime, step: CachedStep, offered: () => void): void {
     this.parts.surface.use(step.ids, this);
     const { phase, shown, components } = this.progress.get();
     this.progress.set({ ...noProgress, phase, shown, components });
@@ -137,15 +137,15 @@ export class SurfaceSteps {
     });
   }
 
-  beginStep(order: StreamRequest, { tiles, missing, begin }: AssemblerEffect & { kind: "begun" }): void {
-    const ids = tiles.map(({ key }) => tileIdPrefix(this.parts.number, order) + key);
+  beginStep(request: StreamRequest, { tiles, missing, begin }: AssemblerEffect & { kind: "begun" }): void {
+    const ids = tiles.map(({ key }) => tileIdPrefix(this.parts.number, request) + key);
     this.parts.surface.use(ids, this);
     this.progress.set({ step: begin.step, tilesToCome: missing, tilesReceived: 0 });
     this.arrived.set(begin.step, { triangles: 0, lastAt: 0 });
   }
 
   async decode(
-    order: StreamRequest,
+    request: StreamRequest,
     { tile: expected, payload, begin }: AssemblerEffect & { kind: "decode" },
   ): Promise<void> {
     const { stream } = this;
@@ -156,18 +156,18 @@ export class SurfaceSteps {
       firstTile: firstTile ?? performance.now() - this.started,
     });
     const resolution = begin.request!.lattice; // May be smaller for previews.
-    const toWorld = latticeToWorld(order.info, resolution);
+    const toWorld = latticeToWorld(request.info, resolution);
     const { triangles } = this.arrived.get(begin.step)!;
     this.arrived.set(begin.step, { triangles: triangles + expected.triangles, lastAt: performance.now() });
     try {
       const tile = await this.parts.pool.decode({
         kind: "decode",
-        id: tileIdPrefix(this.parts.number, order) + expected.key,
+        id: tileIdPrefix(this.parts.number, request) + expected.key,
         payload,
         expected,
         resolution,
         shell: shellModeOf(begin),
-        hasNormals: order.request.normals > 0,
+        hasNormals: request.isosurface.normals > 0,
         linear: toWorld.slice(0, 9),
       }, this);
       this.parts.surface.add(tile, toWorld, begin.step);
@@ -178,25 +178,25 @@ export class SurfaceSteps {
   }
 
   // A step is shown only with the values of all its tiles.
-  color({ order, values: { key, codes, range, deviation } }: Effect & { kind: "scalars" }): void {
+  color({ request, values: { key, codes, range, deviation } }: Effect & { kind: "scalars" }): void {
     const { pool, surface } = this.parts;
-    const id = tileIdPrefix(this.parts.number, order) + key;
+    const id = tileIdPrefix(this.parts.number, request) + key;
     const { low, high, bits } = range;
     this.scalars.set(id, { low, high, deviation, vertices: (8 * codes.length) / bits, missing: missingValues(codes, bits) });
     const done = pool.scalars(id, codes, bits).then((attribute) => surface.setScalars(id, attribute), () => {});
     this.coloring.push(done);
   }
 
-  async check(order: StreamRequest, step: StepOfTiles): Promise<void> {
+  async check(request: StreamRequest, step: StepOfTiles): Promise<void> {
     const { stream } = this;
     const { begin } = step;
-    const ids = tileIds(this.parts.number, order, step);
+    const ids = tileIds(this.parts.number, request, step);
     const { triangles, lastAt } = this.arrived.get(begin.step)!;
     const { lattice: resolution, topologyTolerance } = begin.request!;
-    const border = dataBorder(order.info, resolution, topologyTolerance, begin.finestSpacing || 1);
+    const border = dataBorder(request.info, resolution, topologyTolerance, begin.finestSpacing || 1);
     const [result, visible] = await Promise.all([
       this.parts.pool.check(ids, border).catch(() => null),
-      this.selectComponents(ids, { info: order.info, resolution }).catch(() => null),
+      this.selectComponents(ids, { info: request.info, resolution }).catch(() => null),
       this.parts.surface.uploaded(ids),
       ...this.coloring,
     ]);
@@ -208,25 +208,25 @@ export class SurfaceSteps {
   }
 
   // Offers a complete step if it is new, and caches the final one for `requested`.
-  offerStep(order: StreamRequest, requested: OrderAtMoment | null, committed: Committed, isNew: boolean): void {
+  offerStep(request: StreamRequest, requested: RequestAtTime | null, committed: Committed, isNew: boolean): void {
     const { number, surface, stepCache, isPrefetch } = this.parts;
     const { begin } = committed.step;
-    const facts = factsOf(order, committed);
+    const facts = factsOf(request, committed);
     // Even for a skipped step: the mesh worker reports each change of normals once.
     for (const { id, normals } of this.checked?.result.normals ?? []) surface.setNormals(id, normals);
     const step: CachedStep = {
-      ids: tileIds(number, order, committed.step),
-      shown: { info: order.info, resolution: begin.request!.lattice, request: begin.request!, facts },
+      ids: tileIds(number, request, committed.step),
+      shown: { info: request.info, resolution: begin.request!.lattice, request: begin.request!, facts },
       visible: this.checked?.visible ?? allComponents,
     };
-    if (facts.isFinal && requested) stepCache.keep({ ...requested.order, info: order.info }, step);
-    if (isPrefetch || !requested || !isNew || isRegression(this.shown, order, facts)) return;
+    if (facts.isFinal && requested) stepCache.keep({ ...requested.request, info: request.info }, step);
+    if (isPrefetch || !requested || !isNew || isRegression(this.shown, request, facts)) return;
     const elapsed = performance.now() - this.started;
     this.events.offer(requested.time, () => this.show(step, elapsed));
   }
 
   // There is no surface at the requested time: others do not wait for it, and surfaces of other times are hidden.
-  offerNothing({ order: { info }, time }: OrderAtMoment): void {
+  offerNothing({ request: { info }, time }: RequestAtTime): void {
     const { shown } = this;
     if (!shown || !isSameSeries(shown.info, info)) return;
     this.events.offer(time, () => shown.info !== info && this.showNothing());
