@@ -31,11 +31,12 @@ import { Downloads } from "./page/downloads";
 import { Viewer } from "./viewer/viewer";
 
 const app = document.getElementById("app")!;
+const server = serverAddress();
+const token = new Token(server);
+Token.hide();
 const isFrame = window.parent !== window;
 const early = isFrame ? await firstSight(window.parent) : []; // A browser draws only a few scenes at a time.
 const view = app.appendChild(h("main"));
-const server = serverAddress();
-const token = new Token(server);
 const viewer = viewerIn(view);
 const { settings, surfaces, notices } = viewer;
 const address = new AddressSync(viewer, token, location.hash);

@@ -10,7 +10,10 @@ function framed(parts: object = {}, ignoredInAddress: string[] = []) {
   const set: unknown[] = [];
   const listeners: [string, (what: unknown) => void][] = [];
   const viewer = {
-    on: (...words: (typeof listeners)[number]) => (listeners.push(words), () => listeners.splice(listeners.indexOf(words), 1)), get: () => defaults,
+    on: (...words: (typeof listeners)[number]) => {
+      listeners.push(words);
+      return () => listeners.splice(listeners.indexOf(words), 1);
+    }, get: () => defaults,
     set: (...words: unknown[]) => set.push(words), info: null, surfaces: { reports: { current: [facts] } }, ...parts,
   };
   const said: { multitetra: string; [name: string]: unknown }[] = [];

@@ -122,7 +122,7 @@ describe("Measures", () => {
     expect(lengthWithBound(12.3456, { lengthUnit: "mm" }, 0.0149)).toBe("12.346 ± 0.016 mm");
     expect(volumeText(123456, { lengthUnit: "mm" }, 250)).toBe("123460 ± 260 mm³ = 123.46 ± 0.26 ml");
     expect(areaText(12.3456789, { lengthUnit: "mm" }, false)).toBe("about 12 mm²");
-    for (const [value, bound] of [[3.14159, 0.3], [1e-7, 3e-9], [98765, 4321], [0.5, 7]]) {
+    for (const [value, bound] of [[Math.PI, 0.3], [1e-7, 3e-9], [98765, 4321], [0.5, 7]]) {
       const [shown, off] = withBound(value, bound).split(" ± ").map(Number);
       expect(Math.abs(shown - value) + bound).toBeLessThanOrEqual(off * (1 + 1e-9));
       expect(off).toBeLessThan(2.4 * bound);

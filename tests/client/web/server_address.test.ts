@@ -57,6 +57,16 @@ describe("ServerAddress", () => {
     expect(page("https://volumes.example/").token.get()).toBe("mt_new");
   });
 
+  test("TokenLeavesTheAddressAtOnce", () => {
+    const replaced: string[] = [];
+    vi.stubGlobal("history", { replaceState: (_: null, __: string, address: string) => replaced.push(address) });
+    for (const hash of ["#token=mt_secret", "#dataset=head&token=mt_secret&isovalue=3", "#dataset=head", ""]) {
+      page(`https://volumes.example/${hash}`);
+      Token.hide();
+    }
+    expect(replaced).toEqual(["#", "#dataset=head&isovalue=3"]);
+  });
+
   test("KeepsATokenInMemoryWithoutStorage", () => {
     vi.stubGlobal("sessionStorage", undefined);
     const { token } = page("https://volumes.example/#token=mt_secret");

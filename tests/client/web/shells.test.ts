@@ -2,9 +2,9 @@
 import { readFileSync } from "node:fs";
 
 import { payloadHasher } from "../../../client/web/src/mesh/content_digest";
-import { type LatticeBox } from "../../../client/web/src/mesh/tile_mesh";
+import type { LatticeBox } from "../../../client/web/src/mesh/tile_mesh";
 import { type MarchedTile, type ShellMode, shellDecoder } from "../../../client/web/src/mesh/shell_decoder";
-import { type ManifestTile } from "../../../client/web/src/mesh/tile_mesh";
+import type { ManifestTile } from "../../../client/web/src/mesh/tile_mesh";
 import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
 
 const golden = new URL("../../golden/", import.meta.url);

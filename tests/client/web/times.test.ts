@@ -198,7 +198,10 @@ describe("ConnectionPool", () => {
   function holder(name: string, calls: string[]) {
     const connection = { name } as unknown as IdleConnection;
     const grantConnection = (given: IdleConnection | null) => calls.push(`+${name}${given ? ` by ${(given as unknown as { name: string }).name}` : ""}`);
-    const revokeConnection = () => (calls.push(`-${name}`), connection);
+    const revokeConnection = () => {
+      calls.push(`-${name}`);
+      return connection;
+    };
     return { isBusy: true, grantConnection, revokeConnection };
   }
 

@@ -6,6 +6,7 @@ import type { Picked } from "../scene/picking";
 import { Events } from "../state/events";
 import { parseSettings } from "../state/parse_settings";
 import type { StepFacts } from "../state/progress";
+import { assumedPlacement } from "../stream/dataset";
 import type { Settings } from "../state/settings";
 import type { Viewer } from "../viewer/viewer";
 import type { PictureOptions } from "../viewer/viewer_options";
@@ -117,7 +118,7 @@ export class EmbeddedViewer {
   private summaryOf(info: DatasetInfo): EmbeddedDataset {
     return {
       name: info.name, dims: [...info.dims], spacing: [...info.spacing], min: info.min, max: info.max,
-      lengthUnit: info.lengthUnit, valueUnit: info.valueUnit, suggestedIsovalues: [...info.suggestedIsovalues],
+      lengthUnit: info.lengthUnit, assumed: assumedPlacement(info), valueUnit: info.valueUnit, suggestedIsovalues: [...info.suggestedIsovalues],
       member: memberOf(info), times: this.viewer.times?.all ?? [],
     };
   }

@@ -23,7 +23,7 @@ export function hex(digest: ContentDigest): string {
 }
 
 export function fromHex(text: string): ContentDigest {
-  return { high: BigInt("0x" + text.slice(0, 16)), low: BigInt("0x" + text.slice(16)) };
+  return { high: BigInt(`0x${text.slice(0, 16)}`), low: BigInt(`0x${text.slice(16)}`) };
 }
 
 // Encodes keys for OpenStream.cached_tile_digests: 16 bytes each, `high` then `low`, little-endian.

@@ -1,6 +1,6 @@
 // Synchronizes settings and the page's address: changed settings appear in the address, edits of it are applied, and
 // the browser's "Back" reverts a change of dataset or isovalue.
-import type { Token } from "./server_address";
+import { Token } from "./server_address";
 import { withShortLabels } from "../state/label_surfaces";
 import { findByName } from "../state/series";
 import type { Settings } from "../state/settings";
@@ -51,6 +51,7 @@ export class AddressSync {
   applyAddress(hash: string): void {
     this.scheduleUpdate(); // Rewrites the address in canonical form, without the token.
     if (this.token.readFrom(hash)) this.viewer.surfaces.connect();
+    Token.hide();
     this.historyStep = null; // The browser has already made a history entry.
     if (hash.slice(1) === this.addressOf(this.settingsForAddress())) return;
     const { dataset, ...now } = afterEdit(this.viewer.get(), hash);

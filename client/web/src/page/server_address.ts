@@ -32,6 +32,13 @@ export class Token {
     sessionValues.set(this.name, value);
   }
 
+  // Removes the token from the address of the page, from where it could be copied.
+  static hide(): void {
+    const { hash } = location;
+    const shown = hash.slice(1).split("&").filter((word) => !word.startsWith("token="));
+    if (shown.join("&") !== hash.slice(1)) history.replaceState(null, "", `#${shown.join("&")}`);
+  }
+
   // Returns whether the address has a new token.
   readFrom(hash: string): boolean {
     const configured = new URLSearchParams(hash.replace(/^#/, "")).get("token");

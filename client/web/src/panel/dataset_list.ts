@@ -1,7 +1,7 @@
 // The list of the server's datasets and series, with thumbnails and properties; one is selected.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Entry, Series } from "../state/series";
-import { sampleTypeName, valueText } from "../stream/dataset";
+import { assumedPlacement, sampleTypeName, valueText } from "../stream/dataset";
 import { h } from "../shared/elements";
 import { grouped, inDigits } from "../shared/quantities";
 
@@ -59,6 +59,7 @@ export class DatasetList {
     const { info, name, series } = entry;
     const [x, y, z] = info.dims;
     const samples = x * y * z;
+    const assumed = assumedPlacement(info);
     const million = samples >= 1e6 ? `${inDigits(samples / 1e6, 3)} M` : grouped(samples);
     const card = h(
       "button",
@@ -69,12 +70,12 @@ export class DatasetList {
         "data-tip":
           `${million} samples of type ${sampleTypeName(info.type)}, spacing ` +
           `${info.spacing.map((s) => inDigits(s, 3)).join(" × ")}, values ` +
-          `${valueText(info.min, info)} to ${valueText(info.max, info)}`,
+          `${valueText(info.min, info)} to ${valueText(info.max, info)}${assumed ? `. Assumed, as the file does not state it: ${assumed}` : ""}`,
       },
       h("img", { alt: "", src: blank, width: "64", height: "48" }),
       h("span", { class: "dataset-name" }, name),
       h("span", { class: "dataset-facts" },
-        `${x} × ${y} × ${z} · ${series ? wordsOf(series) : sampleTypeName(info.type)}`),
+        `${x} × ${y} × ${z} · ${series ? wordsOf(series) : sampleTypeName(info.type)}${assumed ? ` · ${assumed} assumed` : ""}`),
     );
     card.dataset.name = name;
     card.addEventListener("click", () => this.events.chosen(entry));

@@ -10,7 +10,7 @@ import type { MassProperties } from "../mesh/mass_properties";
 import type { DatasetInfo, Label, ProbedPlace } from "../protocol/messages";
 import { boundOf, type ShownTiles } from "../surfaces/shown_surface";
 import { type MeasuredPlace, maxNoteLength, maxPlaces } from "../state/settings";
-import { applied, inverse, coordinateResolution, latticeToWorld, placeText, valueText, type Vec3, voxelLength, worldDifference, worldName } from "../stream/dataset";
+import { applied, assumedPlacement, inverse, coordinateResolution, latticeToWorld, placeText, valueText, type Vec3, voxelLength, worldDifference, worldName } from "../stream/dataset";
 import type { TilePool } from "../workers/tile_pool";
 import type { MeasuredPart } from "../workers/worker_messages";
 import type { Picked } from "./picking";
@@ -160,6 +160,8 @@ export class Measuring {
       ...(label ? [] : [this.fieldAt(last.info, last.world)]), // A label's field adds nothing to its name.
       ...[...this.lengths(), ...this.angle()].map((text) => h("p", { class: "distance" }, text)));
     const click = this.element.closest(".has-slices") ? "Click (in slices: double-click)" : "Click";
+    const assumed = assumedPlacement(info);
+    if (assumed) this.element.append(h("p", { class: "assumed" }, `Assumed, as the file does not state it: ${assumed}.`));
     const next = [`${click} another point to measure.`, `${click} a third point for the angle.`][places.length - 1];
     if (next) this.element.append(h("p", { class: "hint" }, next));
     this.element.append(this.noteInput(places.length - 1));

@@ -1,6 +1,6 @@
 // Compiles GPU programs before they are needed. A frame with a program that is not ready blocks the page, for some
 // tenths of a second with software rendering.
-import * as THREE from "three";
+import type * as THREE from "three";
 
 import { gpuFinished } from "./gpu_fence";
 

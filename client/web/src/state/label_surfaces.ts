@@ -152,7 +152,7 @@ export function withShortLabels(list: readonly DatasetInfo[], settings: Settings
 // labels, or text cannot name the labels.
 function shortened(labels: readonly DatasetInfo[], surfaces: readonly AdditionalSurface[]): { ranges: string; changed: AdditionalSurface[] } | null {
   if (labels.length !== surfaces.length || labels.some(({ name }, at) => name !== surfaces[at].dataset)) return null;
-  const values = labels.map(valueOf);
+  const values = labels.map(labelValue);
   const ranges = labelRanges(values, new Set(values.filter((_, at) => surfaces[at].visible)));
   const changed = surfaces.filter((one, at) => lookOf(one) !== lookOf(surfaceOfLabel(labels[at], one.visible)));
   return ranges === null ? null : { ranges, changed };
@@ -161,9 +161,9 @@ function shortened(labels: readonly DatasetInfo[], surfaces: readonly Additional
 // Returns the surfaces that shortened() shortened.
 function restored(labels: readonly DatasetInfo[], text: string, changed: readonly AdditionalSurface[]): AdditionalSurface[] {
   const ranges = parseLabels(text)?.ranges ?? "";
-  const shown = labelsOfRanges(ranges, labels.map(valueOf));
+  const shown = labelsOfRanges(ranges, labels.map(labelValue));
   const others = new Map(changed.map((one) => [one.dataset, one]));
-  return labels.map((one, at) => others.get(one.name) ?? surfaceOfLabel(one, ranges ? shown.has(valueOf(one)) : at < maxInitialLabels));
+  return labels.map((one, at) => others.get(one.name) ?? surfaceOfLabel(one, ranges ? shown.has(labelValue(one)) : at < maxInitialLabels));
 }
 
 function initialSurfaces(labels: readonly DatasetInfo[], named: string | null = null): AdditionalSurface[] {
@@ -175,7 +175,7 @@ function surfaceOfLabel({ name: dataset, member }: DatasetInfo, visible: boolean
   return { dataset, isovalue: labelIsovalue, error: null, color: labelColor(value, color), opacity: defaults.opacity, visible };
 }
 
-function valueOf({ member }: DatasetInfo): number {
+function labelValue({ member }: DatasetInfo): number {
   return member!.label!.value;
 }
 

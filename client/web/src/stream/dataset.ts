@@ -100,6 +100,11 @@ export function worldBox({ indexToWorld, dims }: DatasetInfo): { low: Vec3; high
   return boxOfCorners(indexToWorld, [0, 0, 0], dims.map((n) => n - 1));
 }
 
+// Returns what of spacing and origin the file does not state: "spacing along z, origin"; empty: nothing, or it is unknown.
+export function assumedPlacement(info: DatasetInfo): string {
+  return (info as { assumed?: string }).assumed ?? "";
+}
+
 // Returns the resolution of coordinates that are kept: a thousandth of a voxel, below which they have only rounding errors.
 export function coordinateResolution(info: DatasetInfo): number {
   return 1e-3 * voxelLength(info);

@@ -1,5 +1,5 @@
 // The connection of one surface: its own for the first surface of a view and for prefetches, otherwise one of a pool.
-import { type Conversation, type Effect } from "../stream/conversation";
+import type { Conversation, Effect } from "../stream/conversation";
 import type { ConnectionPool, IdleConnection, PoolClient } from "../stream/connection_pool";
 import { Link } from "../stream/link";
 import type { ClientKind, ServerKind } from "../protocol/messages";

@@ -261,12 +261,9 @@ export class SurfaceSteps {
     for (const id of this.scalars.keys()) if (!this.parts.surface.hasAll([id])) this.scalars.delete(id);
     const all = ids.map((id) => this.scalars.get(id)).filter((one) => one !== undefined);
     if (all.length === 0) return null;
-    return all.reduce((sum, one) => ({
-      ...sum,
-      deviation: Math.max(sum.deviation, one.deviation),
-      vertices: sum.vertices + one.vertices,
-      missing: sum.missing + one.missing,
-    }));
+    const { low, high } = all[0];
+    const sum = (of: "vertices" | "missing") => all.reduce((before, one) => before + one[of], 0);
+    return { low, high, deviation: Math.max(...all.map(({ deviation }) => deviation)), vertices: sum("vertices"), missing: sum("missing") };
   }
 
   private async selectComponents(ids: readonly string[], lattice: Lattice): Promise<VisibleComponents> {

@@ -3,7 +3,7 @@
 import "../style/colors.css";
 import "../style/picture.css";
 
-import * as THREE from "three";
+import type * as THREE from "three";
 
 import { ViewDependentDetail } from "./view_dependent_detail";
 import { drawPicture, pictureHeading, surfaceKeys } from "./picture";
@@ -34,7 +34,7 @@ import { initialSelection, settingsOfChoice, withLabelChanges } from "../state/l
 import { atTime, type Entry, isSameData, isSameSeries, findByName, nameOfLabel, timeOf, timesOf, unknownDatasetText, withTimeOfDataset } from "../state/series";
 import { defaults, isOtherRequest, type Settings } from "../state/settings";
 import { Store } from "../state/store";
-import { coordinateResolution, labelBox, type Vec3, worldBox } from "../stream/dataset";
+import { assumedPlacement, coordinateResolution, labelBox, type Vec3, worldBox } from "../stream/dataset";
 import { DatasetQueries } from "../stream/dataset_queries";
 import { suggestedIsovalue, type View } from "../stream/request";
 import { type PartsChange, withoutPart } from "./surface_parts";
@@ -363,6 +363,8 @@ export class Viewer {
     this.orientation.setDataset(now);
     this.orientation.show(this.settings.get().axes);
     this.events.emit("dataset", now);
+    const assumed = assumedPlacement(now);
+    if (assumed && before?.name !== now.name) this.notices.announce(`The file of "${now.name}" does not state its ${assumed}: assumed, so lengths and places may be wrong.`, true);
     if (isSameData(before, now)) return; // After a lost connection: the stream resumes by itself.
     if (before) this.measuring.clear();
     this.measuring.show(now, this.settings.get().places);
