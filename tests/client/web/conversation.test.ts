@@ -1,13 +1,5 @@
+import { create, type OpenStream, Priority, SeriesMemberSchema, type ServerKind, type StepBegin, StepPolicy } from "../../../client/web/src/protocol/messages";
 import { Conversation, type Effect } from "../../../client/web/src/stream/conversation";
-import {
-  create,
-  type OpenStream,
-  Priority,
-  SeriesMemberSchema,
-  type ServerKind,
-  type StepBegin,
-  StepPolicy,
-} from "../../../client/web/src/protocol/messages";
 import { dataset, messages, request } from "./golden_stream";
 
 const [welcome, list, begin] = messages();
@@ -64,7 +56,9 @@ describe("Conversation", () => {
   test("ChecksReceivedTilesAfterHandingOver", () => {
     const conversation = connected();
     conversation.request({ info: dataset(), isosurface: request() });
-    const effects = messages().slice(2).map((message) => conversation.received(message));
+    const effects = messages()
+      .slice(2)
+      .map((message) => conversation.received(message));
     const decode = effects.flat().filter((one) => one.kind === "stream" && one.effect.kind === "decode");
     expect([decode.length > 0, conversation.isReceived]).toEqual([true, true]);
     expect(conversation.handOver()).not.toBeNull();
@@ -80,8 +74,10 @@ describe("Conversation", () => {
       const info = { ...dataset(), member: create(SeriesMemberSchema, { series: "cells", label: { value: 3, box } }) };
       return opened(connected().request({ info, isosurface: request(), steps: "coarse" }))!;
     };
-    expect(openFor([10, 10, 10, 29, 41, 26])).toMatchObject({ // 17 samples along the shortest side.
-      steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [{ finestSpacing: 4, isUnsimplified: true }],
+    expect(openFor([10, 10, 10, 29, 41, 26])).toMatchObject({
+      // 17 samples along the shortest side.
+      steps: StepPolicy.PREVIEWS_ONLY,
+      resumedPreviews: [{ finestSpacing: 4, isUnsimplified: true }],
     });
     expect(openFor([0, 0, 0, 99, 99, 0]).resumedPreviews).toMatchObject([{ finestSpacing: 1 }]); // A thin box.
     expect(openFor([])).toMatchObject({ steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [] }); // The box is unknown.
@@ -90,7 +86,10 @@ describe("Conversation", () => {
   test("SendsTheMeasuredSpeed", () => {
     let trianglesPerSecond = 3e5;
     const conversation = new Conversation({
-      part: "test", token: () => "", cachedTiles: () => [], trianglesPerSecond: () => trianglesPerSecond,
+      part: "test",
+      token: () => "",
+      cachedTiles: () => [],
+      trianglesPerSecond: () => trianglesPerSecond,
     });
     conversation.opened();
     conversation.received(welcome);
@@ -166,8 +165,7 @@ describe("Conversation", () => {
   test("QueriesOneSizeAtATimeThenTheLatest", () => {
     const conversation = connected();
     const stream = (isovalue: number) => ({ info: dataset(), isosurface: { ...request(), isovalue } });
-    const query = (effects: Effect[]) =>
-      effects.flatMap((e) => (e.kind === "send" && e.message.case === "estimate" ? [e.message.value] : []))[0];
+    const query = (effects: Effect[]) => effects.flatMap((e) => (e.kind === "send" && e.message.case === "estimate" ? [e.message.value] : []))[0];
     const reply = (requestId: bigint) => ({
       case: "estimateReply",
       value: { requestId, triangles: 12n, bytes: 34n, errorBoundWorld: 0.5 },
@@ -197,18 +195,14 @@ describe("Conversation", () => {
     const conversation = connected();
     conversation.request({ info: dataset(), isosurface: request() });
     const reply = { case: "error", value: { requestId: 1n, code: 6, text: "No dataset." } };
-    expect(conversation.received(reply as ServerKind)).toMatchObject([
-      { kind: "stream", effect: { kind: "refused", text: "No dataset." } },
-    ]);
+    expect(conversation.received(reply as ServerKind)).toMatchObject([{ kind: "stream", effect: { kind: "refused", text: "No dataset." } }]);
   });
 
   test("RepeatsPostponedRequests", () => {
     const conversation = connected();
     conversation.request({ info: dataset(), isosurface: request() });
     const reply = { case: "error", value: { requestId: 1n, code: 8, text: "Too many streams.", retryAfter: 2.5 } };
-    expect(conversation.received(reply as ServerKind)).toEqual([
-      { kind: "postponed", text: "Too many streams.", inMilliseconds: 2500 },
-    ]);
+    expect(conversation.received(reply as ServerKind)).toEqual([{ kind: "postponed", text: "Too many streams.", inMilliseconds: 2500 }]);
     expect(opened(conversation.retryPostponed())).toMatchObject({ requestId: 2n, dataset: dataset().name });
     expect(conversation.retryPostponed()).toEqual([]); // It is running.
     conversation.cancel();

@@ -13,8 +13,12 @@ function framed(parts: object = {}, ignoredInAddress: string[] = []) {
     on: (...words: (typeof listeners)[number]) => {
       listeners.push(words);
       return () => listeners.splice(listeners.indexOf(words), 1);
-    }, get: () => defaults,
-    set: (...words: unknown[]) => set.push(words), info: null, surfaces: { reports: { current: [facts] } }, ...parts,
+    },
+    get: () => defaults,
+    set: (...words: unknown[]) => set.push(words),
+    info: null,
+    surfaces: { reports: { current: [facts] } },
+    ...parts,
   };
   const said: { multitetra: string; [name: string]: unknown }[] = [];
   const page = { postMessage: (message: (typeof said)[number]) => said.push(message) } as unknown as Window;
@@ -29,7 +33,10 @@ describe("Embedding", () => {
   test("ForwardsDraggingOfSettings", () => {
     const { set, say } = framed();
     for (const more of [{ dragging: true }, {}]) say({ multitetra: "set", state: { isovalue: 3 }, ...more });
-    expect(set).toEqual([[{ isovalue: 3 }, true], [{ isovalue: 3 }, false]]);
+    expect(set).toEqual([
+      [{ isovalue: 3 }, true],
+      [{ isovalue: 3 }, false],
+    ]);
   });
 
   test("ReportsAFailureAgainAfterTheNextSet", () => {

@@ -1,9 +1,8 @@
 import { readFileSync } from "node:fs";
-
-import { ExpectedSizes, shareOfLabel } from "../../../client/web/src/surfaces/expected_sizes";
 import { expectedText } from "../../../client/web/src/panel/expected_text";
+import { inTriangleRange, maxEstimateFactor, minEstimateFactor } from "../../../client/web/src/shared/quantities";
 import type { StepFacts } from "../../../client/web/src/state/progress";
-import { inTriangleRange, minEstimateFactor, maxEstimateFactor } from "../../../client/web/src/shared/quantities";
+import { ExpectedSizes, shareOfLabel } from "../../../client/web/src/surfaces/expected_sizes";
 import { dataset, request as plainRequest } from "./golden_stream";
 
 const info = dataset();
@@ -84,8 +83,7 @@ describe("ExpectedText", () => {
 
   test("NamesADrawnFullResolution", () => {
     const shell = { values: 0, levelsPerOctave: 0, spacing: 1 };
-    expect(textOf(drawn({ shell, triangles: 2_516_852 }))).toBe(
-      "As a file: 180 000 to 380 000 triangles, about 488 KiB");
+    expect(textOf(drawn({ shell, triangles: 2_516_852 }))).toBe("As a file: 180 000 to 380 000 triangles, about 488 KiB");
     expect(textOf(drawn({ shell, triangles: 2_516_852, isFinal: false }))).toBe(textOf(null));
   });
 });

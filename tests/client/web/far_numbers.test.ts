@@ -1,5 +1,5 @@
 // Texts over data far from the origin, or with values and times far from zero, tell apart what the data tells apart.
-import { captionOf } from "../../../client/web/src/viewer/picture";
+
 import { positionText } from "../../../client/web/src/panel/cut_section";
 import { emptySurfaceText } from "../../../client/web/src/panel/empty_surface";
 import { labelTable } from "../../../client/web/src/panel/label_table";
@@ -10,18 +10,24 @@ import { ticks } from "../../../client/web/src/scene/ticks";
 import { inResolution, rounded } from "../../../client/web/src/shared/numbers";
 import { roundedWithin } from "../../../client/web/src/shared/quantities";
 import { defaultWindow } from "../../../client/web/src/shared/sample_window";
-import type { ShownSurface } from "../../../client/web/src/surfaces/shown_surface";
 import { noProgress, type StepFacts } from "../../../client/web/src/state/progress";
 import { timeText } from "../../../client/web/src/state/series";
 import { defaults, type Place, type Settings } from "../../../client/web/src/state/settings";
 import { fromAddress, toAddress } from "../../../client/web/src/state/url_state";
 import { coordinateResolution, coordinateText, placeText, valueText } from "../../../client/web/src/stream/dataset";
+import type { ShownSurface } from "../../../client/web/src/surfaces/shown_surface";
+import { captionOf } from "../../../client/web/src/viewer/picture";
 import { withoutPart } from "../../../client/web/src/viewer/surface_parts";
 import { member, plain } from "./made_datasets";
 
 const far = 5.4e6;
 const info: DatasetInfo = {
-  ...plain("hill"), dims: [41, 41, 41], spacing: [0.5, 0.5, 0.5], lengthUnit: "m", min: far, max: far + 20,
+  ...plain("hill"),
+  dims: [41, 41, 41],
+  spacing: [0.5, 0.5, 0.5],
+  lengthUnit: "m",
+  min: far,
+  max: far + 20,
   indexToWorld: [0.5, 0, 0, 0, 0.5, 0, 0, 0, 0.5, 500000, far, 0],
 };
 const resolution = coordinateResolution(info);
@@ -68,19 +74,34 @@ describe("FarNumbers", () => {
 
   test("InAddressesGiveTheSameMeasurement", () => {
     const settings: Settings = {
-      ...defaults, eye: a, target: b, cross: a, hiddenParts: [a, b], crop: { low: a, high: [b[0], b[1], b[2] + 1] },
+      ...defaults,
+      eye: a,
+      target: b,
+      cross: a,
+      hiddenParts: [a, b],
+      crop: { low: a, high: [b[0], b[1], b[2] + 1] },
       region: { kind: "ball", center: a, radius: 1.23456789, error: 0.5 },
       surfaces: [{ isovalue: far + 0.123456, error: null, color: "#ff0000", opacity: 1, visible: true, hiddenParts: [a] }],
-      places: [{ world: a, bound: 0.1 }, { world: b, bound: 0.1 }],
+      places: [
+        { world: a, bound: 0.1 },
+        { world: b, bound: 0.1 },
+      ],
     };
     const text = toAddress(settings, resolution);
     expect(text).not.toMatch(/\d{12}/); // Without digits of rounding errors.
     const read = { ...defaults, ...fromAddress(text) };
-    const near = (found: readonly number[], place: readonly number[]) => place.forEach((value, axis) => expect(Math.abs(found[axis] - value)).toBeLessThan(resolution));
+    const near = (found: readonly number[], place: readonly number[]) =>
+      place.forEach((value, axis) => expect(Math.abs(found[axis] - value)).toBeLessThan(resolution));
     for (const [found, place] of [
-      [read.eye!, a], [read.target!, b], [read.cross!, a], [read.hiddenParts[1], b], [read.crop!.low, a], [read.surfaces[0].hiddenParts![0], a],
+      [read.eye!, a],
+      [read.target!, b],
+      [read.cross!, a],
+      [read.hiddenParts[1], b],
+      [read.crop!.low, a],
+      [read.surfaces[0].hiddenParts![0], a],
       [(read.region as { center: Place }).center, a],
-    ]) near(found, place);
+    ])
+      near(found, place);
     expect(read.surfaces[0].isovalue).toBe(far + 0.123456);
     const [from, to] = read.places;
     expect(Math.abs(distanceOf(from.world, to.world) - 0.5)).toBeLessThan(2 * resolution);
@@ -93,6 +114,8 @@ describe("FarNumbers", () => {
     const parts = withoutPart(defaults, 0, a, resolution) as { change: Partial<Settings> };
     expect(parts.change.hiddenParts).toEqual([[500001.2346, far + 2.3457, 1.2346]]);
     const label = member("l", "s", { label: { value: 1, name: "l" } }).member!.label!;
-    expect(labelTable([{ label, samplesVolume: 0, found: null, bound: null, centroid: [500001.2346, far + 2.3457, 1.2346] }], "m")).toMatch(/500001\.2346,5400002\.3457,1\.2346/);
+    expect(labelTable([{ label, samplesVolume: 0, found: null, bound: null, centroid: [500001.2346, far + 2.3457, 1.2346] }], "m")).toMatch(
+      /500001\.2346,5400002\.3457,1\.2346/,
+    );
   });
 });

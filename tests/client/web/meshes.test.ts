@@ -1,17 +1,33 @@
 import { type DataBorder, isSound, matchBoundaries } from "../../../client/web/src/mesh/boundary_matcher";
 import { glbScene } from "../../../client/web/src/mesh/glb_scene";
-import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
-import { defaults } from "../../../client/web/src/state/settings";
-import { meshAddress } from "../../../client/web/src/stream/mesh_request";
 import { meshFile } from "../../../client/web/src/mesh/mesh_file";
-import { weldedInWorld } from "../../../client/web/src/mesh/welded_mesh";
+import { fieldNormals, normalSums, packedNormals, smoothedSums } from "../../../client/web/src/mesh/normals";
 import { nearestHit } from "../../../client/web/src/mesh/ray";
 import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
 import { payloadCounts } from "../../../client/web/src/mesh/tile_payload";
-import { fieldNormals, normalSums, packedNormals, smoothedSums } from "../../../client/web/src/mesh/normals";
+import { weldedInWorld } from "../../../client/web/src/mesh/welded_mesh";
+import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
+import { defaults } from "../../../client/web/src/state/settings";
+import { meshAddress } from "../../../client/web/src/stream/mesh_request";
 
-const corners = [[9, 5, 5], [5, 9, 5], [5, 5, 9], [1, 5, 5], [5, 1, 5], [5, 5, 1]];
-const octahedron = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
+const corners = [
+  [9, 5, 5],
+  [5, 9, 5],
+  [5, 5, 9],
+  [1, 5, 5],
+  [5, 1, 5],
+  [5, 5, 1],
+];
+const octahedron = [
+  [0, 1, 2],
+  [1, 3, 2],
+  [3, 4, 2],
+  [4, 0, 2],
+  [1, 0, 5],
+  [3, 1, 5],
+  [4, 3, 5],
+  [0, 4, 5],
+];
 const border: DataBorder = { low: [0, 0, 0], high: [10, 10, 10], inset: 0, anywhere: false };
 const identity = [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
 
@@ -28,18 +44,34 @@ function tile(faces: number[][], shift = 0) {
   const surface = mesh(faces, shift);
   const sums = normalSums(surface, 1);
   return {
-    id: "tile", positions: Float32Array.from(surface.positions), triangles: surface.triangles,
-    normals: packedNormals(sums), sums,
+    id: "tile",
+    positions: Float32Array.from(surface.positions),
+    triangles: surface.triangles,
+    normals: packedNormals(sums),
+    sums,
   };
 }
 
 // A file of one surface as a server writes it, whose data are `byte`.
 function served(translation: number[], byte: number): Uint8Array {
   const json = JSON.stringify({
-    asset: { version: "2.0", extras: { space: "RAS" } }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ children: [1], translation }, { mesh: 0 }],
-    meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1, material: 0 }], extensions: { EXT_mesh_manifold: { manifoldPrimitive: { mode: 4, indices: 1 }, mergeIndices: 1 } } }],
-    materials: [{ name: "isovalue 1" }], accessors: [{ bufferView: 0 }, { bufferView: 1 }],
-    bufferViews: [{ buffer: 0, byteOffset: 0, byteLength: 12 }, { buffer: 0, byteOffset: 12, byteLength: 12 }], buffers: [{ byteLength: 24 }],
+    asset: { version: "2.0", extras: { space: "RAS" } },
+    scene: 0,
+    scenes: [{ nodes: [0] }],
+    nodes: [{ children: [1], translation }, { mesh: 0 }],
+    meshes: [
+      {
+        primitives: [{ attributes: { POSITION: 0 }, indices: 1, material: 0 }],
+        extensions: { EXT_mesh_manifold: { manifoldPrimitive: { mode: 4, indices: 1 }, mergeIndices: 1 } },
+      },
+    ],
+    materials: [{ name: "isovalue 1" }],
+    accessors: [{ bufferView: 0 }, { bufferView: 1 }],
+    bufferViews: [
+      { buffer: 0, byteOffset: 0, byteLength: 12 },
+      { buffer: 0, byteOffset: 12, byteLength: 12 },
+    ],
+    buffers: [{ byteLength: 24 }],
   });
   const text = new TextEncoder().encode(json.padEnd(4 * Math.ceil(json.length / 4)));
   const glb = new Uint8Array(28 + text.length + 24).fill(byte);
@@ -50,7 +82,10 @@ function served(translation: number[], byte: number): Uint8Array {
 }
 
 function topology(...tiles: number[][][]) {
-  return matchBoundaries(tiles.map((faces) => boundaryOf(mesh(faces))), border).topology;
+  return matchBoundaries(
+    tiles.map((faces) => boundaryOf(mesh(faces))),
+    border,
+  ).topology;
 }
 
 describe("BoundaryMatcher", () => {
@@ -118,7 +153,10 @@ describe("Files", () => {
   });
 
   test("HaveANodeForEverySurface", () => {
-    const looks = [{ name: "skin", color: "#ff8000", opacity: 0.5 }, { name: "bone", color: "#ffffff", opacity: 1 }];
+    const looks = [
+      { name: "skin", color: "#ff8000", opacity: 0.5 },
+      { name: "bone", color: "#ffffff", opacity: 1 },
+    ];
     const files = looks.map((look, i) => ({ look, glb: served([0, 5.4e6 + i, 0], 6 + i) }));
     const glb = glbScene(files, "m");
     const view = new DataView(glb.buffer);
@@ -127,7 +165,10 @@ describe("Files", () => {
     expect(json.asset).toEqual({ version: "2.0", extras: { space: "RAS", length_unit: "m" } });
     expect(json.scenes).toEqual([{ nodes: [0, 2] }]);
     expect(json.nodes).toEqual([
-      { children: [1], translation: [0, 5.4e6, 0] }, { name: "skin", mesh: 0 }, { children: [3], translation: [0, 5.4e6 + 1, 0] }, { name: "bone", mesh: 1 },
+      { children: [1], translation: [0, 5.4e6, 0] },
+      { name: "skin", mesh: 0 },
+      { children: [3], translation: [0, 5.4e6 + 1, 0] },
+      { name: "bone", mesh: 1 },
     ]);
     expect(json.meshes[1].primitives[0]).toEqual({ attributes: { POSITION: 2 }, indices: 3, material: 1 });
     expect(json.meshes[1].extensions).toEqual({ EXT_mesh_manifold: { manifoldPrimitive: { mode: 4, indices: 3 }, mergeIndices: 3 } });
@@ -145,8 +186,13 @@ describe("Files", () => {
 
   test("HaveOutwardNormalsInAnyWorld", () => {
     const center = [5, 5, 5];
-    for (const map of [identity, [2, 0, 0, 0, 3, 0, 0, 0, 0.5, 7, 8, 9], [-1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0],
-      [1, 1, 0, -1, 1, 0, 0, 0, 4, 0, 0, 0], [0, 0, 2, 2, 0, 0, 0, 1, 0, 1, 2, 3]]) {
+    for (const map of [
+      identity,
+      [2, 0, 0, 0, 3, 0, 0, 0, 0.5, 7, 8, 9],
+      [-1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0],
+      [1, 1, 0, -1, 1, 0, 0, 0, 4, 0, 0, 0],
+      [0, 0, 2, 2, 0, 0, 0, 1, 0, 1, 2, 3],
+    ]) {
       const { origin, positions, normals: n } = weldedInWorld([tile(octahedron)], map);
       const p = positions.map((value, i) => value + origin[i % 3]);
       const middle = [0, 1, 2].map((row) => map[9 + row] + [0, 1, 2].reduce((sum, c) => sum + map[3 * c + row] * center[c], 0));
@@ -195,8 +241,9 @@ describe("Rays", () => {
 describe("MeshAddress", () => {
   test("NamesTheSettingsOfTheSurface", () => {
     const own = { ...defaults, isovalue: 3, error: 0.5, region: null, minComponent: "largest" as const, simplify: false, color: "#ff0000" };
-    expect(meshAddress("wss://example.org/v1/stream", { name: "a b" } as DatasetInfo, 300.5, own, "stl"))
-      .toBe("https://example.org/v1/datasets/a%20b/isosurface?isovalue=300.5&error=0.5&simplify=false&min_component=largest&format=stl");
+    expect(meshAddress("wss://example.org/v1/stream", { name: "a b" } as DatasetInfo, 300.5, own, "stl")).toBe(
+      "https://example.org/v1/datasets/a%20b/isosurface?isovalue=300.5&error=0.5&simplify=false&min_component=largest&format=stl",
+    );
   });
 });
 

@@ -38,9 +38,14 @@ describe("ServerAddress", () => {
   test("SendsAStoredTokenToItsServerOnly", () => {
     page("https://volumes.example/#token=mt_secret");
     for (const other of [
-      "wss://thief.example/v1/stream", "wss://volumes.example.thief.example/v1/stream",
-      "wss://volumes.example:444/v1/stream", "wss://volumes.example@thief.example/v1/stream",
-      "ws://volumes.example/v1/stream", "wss://volumes.example/v1/stream/../elsewhere", "", "token",
+      "wss://thief.example/v1/stream",
+      "wss://volumes.example.thief.example/v1/stream",
+      "wss://volumes.example:444/v1/stream",
+      "wss://volumes.example@thief.example/v1/stream",
+      "ws://volumes.example/v1/stream",
+      "wss://volumes.example/v1/stream/../elsewhere",
+      "",
+      "token",
     ]) {
       expect(page(`https://volumes.example/?server=${other}`).token.get(), other).toBe("");
     }

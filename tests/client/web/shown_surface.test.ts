@@ -1,7 +1,7 @@
-import { isRegression, type ShownSurface } from "../../../client/web/src/surfaces/shown_surface";
 import type { StepFacts } from "../../../client/web/src/state/progress";
 import { defaults } from "../../../client/web/src/state/settings";
 import { isosurfaceRequest } from "../../../client/web/src/stream/request";
+import { isRegression, type ShownSurface } from "../../../client/web/src/surfaces/shown_surface";
 import { dataset } from "./golden_stream";
 
 const info = dataset();
@@ -13,7 +13,10 @@ const request = (followView: boolean, isovalue = 0.1) => ({
 });
 const facts = (errorWorld: number, isFinal = false) => ({ errorWorld, tolerance: 0, isFinal }) as StepFacts;
 const shown = (followView: boolean, errorWorld: number): ShownSurface => ({
-  info, request: request(followView).isosurface, resolution: 5, facts: facts(errorWorld, true),
+  info,
+  request: request(followView).isosurface,
+  resolution: 5,
+  facts: facts(errorWorld, true),
 });
 
 describe("ShownSurface", () => {

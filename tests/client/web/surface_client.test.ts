@@ -1,18 +1,27 @@
-import { Prefetcher } from "../../../client/web/src/surfaces/prefetcher";
-import { applied, inverse, latticeToWorld } from "../../../client/web/src/stream/dataset";
-import { allComponents, type CachedStep, StepCache } from "../../../client/web/src/surfaces/step_cache";
-import { StepSpeed } from "../../../client/web/src/stream/step_speed";
-import { SurfaceClient } from "../../../client/web/src/surfaces/surface_client";
+import {
+  type ClientKind,
+  type DatasetInfo,
+  type OpenStream,
+  Priority,
+  type ServerKind,
+  type StepBegin,
+  StepPolicy,
+  StreamOutcome,
+} from "../../../client/web/src/protocol/messages";
+import type { Surface } from "../../../client/web/src/scene/surface";
 import { nothingHidden } from "../../../client/web/src/state/hidden_parts";
 import type { StepFacts } from "../../../client/web/src/state/progress";
-import { isosurfaceRequest } from "../../../client/web/src/stream/request";
-import { type ClientKind, type DatasetInfo, type OpenStream, Priority, type ServerKind, type StepBegin, StepPolicy, StreamOutcome } from "../../../client/web/src/protocol/messages";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
-import type { Surface } from "../../../client/web/src/scene/surface";
 import { ConnectionPool } from "../../../client/web/src/stream/connection_pool";
+import { applied, inverse, latticeToWorld } from "../../../client/web/src/stream/dataset";
 import type { LinkEvents } from "../../../client/web/src/stream/link";
-import type { StreamRequest } from "../../../client/web/src/stream/stream_request";
+import { isosurfaceRequest } from "../../../client/web/src/stream/request";
 import type { SharedPreviews } from "../../../client/web/src/stream/shared_previews";
+import { StepSpeed } from "../../../client/web/src/stream/step_speed";
+import type { StreamRequest } from "../../../client/web/src/stream/stream_request";
+import { Prefetcher } from "../../../client/web/src/surfaces/prefetcher";
+import { allComponents, type CachedStep, StepCache } from "../../../client/web/src/surfaces/step_cache";
+import { SurfaceClient } from "../../../client/web/src/surfaces/surface_client";
 import type { TilePool } from "../../../client/web/src/workers/tile_pool";
 import type { DrawnTiles, Selection } from "../../../client/web/src/workers/worker_messages";
 import { dataset, messages } from "./golden_stream";
@@ -42,7 +51,13 @@ vi.stubGlobal("window", globalThis); // Provides its timers.
 function partsOf(token = "") {
   const nothing = () => {};
   const surface = {
-    budget: 100, ids: () => [], dropUnused: nothing, use: nothing, release: nothing, show: nothing, trianglesOf: () => 30,
+    budget: 100,
+    ids: () => [],
+    dropUnused: nothing,
+    use: nothing,
+    release: nothing,
+    show: nothing,
+    trianglesOf: () => 30,
   } as unknown as Surface;
   const pool = { cancelJobs: nothing, select: (drawn: DrawnTiles) => selections.of(drawn) } as unknown as TilePool;
   const stepCache = new StepCache(() => true);

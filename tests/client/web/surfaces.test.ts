@@ -1,6 +1,13 @@
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import {
-  maxSurfaces, settingsOf, surfacesOf, withAddedSurface, withMaterial, withOtherDataset, withoutSurface, withSurface,
+  maxSurfaces,
+  settingsOf,
+  surfacesOf,
+  withAddedSurface,
+  withMaterial,
+  withOtherDataset,
+  withoutSurface,
+  withSurface,
 } from "../../../client/web/src/state/surfaces";
 import { reusedMembers, stepsToRequest } from "../../../client/web/src/surfaces/surface_set";
 

@@ -1,15 +1,16 @@
 // The calls that an embedding page can make: those of the module `multitetra-viewer` (module.ts) and, as messages,
 // of a frame (embedding.ts). client/web/EMBEDDING.md documents them.
-import type { EmbeddedDataset, EmbeddedEvents, EmbeddedPick, EmbeddedStep } from "./embedded_events";
+
 import type { DatasetInfo } from "../protocol/messages";
 import type { Picked } from "../scene/picking";
 import { Events } from "../state/events";
 import { parseSettings } from "../state/parse_settings";
 import type { StepFacts } from "../state/progress";
-import { assumedPlacement } from "../stream/dataset";
 import type { Settings } from "../state/settings";
+import { assumedPlacement } from "../stream/dataset";
 import type { Viewer } from "../viewer/viewer";
 import type { PictureOptions } from "../viewer/viewer_options";
+import type { EmbeddedDataset, EmbeddedEvents, EmbeddedPick, EmbeddedStep } from "./embedded_events";
 import { isWeak, maxTrianglesOfWeakDevices, thisDevice } from "./weak_device";
 
 const together = 100; // Milliseconds: changes within this time are reported together.
@@ -23,7 +24,10 @@ export class EmbeddedViewer {
   private isFitDue = false; // When a step of the set isovalue is shown.
   private failure = ""; // Why the requested surface is not shown; empty: no failure.
 
-  constructor(private readonly viewer: Viewer, private readonly timers: Timers = window) {
+  constructor(
+    private readonly viewer: Viewer,
+    private readonly timers: Timers = window,
+  ) {
     viewer.on("settings", () => {
       timers.clearTimeout(this.timer);
       this.timer = timers.setTimeout(() => this.events.emit("state", viewer.get()), together);
@@ -117,9 +121,17 @@ export class EmbeddedViewer {
 
   private summaryOf(info: DatasetInfo): EmbeddedDataset {
     return {
-      name: info.name, dims: [...info.dims], spacing: [...info.spacing], min: info.min, max: info.max,
-      lengthUnit: info.lengthUnit, assumed: assumedPlacement(info), valueUnit: info.valueUnit, suggestedIsovalues: [...info.suggestedIsovalues],
-      member: memberOf(info), times: this.viewer.times?.all ?? [],
+      name: info.name,
+      dims: [...info.dims],
+      spacing: [...info.spacing],
+      min: info.min,
+      max: info.max,
+      lengthUnit: info.lengthUnit,
+      assumed: assumedPlacement(info),
+      valueUnit: info.valueUnit,
+      suggestedIsovalues: [...info.suggestedIsovalues],
+      member: memberOf(info),
+      times: this.viewer.times?.all ?? [],
     };
   }
 }

@@ -31,7 +31,16 @@ const magic = { glb: 0x46546c67, json: 0x4e4f534a, binary: 0x004e4942 };
 // Throws if the bytes are not such a file.
 export function glbScene(files: readonly { glb: Uint8Array; look: SavedLook }[], lengthUnit: string): Uint8Array {
   const scene: Required<Gltf> = {
-    asset: {}, scene: 0, scenes: [{ nodes: [] }], nodes: [], meshes: [], materials: [], accessors: [], bufferViews: [], buffers: [], extensionsUsed: [],
+    asset: {},
+    scene: 0,
+    scenes: [{ nodes: [] }],
+    nodes: [],
+    meshes: [],
+    materials: [],
+    accessors: [],
+    bufferViews: [],
+    buffers: [],
+    extensionsUsed: [],
   };
   const binaries: Uint8Array[] = [];
   let bytes = 0;
@@ -48,24 +57,31 @@ export function glbScene(files: readonly { glb: Uint8Array; look: SavedLook }[],
 }
 
 function append(scene: Required<Gltf>, file: Gltf, look: SavedLook, byteOffset: number): void {
-  const [nodes, meshes, materials, accessors, views] = [scene.nodes, scene.meshes, scene.materials, scene.accessors, scene.bufferViews].map(({ length }) => length);
+  const [nodes, meshes, materials, accessors, views] = [scene.nodes, scene.meshes, scene.materials, scene.accessors, scene.bufferViews].map(
+    ({ length }) => length,
+  );
   scene.asset = { ...file.asset, ...scene.asset };
   scene.extensionsUsed = [...new Set([...scene.extensionsUsed, ...(file.extensionsUsed ?? [])])];
   scene.scenes[0].nodes!.push(...(file.scenes?.[file.scene ?? 0]?.nodes ?? []).map((node) => node + nodes));
   for (const { mesh, children, ...node } of file.nodes ?? []) {
     scene.nodes.push({
-      ...node, ...(mesh === undefined ? {} : { name: look.name, mesh: mesh + meshes }), ...(children && { children: children.map((child) => child + nodes) }),
+      ...node,
+      ...(mesh === undefined ? {} : { name: look.name, mesh: mesh + meshes }),
+      ...(children && { children: children.map((child) => child + nodes) }),
     });
   }
   for (const { primitives, extensions, ...mesh } of file.meshes ?? []) {
     const moved = primitives.map(({ attributes, indices, material, ...primitive }) => ({
-      ...primitive, attributes: Object.fromEntries(Object.entries(attributes).map(([name, index]) => [name, index + accessors])),
-      ...(indices === undefined ? {} : { indices: indices + accessors }), material: (material ?? 0) + materials,
+      ...primitive,
+      attributes: Object.fromEntries(Object.entries(attributes).map(([name, index]) => [name, index + accessors])),
+      ...(indices === undefined ? {} : { indices: indices + accessors }),
+      material: (material ?? 0) + materials,
     }));
     scene.meshes.push({ ...mesh, primitives: moved, ...(extensions && { extensions: movedManifold(extensions, accessors) }) });
   }
   for (const material of file.materials ?? [{}]) scene.materials.push({ ...material, ...lookOf(look) });
-  for (const accessor of file.accessors ?? []) scene.accessors.push(accessor.bufferView === undefined ? accessor : { ...accessor, bufferView: accessor.bufferView + views });
+  for (const accessor of file.accessors ?? [])
+    scene.accessors.push(accessor.bufferView === undefined ? accessor : { ...accessor, bufferView: accessor.bufferView + views });
   for (const view of file.bufferViews ?? []) scene.bufferViews.push({ ...view, byteOffset: (view.byteOffset ?? 0) + byteOffset });
 }
 
@@ -82,7 +98,9 @@ function movedManifold(extensions: Record<string, unknown>, accessors: number): 
 
 function lookOf({ name, color, opacity }: SavedLook): Record<string, unknown> {
   return {
-    name, doubleSided: true, ...(opacity < 1 ? { alphaMode: "BLEND" } : {}),
+    name,
+    doubleSided: true,
+    ...(opacity < 1 ? { alphaMode: "BLEND" } : {}),
     pbrMetallicRoughness: { baseColorFactor: [...linearLight(color), opacity], metallicFactor: 0, roughnessFactor: 0.6 },
   };
 }

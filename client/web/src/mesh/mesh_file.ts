@@ -23,12 +23,14 @@ export async function meshFile(mesh: WeldedMesh, format: MeshFormat, step: numbe
     const matrix = new THREE.Matrix4().set(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1); // z up to y up.
     node.applyMatrix4(matrix);
     node.updateMatrixWorld();
-    return new Uint8Array(await new GLTFExporter().parseAsync(node, { binary: true }) as ArrayBuffer);
+    return new Uint8Array((await new GLTFExporter().parseAsync(node, { binary: true })) as ArrayBuffer);
   }
   node.updateMatrixWorld();
   const largest = Math.max(...mesh.origin.map(Math.abs));
   if (largest * 2 ** -24 > maxMove * step) {
-    throw new Error(`${format.toUpperCase()} files with hidden parts have 32-bit coordinates, too few digits at ${largest.toPrecision(2)} units from the origin; GLB keeps them.`);
+    throw new Error(
+      `${format.toUpperCase()} files with hidden parts have 32-bit coordinates, too few digits at ${largest.toPrecision(2)} units from the origin; GLB keeps them.`,
+    );
   }
   if (format === "stl") {
     const { buffer } = new STLExporter().parse(node, { binary: true });

@@ -6,8 +6,8 @@
 import { Components } from "./components";
 import { nearestComponent } from "./nearest_component";
 import { PointNumbers } from "./point_numbers";
-import type { LatticeBox } from "./tile_mesh";
 import type { TileBoundary } from "./tile_boundary";
+import type { LatticeBox } from "./tile_mesh";
 
 export type Triangles = Uint16Array | Uint32Array;
 

@@ -57,9 +57,7 @@ function worldNormals(lattice: readonly number[], m: readonly number[]): Float32
   const columns = [cross(3, 6), cross(6, 0), cross(0, 3)];
   const normals = new Float32Array(lattice.length);
   for (let i = 0; i < lattice.length; i += 3) {
-    const n = [0, 1, 2].map(
-      (row) => columns[0][row] * lattice[i] + columns[1][row] * lattice[i + 1] + columns[2][row] * lattice[i + 2],
-    );
+    const n = [0, 1, 2].map((row) => columns[0][row] * lattice[i] + columns[1][row] * lattice[i + 1] + columns[2][row] * lattice[i + 2]);
     const length = Math.hypot(...n);
     normals.set(length > 0 ? n.map((value) => value / length) : [0, 0, 1], i);
   }

@@ -1,12 +1,13 @@
 // Synchronizes settings and the page's address: changed settings appear in the address, edits of it are applied, and
 // the browser's "Back" reverts a change of dataset or isovalue.
-import { Token } from "./server_address";
+
 import { withShortLabels } from "../state/label_surfaces";
 import { findByName } from "../state/series";
 import type { Settings } from "../state/settings";
 import { afterEdit, ignoredParts, toAddress } from "../state/url_state";
 import { coordinateResolution } from "../stream/dataset";
 import type { Viewer } from "../viewer/viewer";
+import { Token } from "./server_address";
 
 export class AddressSync {
   private initialHash: string;

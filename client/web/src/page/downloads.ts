@@ -1,22 +1,23 @@
 // Exports pictures, videos, files and links.
-import { h } from "../shared/elements";
-import { type Animation, recordVideo, recordPictures, turntable } from "../scene/animation";
-import { savedFileText } from "../panel/downloads_section";
+
 import { glbScene, type SavedLook } from "../mesh/glb_scene";
 import type { MeshFormat } from "../mesh/mesh_file";
+import { savedFileText } from "../panel/downloads_section";
 import { labelTable, type MeasuredLabel } from "../panel/label_table";
 import type { DatasetInfo } from "../protocol/messages";
-import type { Settings } from "../state/settings";
+import { type Animation, recordPictures, recordVideo, turntable } from "../scene/animation";
+import { h } from "../shared/elements";
+import { rounded } from "../shared/numbers";
 import { fileName, type NamedSurface, seriesName } from "../state/file_names";
 import { nameOfLabel, renamedLabel, timeOf, timeText, withLabelsBeside } from "../state/series";
+import type { Settings } from "../state/settings";
 import { surfacesOf } from "../state/surfaces";
 import { toAddress } from "../state/url_state";
-import { rounded } from "../shared/numbers";
 import { applied, coordinateResolution, latticeToWorld, type Vec3, voxelLength, voxelVolume } from "../stream/dataset";
+import type { MeshReply } from "../stream/mesh_request";
+import { boundOf, type ShownTiles } from "../surfaces/shown_surface";
 import type { Viewer } from "../viewer/viewer";
 import type { PictureOptions } from "../viewer/viewer_options";
-import { boundOf, type ShownTiles } from "../surfaces/shown_surface";
-import type { MeshReply } from "../stream/mesh_request";
 
 export class Downloads {
   private recording: AbortController | null = null;
@@ -119,14 +120,23 @@ export class Downloads {
     try {
       const files = await Promise.all(saved.map((one) => this.meshFile(one, format)));
       const looks = saved.map((one) => this.lookOf(one));
-      const file = format === "glb" ? glbScene(files.map(({ file: glb }, i) => ({ glb, look: looks[i] })), saved[0].shown.info.lengthUnit) : files[0].file;
+      const file =
+        format === "glb"
+          ? glbScene(
+              files.map(({ file: glb }, i) => ({ glb, look: looks[i] })),
+              saved[0].shown.info.lengthUnit,
+            )
+          : files[0].file;
       this.save(new Blob([file as Uint8Array<ArrayBuffer>]), format, fileName(saved.map(named)));
-      notices.announce(savedFileText({
-        triangles: files.reduce((sum, { triangles }) => sum + (triangles ?? 0), 0),
-        isOfSamples: saved.some(({ shown }, i) => shown.facts.shell !== null && files[i].isAsShown),
-        isOneOfSeveral: visible.length > saved.length,
-        expected: saved.length === 1 && saved[0].at === 0 ? surfaces.sizes.get().expected : null,
-      }), true);
+      notices.announce(
+        savedFileText({
+          triangles: files.reduce((sum, { triangles }) => sum + (triangles ?? 0), 0),
+          isOfSamples: saved.some(({ shown }, i) => shown.facts.shell !== null && files[i].isAsShown),
+          isOneOfSeveral: visible.length > saved.length,
+          expected: saved.length === 1 && saved[0].at === 0 ? surfaces.sizes.get().expected : null,
+        }),
+        true,
+      );
     } catch (error) {
       notices.announce((error as Error).message, true);
     }
@@ -137,7 +147,10 @@ export class Downloads {
     const { hiddenParts = [] } = surfacesOf(settings)[surface.at] ?? {};
     const made = hiddenParts.length > 0 ? null : await this.viewer.surfaces.file(surface, settings, format).catch(() => null);
     if (made) return { ...made, isAsShown: false };
-    const { drawn, shown: { info, resolution } } = surface;
+    const {
+      drawn,
+      shown: { info, resolution },
+    } = surface;
     const file = await this.viewer.pool.file({ drawn, toWorld: [...latticeToWorld(info, resolution)], step: voxelLength(info) / 2 ** resolution, format });
     return { file, triangles: this.shownTriangles(surface), isAsShown: true };
   }
@@ -157,17 +170,22 @@ export class Downloads {
     const tiles = viewer.surfaces.shownTiles(viewer.get()).filter(({ at, shown }) => shown.info.member?.label && (!only || only.includes(at)));
     if (tiles.length === 0) return viewer.notices.announce("No labels are shown.", true);
     const complete = tiles.filter((one) => one.shown.facts.spacing === 1); // The volumes of previews may be far off.
-    const measures = new Map(await Promise.all(complete.map(async ({ shown, drawn }) => {
-      const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
-      const found = await viewer.pool.measure(drawn, toWorld, null).catch(() => null);
-      return [shown.info.name, { found, bound: boundOf(shown) }] as const;
-    })));
+    const measures = new Map(
+      await Promise.all(
+        complete.map(async ({ shown, drawn }) => {
+          const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
+          const found = await viewer.pool.measure(drawn, toWorld, null).catch(() => null);
+          return [shown.info.name, { found, bound: boundOf(shown) }] as const;
+        }),
+      ),
+    );
     const shown = tiles.map((one) => one.shown.info);
     const labels = only ? shown : withLabelsBeside(viewer.surfaces.datasets.get().list ?? [], shown);
     const rows = labels.map((info): MeasuredLabel => {
       const label = info.member!.label!;
       return {
-        label: renamedLabel(label, viewer.get().labelNames), samplesVolume: Number(label.samples) * voxelVolume(info),
+        label: renamedLabel(label, viewer.get().labelNames),
+        samplesVolume: Number(label.samples) * voxelVolume(info),
         ...(measures.get(info.name) ?? { found: null, bound: null }),
         centroid: label.centroid.length === 3 ? applied(info.indexToWorld, label.centroid).map((value) => rounded(value, coordinateResolution(info))) : null,
       };

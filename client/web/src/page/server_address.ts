@@ -35,7 +35,10 @@ export class Token {
   // Removes the token from the address of the page, from where it could be copied.
   static hide(): void {
     const { hash } = location;
-    const shown = hash.slice(1).split("&").filter((word) => !word.startsWith("token="));
+    const shown = hash
+      .slice(1)
+      .split("&")
+      .filter((word) => !word.startsWith("token="));
     if (shown.join("&") !== hash.slice(1)) history.replaceState(null, "", `#${shown.join("&")}`);
   }
 

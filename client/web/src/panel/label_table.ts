@@ -15,8 +15,17 @@ export interface MeasuredLabel {
 // digits than their bounds allow, for sums and differences.
 export function labelTable(labels: readonly MeasuredLabel[], lengthUnit: string): string {
   const unit = (lengthUnit || "unit").replace(/[\u00b5\u03bc]/g, "u");
-  const header = ["label", "name", "samples", `samples_volume_${unit}3`, `volume_${unit}3`, `volume_bound_${unit}3`, `area_about_${unit}2`,
-    ...[..."xyz"].map((axis) => `centroid_${axis}_${unit}`), "triangles"];
+  const header = [
+    "label",
+    "name",
+    "samples",
+    `samples_volume_${unit}3`,
+    `volume_${unit}3`,
+    `volume_bound_${unit}3`,
+    `area_about_${unit}2`,
+    ...[..."xyz"].map((axis) => `centroid_${axis}_${unit}`),
+    "triangles",
+  ];
   const rows = labels.map(({ label, samplesVolume, found, bound, centroid }) => {
     const volumeBound = found && found.volume !== null && bound !== null ? bound * found.area : null;
     const numbers = [samplesVolume || null, found?.volume, volumeBound, found?.area];

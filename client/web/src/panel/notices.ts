@@ -3,9 +3,10 @@
 //
 // The focused element stays in the page while the reason is the same, even over failed attempts to connect. When the
 // reason is resolved, focus moves to the scene.
-import type { Progress } from "../state/progress";
+
 import { h } from "../shared/elements";
 import { inBytes, inTriangleRange } from "../shared/quantities";
+import type { Progress } from "../state/progress";
 import { TokenForm } from "./token_form";
 
 export interface NoticeActions {
@@ -33,7 +34,10 @@ export class Notices {
   private form: TokenForm | null = null;
 
   // `isElsewhere`: the page is not the server's own.
-  constructor(private readonly actions: NoticeActions, private readonly isElsewhere = false) {}
+  constructor(
+    private readonly actions: NoticeActions,
+    private readonly isElsewhere = false,
+  ) {}
 
   // Stays until clear(); a temporary notice stays as long as it takes to read, or until nothing is visible.
   announce(text: string, isTemporary = false): void {
@@ -90,9 +94,7 @@ export class Notices {
       this.drawPostponed(progress.postponed);
     } else if (progress?.sizeToConfirm) {
       const { triangles, budget, bytes } = progress.sizeToConfirm;
-      this.words.textContent =
-        `The complete surface has ${inTriangleRange(triangles, budget)} (about ${inBytes(bytes)}); this is the finest surface with ` +
-        "fewer. ";
+      this.words.textContent = `The complete surface has ${inTriangleRange(triangles, budget)} (about ${inBytes(bytes)}); this is the finest surface with fewer. `;
       this.showKind("size", () => [this.words, button("Show the complete surface", this.actions.confirmSize)]);
     } else {
       this.showKind("nothing", () => []);
@@ -120,15 +122,8 @@ export class Notices {
   private drawLost(progress: Progress): void {
     this.countDown("Retrying", progress.retryAt);
     const permission = this.isElsewhere ? ` and allows this page (--allow-origin ${location.origin})` : "";
-    this.words.textContent = progress.shown
-      ? "The picture stays; the missing parts follow. "
-      : `Check that the server is running${permission}. `;
-    this.showKind("lost", () => [
-      h("b", {}, "No connection to the server. "),
-      this.words,
-      this.seconds,
-      button("Try now", this.actions.connectNow),
-    ]);
+    this.words.textContent = progress.shown ? "The picture stays; the missing parts follow. " : `Check that the server is running${permission}. `;
+    this.showKind("lost", () => [h("b", {}, "No connection to the server. "), this.words, this.seconds, button("Try now", this.actions.connectNow)]);
   }
 
   private showKind(kind: Kind, parts: () => Node[]): void {

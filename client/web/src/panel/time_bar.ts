@@ -1,9 +1,10 @@
 // The time controls over the scene: play, slider, current time, speed and loop.
-import type { Settings } from "../state/settings";
-import { timeText } from "../state/series";
-import type { PlaybackRate } from "../viewer/time_player";
+
 import { h } from "../shared/elements";
 import { inDigits } from "../shared/quantities";
+import { timeText } from "../state/series";
+import type { Settings } from "../state/settings";
+import type { PlaybackRate } from "../viewer/time_player";
 
 export interface ShownTimes {
   all: readonly number[];

@@ -76,12 +76,14 @@ export class LatestSlice {
       const { slice } = this;
       if (!slice) break;
       const plane = planeOf(slice);
-      const lines = await Promise.all(surfaces.shownTiles(settings()).map(async ({ shown: surface, drawn, color }) => {
-        const toWorld = latticeToWorld(surface.info, surface.resolution);
-        const segments = await pool.cut(drawn, halfSpaceInLattice(plane, toWorld));
-        const label = surface.info.member?.label;
-        return { segments, toWorld, color, label: label ? nameOfLabel(label, settings()) : null };
-      })).catch(() => null); // Tiles were removed meanwhile: the arrival of new ones triggers another cut.
+      const lines = await Promise.all(
+        surfaces.shownTiles(settings()).map(async ({ shown: surface, drawn, color }) => {
+          const toWorld = latticeToWorld(surface.info, surface.resolution);
+          const segments = await pool.cut(drawn, halfSpaceInLattice(plane, toWorld));
+          const label = surface.info.member?.label;
+          return { segments, toWorld, color, label: label ? nameOfLabel(label, settings()) : null };
+        }),
+      ).catch(() => null); // Tiles were removed meanwhile: the arrival of new ones triggers another cut.
       if (lines && slice === this.slice) this.shows.lines(lines);
     }
     this.isCutting = false;

@@ -1,8 +1,6 @@
 // All views of sample values: a slice in the scene, three linked slices beside it, and the color legends of samples and
 // of a field on the surfaces.
 import type * as THREE from "three";
-
-import type { SliceSources } from "./latest_slice";
 import { Legend, type LegendValues } from "../panel/legend";
 import type { DatasetInfo } from "../protocol/messages";
 import type { Picked } from "../scene/picking";
@@ -10,12 +8,13 @@ import type { Stage } from "../scene/stage";
 import type { LegendText } from "../shared/color_maps";
 import { h } from "../shared/elements";
 import { defaultWindow, isCt } from "../shared/sample_window";
-import { sampledOf } from "../surfaces/scene_at";
-import { SliceViews } from "./slice_views";
-import { scaleOf, slicePosition, Slices } from "./slices";
 import { findByName, rangeOf, timesOf } from "../state/series";
 import type { Settings } from "../state/settings";
 import { applied, inverse, type Vec3 } from "../stream/dataset";
+import { sampledOf } from "../surfaces/scene_at";
+import type { SliceSources } from "./latest_slice";
+import { SliceViews } from "./slice_views";
+import { Slices, scaleOf, slicePosition } from "./slices";
 
 export interface SampledWorld {
   info: DatasetInfo | null; // The dataset of the first surface.
@@ -37,17 +36,33 @@ export class SampleViews {
     measure: (place: Picked) => void,
   ) {
     const current = () => ({
-      info: this.world().info, sampled: this.sampled, settings: this.sources.settings(), rangeOfSamples: () => this.sampleRange(),
+      info: this.world().info,
+      sampled: this.sampled,
+      settings: this.sources.settings(),
+      rangeOfSamples: () => this.sampleRange(),
     });
     this.slices = new Slices(stage, sources, current);
-    this.views = new SliceViews(stage, sources, current, (cross, isDragging) => turn({ cross }, isDragging), (world) => {
-      const info = this.sampled;
-      if (info) measure({ world, index: applied(inverse(info.indexToWorld), world), info, surface: null });
-    });
+    this.views = new SliceViews(
+      stage,
+      sources,
+      current,
+      (cross, isDragging) => turn({ cross }, isDragging),
+      (world) => {
+        const info = this.sampled;
+        if (info) measure({ world, index: applied(inverse(info.indexToWorld), world), info, surface: null });
+      },
+    );
     this.ofSamples = new Legend({ label: "samples", colors: "sliceColors", level: "level", width: "windowWidth", isLog: "samplesLog" }, turn);
-    this.ofField = new Legend({
-      label: "the surface's colors", colors: "colors", level: "fieldLevel", width: "fieldWindow", isLog: "fieldLog",
-    }, turn);
+    this.ofField = new Legend(
+      {
+        label: "the surface's colors",
+        colors: "colors",
+        level: "fieldLevel",
+        width: "fieldWindow",
+        isLog: "fieldLog",
+      },
+      turn,
+    );
     this.legends = h("div", { class: "legends" }, this.ofField.element, this.ofSamples.element);
   }
 

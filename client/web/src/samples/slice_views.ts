@@ -1,15 +1,14 @@
 // Three linked slices beside the surface, perpendicular to the world axes. They meet in one place, shown by a crosshair
 // in each and a mark in the scene. Window and level are those of the slice in the scene.
 import { Vector3 } from "three";
-
-import { h } from "../shared/elements";
-import { LatestSlice, type SliceSources } from "./latest_slice";
 import type { DatasetInfo } from "../protocol/messages";
-import { isSameData } from "../state/series";
 import { SliceView, type Zoom } from "../scene/slice_view";
 import type { Stage } from "../scene/stage";
-import { crossOf, scaleOf, type ShownSamples } from "./slices";
-import { hasSameGrid, valueText, type Vec3, worldSpacing } from "../stream/dataset";
+import { h } from "../shared/elements";
+import { isSameData } from "../state/series";
+import { hasSameGrid, type Vec3, valueText, worldSpacing } from "../stream/dataset";
+import { LatestSlice, type SliceSources } from "./latest_slice";
+import { crossOf, type ShownSamples, scaleOf } from "./slices";
 
 export class SliceViews {
   readonly element = h("div", { class: "slice-views", role: "group", "aria-label": "Slices", hidden: true });
@@ -74,7 +73,7 @@ export class SliceViews {
     this.showValue("");
     if (this.isProbing) return;
     this.isProbing = true;
-    for (let requested: SliceViews["wanted"] = null; this.wanted && this.wanted !== requested;) {
+    for (let requested: SliceViews["wanted"] = null; this.wanted && this.wanted !== requested; ) {
       requested = this.wanted;
       const found = await this.sources.queries.probe(requested.sampled.name, requested.cross).catch(() => null);
       if (this.wanted === requested && found?.value !== undefined) this.showValue(valueWithUnit(found.value, requested.sampled));

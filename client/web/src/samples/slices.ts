@@ -3,19 +3,19 @@
 import { type Box3, type Plane, type Ray, Vector3 } from "three";
 
 import type { DatasetInfo } from "../protocol/messages";
-import type { ColorScale } from "../shared/color_maps";
-import { airBelow } from "../shared/sample_window";
 import { clipPlanes, cropFaces, cropPlanes } from "../scene/crop";
 import { cutNormal } from "../scene/cut_plane";
-import { LatestSlice, type SliceSources } from "./latest_slice";
 import { axisNormal, sliceGrid } from "../scene/slice_grid";
 import { type SliceLook, SlicePlane } from "../scene/slice_plane";
 import type { Stage } from "../scene/stage";
+import type { ColorScale } from "../shared/color_maps";
+import { airBelow } from "../shared/sample_window";
 import type { ServedDatasets } from "../state/progress";
 import type { Settings } from "../state/settings";
 import { surfacesOf } from "../state/surfaces";
 import { nearestSample, type Vec3, worldBox, worldSpacing } from "../stream/dataset";
 import { suggestedIsovalue } from "../stream/request";
+import { LatestSlice, type SliceSources } from "./latest_slice";
 
 export class Slices {
   private readonly slice: ShownSlice;
@@ -50,7 +50,13 @@ export class Slices {
       const own = all.length - crop.length + face.number;
       const shown = this.faces.get(face.number) ?? new ShownSlice(this.stage, this.sources);
       this.faces.set(face.number, shown);
-      shown.show(info, sampled, face, filling, all.filter((_, at) => at !== own));
+      shown.show(
+        info,
+        sampled,
+        face,
+        filling,
+        all.filter((_, at) => at !== own),
+      );
     }
   }
 
@@ -129,9 +135,7 @@ function throughSamples({ normal, at }: Place, info: DatasetInfo, sampled: Datas
 }
 
 // Returns the values of the first and last color: as set, else the default window, else the data's range.
-export function windowOf(
-  level: number | null, windowWidth: number | null, { min, max, usual }: ValueRange,
-): { low: number; high: number } {
+export function windowOf(level: number | null, windowWidth: number | null, { min, max, usual }: ValueRange): { low: number; high: number } {
   const width = windowWidth ?? usual?.width ?? max - min;
   const middle = level ?? usual?.level ?? (min + max) / 2;
   return { low: middle - width / 2, high: middle + width / 2 };
@@ -139,9 +143,7 @@ export function windowOf(
 
 // Returns the same for a scale that may be logarithmic. If values are not positive, it begins at a thousandth of the
 // last color's value; if that is not positive either, it is linear.
-export function scaleOf(
-  level: number | null, windowWidth: number | null, wantsLog: boolean, range: ValueRange,
-): Omit<ColorScale, "map"> {
+export function scaleOf(level: number | null, windowWidth: number | null, wantsLog: boolean, range: ValueRange): Omit<ColorScale, "map"> {
   const { low, high } = windowOf(level, windowWidth, range);
   if (!wantsLog || high <= 0) return { low, high, isLog: false };
   const least = range.min > 0 && range.min < high ? range.min : high / 1000;

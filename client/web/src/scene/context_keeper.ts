@@ -19,7 +19,11 @@ export class ContextKeeper {
   private waiting: { resolve: () => void; reject: (reason: Error) => void }[] = [];
   private readonly observer: IntersectionObserver;
 
-  constructor(private readonly renderer: THREE.WebGLRenderer, canvas: HTMLCanvasElement, private readonly events: ContextEvents) {
+  constructor(
+    private readonly renderer: THREE.WebGLRenderer,
+    canvas: HTMLCanvasElement,
+    private readonly events: ContextEvents,
+  ) {
     canvas.addEventListener("webglcontextlost", () => this.lose());
     canvas.addEventListener("webglcontextrestored", () => this.restore());
     this.observer = new IntersectionObserver((entries) => this.see(entries[entries.length - 1].isIntersecting));

@@ -14,7 +14,12 @@ export class Gestures {
   private timer = 0;
 
   // `element` has the scene and the slices; `isGrabbed`: whether a handle in the scene is being dragged.
-  constructor(element: HTMLElement, private readonly canvas: HTMLCanvasElement, private readonly controls: OrbitControls, private readonly isGrabbed: () => boolean) {
+  constructor(
+    element: HTMLElement,
+    private readonly canvas: HTMLCanvasElement,
+    private readonly controls: OrbitControls,
+    private readonly isGrabbed: () => boolean,
+  ) {
     element.addEventListener("wheel", (event) => this.wheel(event), { capture: true, passive: false });
     for (const kind of ["touchstart", "touchmove"] as const) canvas.addEventListener(kind, (event) => this.touch(event), { passive: false });
   }

@@ -1,10 +1,9 @@
 // The surroundings of the surfaces: the box of the data, numbers along three of its edges, and a scale bar, in the unit
 // of the dataset's spacing.
 import * as THREE from "three";
-
-import { applied, lengthText, type Vec3 } from "../stream/dataset";
 import type { DatasetInfo } from "../protocol/messages";
 import { h } from "../shared/elements";
+import { applied, lengthText, type Vec3 } from "../stream/dataset";
 import type { AxisNumber } from "./annotations";
 import { disposeTree } from "./dispose_tree";
 import type { Stage } from "./stage";
@@ -26,8 +25,7 @@ interface Edge {
 }
 
 export class SceneDecorations {
-  readonly scaleBar = h("div", { class: "scale-bar", "data-tip":
-    "A length at the depth of the center of the picture, in the unit of the dataset's spacing." });
+  readonly scaleBar = h("div", { class: "scale-bar", "data-tip": "A length at the depth of the center of the picture, in the unit of the dataset's spacing." });
   readonly numbers = h("div", { class: "axis-numbers", "aria-hidden": "true" });
   private readonly box = new THREE.Group();
   private readonly labels: HTMLElement[] = [];
@@ -48,11 +46,18 @@ export class SceneDecorations {
     disposeTree(this.box);
     this.dataset = info;
     const corner = (bits: number): Vec3 =>
-      applied(info.indexToWorld, info.dims.map((n, axis) => (bits & (1 << axis) ? n - 1 : 0)));
-    this.middle.set(...corner(0)).add(new THREE.Vector3(...corner(7))).multiplyScalar(0.5);
+      applied(
+        info.indexToWorld,
+        info.dims.map((n, axis) => (bits & (1 << axis) ? n - 1 : 0)),
+      );
+    this.middle
+      .set(...corner(0))
+      .add(new THREE.Vector3(...corner(7)))
+      .multiplyScalar(0.5);
     this.edges = [0, 1, 2].map((axis) =>
-      [0, 1, 2, 3, 4, 5, 6, 7].filter((bits) => !(bits & (1 << axis))).map((bits) =>
-        edgeOf(new THREE.Vector3(...corner(bits)), new THREE.Vector3(...corner(bits | (1 << axis))))),
+      [0, 1, 2, 3, 4, 5, 6, 7]
+        .filter((bits) => !(bits & (1 << axis)))
+        .map((bits) => edgeOf(new THREE.Vector3(...corner(bits)), new THREE.Vector3(...corner(bits | (1 << axis))))),
     );
     for (const [axis, edges] of this.edges.entries()) {
       edges.forEach(({ from, to }, i) => this.box.add(lineOf(from, to, i === 0 ? axisColors[axis] : null)));
@@ -124,7 +129,9 @@ export class SceneDecorations {
     return (x, y, halfWidth, halfHeight) => {
       const [left, right, top, bottom] = [x - halfWidth, x + halfWidth, y - halfHeight, y + halfHeight];
       if (left < 0 || right > frame.width || top < 0 || bottom > frame.height) return false;
-      return covers.every((box) => frame.left + left > box.right || frame.left + right < box.left || frame.top + top > box.bottom || frame.top + bottom < box.top);
+      return covers.every(
+        (box) => frame.left + left > box.right || frame.left + right < box.left || frame.top + top > box.bottom || frame.top + bottom < box.top,
+      );
     };
   }
 

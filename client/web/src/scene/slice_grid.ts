@@ -48,7 +48,11 @@ export function planeGrid(low: Vec3, high: Vec3, plane: PlaneAxes, at: number, s
 // Returns the part of the box around `center` of which a plane's view shows the shares `seen` to the right and downwards,
 // and half as much around it. It is whole along sides whose samples are all pixels.
 export function seenPart(
-  box: { low: Vec3; high: Vec3 }, { right, down }: PlaneAxes, center: Vec3, seen: readonly [number, number], spacing: Vec3,
+  box: { low: Vec3; high: Vec3 },
+  { right, down }: PlaneAxes,
+  center: Vec3,
+  seen: readonly [number, number],
+  spacing: Vec3,
 ): { low: Vec3; high: Vec3 } {
   const [low, high]: Vec3[] = [[...box.low], [...box.high]];
   for (const [i, { axis }] of [right, down].entries()) {

@@ -6,15 +6,15 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 import type { Vec3 } from "../stream/dataset";
 import type { View } from "../stream/request";
-import { boxBetween } from "./crop";
 import { ContextKeeper } from "./context_keeper";
+import { boxBetween } from "./crop";
 import { areSamePlanes } from "./cut_plane";
 import { nudgedFromUp, snappedToAxis } from "./directions";
 import { gpuFinished } from "./gpu_fence";
 import { Lights } from "./lights";
 import type { SceneCamera } from "./occlusion";
-import { SceneRenderer } from "./scene_renderer";
 import { Programs } from "./programs";
+import { SceneRenderer } from "./scene_renderer";
 
 export interface StageLook {
   isOrthographic: boolean;
@@ -56,7 +56,10 @@ export class Stage {
   private readonly resizing = new ResizeObserver(() => this.resize());
 
   // `contextGone`: the browser took the scene's context away for good.
-  constructor(private readonly canvas: HTMLCanvasElement, contextGone: () => void) {
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    contextGone: () => void,
+  ) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.setClearColor(0x000000, 0);
@@ -188,11 +191,7 @@ export class Stage {
     const slope = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2)) * 0.9;
     let distance = 0;
     for (let corner = 0; corner < 8; ++corner) {
-      const p = new THREE.Vector3(
-        corner & 1 ? box.max.x : box.min.x,
-        corner & 2 ? box.max.y : box.min.y,
-        corner & 4 ? box.max.z : box.min.z,
-      ).sub(target);
+      const p = new THREE.Vector3(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y, corner & 4 ? box.max.z : box.min.z).sub(target);
       const across = Math.abs(p.dot(right)) / (slope * this.camera.aspect);
       const upwards = Math.abs(p.dot(up)) / slope;
       distance = Math.max(distance, p.dot(direction) + Math.max(across, upwards));
@@ -213,10 +212,7 @@ export class Stage {
   // Rotates around the target by radians and moves closer by a factor.
   rotate(azimuth: number, elevation: number, factor = 1): void {
     const offset = this.camera.position.clone().sub(this.controls.target);
-    const upright = new THREE.Quaternion().setFromUnitVectors(
-      this.camera.up,
-      new THREE.Vector3(0, 1, 0),
-    );
+    const upright = new THREE.Quaternion().setFromUnitVectors(this.camera.up, new THREE.Vector3(0, 1, 0));
     const s = new THREE.Spherical().setFromVector3(offset.applyQuaternion(upright));
     s.theta += azimuth;
     s.phi = Math.min(Math.PI - 0.02, Math.max(0.02, s.phi - elevation));
@@ -247,10 +243,7 @@ export class Stage {
 
   // Returns the ray through a place on the canvas, in CSS pixels from its corner.
   rayAt(x: number, y: number): THREE.Ray {
-    const ndc = new THREE.Vector2(
-      (2 * x) / this.canvas.clientWidth - 1,
-      1 - (2 * y) / this.canvas.clientHeight,
-    );
+    const ndc = new THREE.Vector2((2 * x) / this.canvas.clientWidth - 1, 1 - (2 * y) / this.canvas.clientHeight);
     const caster = new THREE.Raycaster();
     caster.setFromCamera(ndc, this.activeCamera);
     return caster.ray;
@@ -360,7 +353,8 @@ export class Stage {
     const isOccluded = this.look.hasOcclusion && (isAtRest ? cost < maxOcclusionCost : this.isQuick());
     this.sceneRenderer.draw(this.scene, this.activeCamera, {
       occlusion: isOccluded ? { radius: Math.min(0.12 * radius, this.worldLengthOf(90)), clip: this.look.clip } : null,
-      peels: this.peels(isAtRest), hasHandles,
+      peels: this.peels(isAtRest),
+      hasHandles,
     });
   }
 
@@ -375,7 +369,12 @@ export class Stage {
   private updateOrthographicCamera(distance: number, radius: number): void {
     const half = this.worldLengthOf(this.canvas.clientHeight) / 2;
     const { orthographicCamera, camera } = this;
-    [orthographicCamera.left, orthographicCamera.right, orthographicCamera.top, orthographicCamera.bottom] = [-half * camera.aspect, half * camera.aspect, half, -half];
+    [orthographicCamera.left, orthographicCamera.right, orthographicCamera.top, orthographicCamera.bottom] = [
+      -half * camera.aspect,
+      half * camera.aspect,
+      half,
+      -half,
+    ];
     orthographicCamera.near = distance - 2.5 * radius; // Includes what is beside or behind the eye.
     orthographicCamera.far = distance + 2.5 * radius;
     orthographicCamera.position.copy(camera.position);
@@ -397,6 +396,10 @@ export class Stage {
 }
 
 function isSameLook(one: StageLook, other: StageLook): boolean {
-  return one.isOrthographic === other.isOrthographic && one.hasOcclusion === other.hasOcclusion &&
-    one.translucent === other.translucent && areSamePlanes(one.clip, other.clip);
+  return (
+    one.isOrthographic === other.isOrthographic &&
+    one.hasOcclusion === other.hasOcclusion &&
+    one.translucent === other.translucent &&
+    areSamePlanes(one.clip, other.clip)
+  );
 }

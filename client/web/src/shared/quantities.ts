@@ -45,9 +45,7 @@ export function inBytes(bytes: number): string {
 }
 
 export function inSeconds(milliseconds: number): string {
-  return milliseconds < 995
-    ? `${Math.max(1, Math.round(milliseconds))} ms`
-    : `${(milliseconds / 1000).toFixed(milliseconds < 9950 ? 2 : 1)} s`;
+  return milliseconds < 995 ? `${Math.max(1, Math.round(milliseconds))} ms` : `${(milliseconds / 1000).toFixed(milliseconds < 9950 ? 2 : 1)} s`;
 }
 
 // Formats a value with at most `digits` significant digits.

@@ -23,8 +23,11 @@ const ctWindows: readonly SampleWindow[] = [
 ];
 const ctAir = -500;
 const tissues = [
-  { from: 2000, name: "enamel, metal" }, { from: 130, name: "bone" }, { from: -150, name: "soft tissue" },
-  { from: -500, name: "skin" }, { from: -Infinity, name: "" },
+  { from: 2000, name: "enamel, metal" },
+  { from: 130, name: "bone" },
+  { from: -150, name: "soft tissue" },
+  { from: -500, name: "skin" },
+  { from: -Infinity, name: "" },
 ];
 export const mainTissues: readonly string[] = ["skin", "bone"]; // The surfaces viewed most.
 const spread = { low: 0.01, high: 0.995 }; // Shares of the samples that are not background.

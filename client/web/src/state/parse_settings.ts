@@ -53,7 +53,15 @@ function surfacesFrom(entries: readonly unknown[], ignored: string[]): Additiona
 }
 
 const surfaceFields: Required<AdditionalSurface> = {
-  isovalue: 0, error: null, color: surfaceColors[0], opacity: 1, visible: true, dataset: "", minComponent: 0, hiddenParts: [], material: "neutral",
+  isovalue: 0,
+  error: null,
+  color: surfaceColors[0],
+  opacity: 1,
+  visible: true,
+  dataset: "",
+  minComponent: 0,
+  hiddenParts: [],
+  material: "neutral",
 };
 
 function surfaceFieldFrom(name: string, value: unknown): Partial<AdditionalSurface> | undefined {

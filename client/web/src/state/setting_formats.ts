@@ -2,8 +2,19 @@
 import { inResolution } from "../shared/numbers";
 import { parseLabels } from "./label_ranges";
 import {
-  type AdditionalSurface, type Crop, type LabelName, materials, maxHiddenParts, maxLabels, maxMinComponent, maxNoteLength, maxPlaces, type MeasuredPlace,
-  type MinComponent, type Place, type Region,
+  type AdditionalSurface,
+  type Crop,
+  type LabelName,
+  type MeasuredPlace,
+  type MinComponent,
+  materials,
+  maxHiddenParts,
+  maxLabels,
+  maxMinComponent,
+  maxNoteLength,
+  maxPlaces,
+  type Place,
+  type Region,
 } from "./setting_types";
 
 export interface Format<T> {
@@ -29,12 +40,22 @@ export function oneOf<const T extends string>(...words: readonly T[]): Format<T>
   return { read: (written) => words.find((word) => word === written), write: (value) => value };
 }
 
-const switches: ReadonlyMap<string, boolean> = new Map([["true", true], ["on", true], ["false", false], ["off", false]]);
+const switches: ReadonlyMap<string, boolean> = new Map([
+  ["true", true],
+  ["on", true],
+  ["false", false],
+  ["off", false],
+]);
 
 export const onOff: Format<boolean> = { read: (written) => switches.get(written), write: String };
 
 // Errors in voxels by their names in commands and HTTP.
-export const qualities: ReadonlyMap<string, number> = new Map([["draft", 2], ["normal", 0.5], ["fine", 0.25], ["exact", 0]]);
+export const qualities: ReadonlyMap<string, number> = new Map([
+  ["draft", 2],
+  ["normal", 0.5],
+  ["fine", 0.25],
+  ["exact", 0],
+]);
 
 export const color: Format<string> = {
   read: (written) => (/^[0-9a-f]{6}$/i.test(written) ? `#${written.toLowerCase()}` : undefined),
@@ -109,56 +130,81 @@ const hiddenPartsOfSurface = parts("/", ":");
 export const labels: Format<string> = { read: (written) => (parseLabels(written) ? written : undefined), write: (value) => value };
 
 // "3:liver", with separators percent-encoded.
-export const labelNames = listOf<LabelName>({
-  read: (written) => {
-    const [, label, words = ""] = written.match(/^(-?\d+):(.+)$/) ?? [];
-    const name = nameFrom(words)?.slice(0, maxNoteLength);
-    return label && name ? { label: Number(label), name } : undefined;
+export const labelNames = listOf<LabelName>(
+  {
+    read: (written) => {
+      const [, label, words = ""] = written.match(/^(-?\d+):(.+)$/) ?? [];
+      const name = nameFrom(words)?.slice(0, maxNoteLength);
+      return label && name ? { label: Number(label), name } : undefined;
+    },
+    write: ({ label, name }) => `${label}:${name.replace(/[;%]/g, encodeURIComponent)}`,
   },
-  write: ({ label, name }) => `${label}:${name.replace(/[;%]/g, encodeURIComponent)}`,
-}, maxLabels);
+  maxLabels,
+);
 
 // "12.5,3,-4,0.25,a note": the place, its bound (may be empty) and its note, with separators percent-encoded.
-export const places = listOf<MeasuredPlace>({
-  read: (written) => {
-    const [x, y, z, boundText, noteText = "", ...rest] = written.split(",");
-    const world = place.read([x, y, z].join(","));
-    const bound = boundText ? number(0, Number.MAX_VALUE).read(boundText) : null;
-    const note = nameFrom(noteText)?.slice(0, maxNoteLength);
-    if (!world || bound === undefined || note === undefined || rest.length > 0) return undefined;
-    return { world, bound, ...(note ? { note } : {}) };
+export const places = listOf<MeasuredPlace>(
+  {
+    read: (written) => {
+      const [x, y, z, boundText, noteText = "", ...rest] = written.split(",");
+      const world = place.read([x, y, z].join(","));
+      const bound = boundText ? number(0, Number.MAX_VALUE).read(boundText) : null;
+      const note = nameFrom(noteText)?.slice(0, maxNoteLength);
+      if (!world || bound === undefined || note === undefined || rest.length > 0) return undefined;
+      return { world, bound, ...(note ? { note } : {}) };
+    },
+    write: ({ world, bound, note = "" }, resolution) =>
+      joined([coordinates(world, resolution), bound === null ? "" : short(bound), note.replace(/[,;%]/g, encodeURIComponent)]),
   },
-  write: ({ world, bound, note = "" }, resolution) =>
-    joined([coordinates(world, resolution), bound === null ? "" : short(bound), note.replace(/[,;%]/g, encodeURIComponent)]),
-}, maxPlaces);
+  maxPlaces,
+);
 
 // "300.5,d9775f,0.4": isovalue, color, opacity; then, each optional: error, "hidden", dataset (with separators
 // percent-encoded), size of the smallest visible component in samples or "largest", material, hidden parts
 // "1:2:3/4:5:6".
-export const surfaces = listOf<AdditionalSurface>({
-  read: (written) => {
-    const [isovalueText, colorText = "", opacityText, errorText, hidden, name, leastText, materialText, partsText] = written.split(",");
-    const surface = {
-      isovalue: anyNumber.read(isovalueText), error: errorText ? number(0, Number.MAX_VALUE).read(errorText) : null,
-      color: color.read(colorText), opacity: number(0, 1).read(opacityText || "1"), visible: hidden !== "hidden",
-    };
-    const dataset = nameFrom(name ?? "");
-    const least = minComponent.read(leastText || "0");
-    const material = oneOf(...materials).read(materialText || "neutral");
-    const places = hiddenPartsOfSurface.read(partsText ?? "");
-    const all = [...Object.values(surface), dataset, least, material, places];
-    if (all.includes(undefined) || (hidden && hidden !== "hidden")) return undefined;
-    return {
-      ...(dataset ? { dataset } : {}), ...(surface as AdditionalSurface), ...(least ? { minComponent: least } : {}),
-      ...(material !== "neutral" ? { material } : {}), ...(places!.length > 0 ? { hiddenParts: places } : {}),
-    };
+export const surfaces = listOf<AdditionalSurface>(
+  {
+    read: (written) => {
+      const [isovalueText, colorText = "", opacityText, errorText, hidden, name, leastText, materialText, partsText] = written.split(",");
+      const surface = {
+        isovalue: anyNumber.read(isovalueText),
+        error: errorText ? number(0, Number.MAX_VALUE).read(errorText) : null,
+        color: color.read(colorText),
+        opacity: number(0, 1).read(opacityText || "1"),
+        visible: hidden !== "hidden",
+      };
+      const dataset = nameFrom(name ?? "");
+      const least = minComponent.read(leastText || "0");
+      const material = oneOf(...materials).read(materialText || "neutral");
+      const places = hiddenPartsOfSurface.read(partsText ?? "");
+      const all = [...Object.values(surface), dataset, least, material, places];
+      if (all.includes(undefined) || (hidden && hidden !== "hidden")) return undefined;
+      return {
+        ...(dataset ? { dataset } : {}),
+        ...(surface as AdditionalSurface),
+        ...(least ? { minComponent: least } : {}),
+        ...(material !== "neutral" ? { material } : {}),
+        ...(places!.length > 0 ? { hiddenParts: places } : {}),
+      };
+    },
+    write: (
+      { dataset = "", isovalue, error, color: shown, opacity, visible, minComponent: least = 0, material = "neutral", hiddenParts: places = [] },
+      resolution,
+    ) =>
+      joined([
+        String(isovalue),
+        color.write(shown, 0),
+        opacity === 1 ? "" : short(opacity),
+        error === null ? "" : short(error),
+        visible ? "" : "hidden",
+        dataset.replace(/[,;%]/g, encodeURIComponent),
+        least === 0 ? "" : String(least),
+        material === "neutral" ? "" : material,
+        hiddenPartsOfSurface.write(places, resolution),
+      ]),
   },
-  write: ({ dataset = "", isovalue, error, color: shown, opacity, visible, minComponent: least = 0, material = "neutral", hiddenParts: places = [] }, resolution) => joined([
-    String(isovalue), color.write(shown, 0), opacity === 1 ? "" : short(opacity), error === null ? "" : short(error), visible ? "" : "hidden",
-    dataset.replace(/[,;%]/g, encodeURIComponent), least === 0 ? "" : String(least), material === "neutral" ? "" : material,
-    hiddenPartsOfSurface.write(places, resolution),
-  ]),
-}, maxLabels - 1);
+  maxLabels - 1,
+);
 
 function listOf<T>(entry: Format<T>, most: number): Format<readonly T[]> {
   return nonempty<readonly T[]>({

@@ -108,7 +108,12 @@ export const defaults = Object.fromEntries(settingNames.map((name) => [name, set
 export function isOtherRequest(now: Settings, before: Settings): boolean {
   if (now.dataset !== before.dataset || now.t !== before.t) return false;
   const isOther = (name: keyof Settings) => now[name] !== before[name];
-  const further = ({ surfaces }: Settings) => surfaces.map(({ dataset, isovalue, error, visible }) => `${dataset ?? ""} ${isovalue} ${error} ${visible}`).join();
-  return settingNames.some((name) => settingTable[name].isRequested && isOther(name)) || further(now) !== further(before) ||
-    (now.followView && isOther("pixels")) || (now.shading === "field") !== (before.shading === "field");
+  const further = ({ surfaces }: Settings) =>
+    surfaces.map(({ dataset, isovalue, error, visible }) => `${dataset ?? ""} ${isovalue} ${error} ${visible}`).join();
+  return (
+    settingNames.some((name) => settingTable[name].isRequested && isOther(name)) ||
+    further(now) !== further(before) ||
+    (now.followView && isOther("pixels")) ||
+    (now.shading === "field") !== (before.shading === "field")
+  );
 }

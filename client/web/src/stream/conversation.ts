@@ -3,37 +3,36 @@
 //
 //   opened() -> Hello -> Welcome -> ListDatasets -> DatasetList -> OpenStream ... -> closed()
 import { create } from "@bufbuild/protobuf";
-
+import type { MeshTopology } from "../mesh/boundary_matcher";
 import { packed } from "../mesh/content_digest";
 import {
+  CancelSchema,
   type ClientKind,
   type DatasetInfo,
   ErrorCode,
   type ErrorReply,
-  EstimateSchema,
   type EstimateReply,
+  EstimateSchema,
   ListDatasetsSchema,
-  PingSchema,
   MeshUse,
   OpenStreamSchema,
+  PayloadCodec,
+  PingSchema,
   type Preview,
   PreviewSchema,
   Priority,
   type ScalarRange,
   ScalarRequestSchema,
-  type TileScalars,
-  CancelSchema,
-  PayloadCodec,
   type ServerKind,
   type StepBegin,
   StepPolicy,
+  type TileScalars,
 } from "../protocol/messages";
-import { helloFrom } from "./hello";
+import { Assembler, type AssemblerEffect, type StepOfTiles } from "./assembler";
 import { coarsePreview } from "./coarse_preview";
+import { helloFrom } from "./hello";
 import { manifestTile } from "./step_checks";
 import type { StreamRequest } from "./stream_request";
-import { Assembler, type AssemblerEffect, type StepOfTiles } from "./assembler";
-import type { MeshTopology } from "../mesh/boundary_matcher";
 
 export type Phase = "connecting" | "greeting" | "ready" | "lost";
 
@@ -71,7 +70,10 @@ export interface ConversationOptions {
 }
 
 const policies = {
-  all: StepPolicy.PROGRESSIVE, previews: StepPolicy.PREVIEWS_ONLY, coarse: StepPolicy.PREVIEWS_ONLY, final: StepPolicy.FINAL_ONLY,
+  all: StepPolicy.PROGRESSIVE,
+  previews: StepPolicy.PREVIEWS_ONLY,
+  coarse: StepPolicy.PREVIEWS_ONLY,
+  final: StepPolicy.FINAL_ONLY,
 };
 const maxCachedTiles = 8192;
 export const firstRetry = 500;

@@ -5,11 +5,20 @@
 import { toBinary } from "@bufbuild/protobuf";
 
 import {
-  CancelSchema, create, IsosurfaceRequestSchema, MeshUse, OpenStreamSchema, PayloadCodec, type Preview, type ServerKind,
-  StepPolicy, StreamEndSchema, StreamOutcome,
+  CancelSchema,
+  create,
+  IsosurfaceRequestSchema,
+  MeshUse,
+  OpenStreamSchema,
+  PayloadCodec,
+  type Preview,
+  type ServerKind,
+  StepPolicy,
+  StreamEndSchema,
+  StreamOutcome,
 } from "../protocol/messages";
-import { helloFrom } from "./hello";
 import { coarsePreview } from "./coarse_preview";
+import { helloFrom } from "./hello";
 import { Link } from "./link";
 import type { StreamRequest } from "./stream_request";
 
@@ -47,7 +56,10 @@ export class SharedPreviews {
   private queued = new Map<PreviewClient, PreviewRequest>(); // Not requested yet.
   private running: Group | null = null;
 
-  constructor(address: string, private readonly token: () => string) {
+  constructor(
+    address: string,
+    private readonly token: () => string,
+  ) {
     this.link = new Link(address, {
       opened: () => this.sendHello(),
       received: (message) => this.receive(message),
@@ -103,8 +115,13 @@ export class SharedPreviews {
     const group = (this.running = this.nextGroup());
     const [first, ...others] = group.requests.map((request) => request!.request);
     const value = create(OpenStreamSchema, {
-      requestId: ++this.lastRequestId, dataset: first.info.name, furtherDatasets: others.map(({ info }) => info.name), request: first.isosurface,
-      steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [group.preview], use: MeshUse.DISPLAY,
+      requestId: ++this.lastRequestId,
+      dataset: first.info.name,
+      furtherDatasets: others.map(({ info }) => info.name),
+      request: first.isosurface,
+      steps: StepPolicy.PREVIEWS_ONLY,
+      resumedPreviews: [group.preview],
+      use: MeshUse.DISPLAY,
     });
     this.link.send({ case: "openStream", value });
   }

@@ -3,9 +3,9 @@ import { create, type DatasetInfo, IsosurfaceRequestSchema } from "../protocol/m
 import type { SurfaceSize } from "../state/progress";
 import { Store } from "../state/store";
 import type { Effect } from "../stream/conversation";
-import type { StreamRequest } from "../stream/stream_request";
 import { voxelLength } from "../stream/dataset";
 import { isSameRequest } from "../stream/request";
+import type { StreamRequest } from "../stream/stream_request";
 
 // Larger surfaces require confirmation.
 const maxUnconfirmed = 5_000_000;

@@ -1,11 +1,12 @@
 // Prefetches final steps of one surface at upcoming times, over its own connection with the lowest priority; one stream
 // runs at a time. The steps are cached by the surface and not drawn.
-import type { SceneTime } from "./swap_group";
+
 import type { DatasetInfo } from "../protocol/messages";
 import type { Settings } from "../state/settings";
-import { isSameStream, type ScalarOptions, type StreamRequest } from "../stream/stream_request";
 import { isosurfaceRequest, type View } from "../stream/request";
+import { isSameStream, type ScalarOptions, type StreamRequest } from "../stream/stream_request";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
+import type { SceneTime } from "./swap_group";
 
 export interface PrefetchRequest {
   info: DatasetInfo;
@@ -72,12 +73,15 @@ export class Prefetcher {
 
   private fetch(one: PrefetchRequest, request: StreamRequest): void {
     this.running = request;
-    this.client ??= new SurfaceClient({ ...this.parts, isPrefetch: true }, {
-      offer: () => {},
-      withdraw: () => {},
-      shown: () => {},
-      settled: () => this.settled(),
-    });
+    this.client ??= new SurfaceClient(
+      { ...this.parts, isPrefetch: true },
+      {
+        offer: () => {},
+        withdraw: () => {},
+        shown: () => {},
+        settled: () => this.settled(),
+      },
+    );
     this.client.request(one.info, this.settings!, this.view, one);
   }
 

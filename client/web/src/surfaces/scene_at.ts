@@ -1,11 +1,12 @@
 // Resolves settings and the list of datasets to the datasets of the surfaces and of their colors at a time.
-import type { SceneTime } from "./swap_group";
+
 import type { DatasetInfo } from "../protocol/messages";
-import { atTime, imageOf, isSameSeries, findByName, rangeOf, timeOf, unknownDatasetText } from "../state/series";
+import { atTime, findByName, imageOf, isSameSeries, rangeOf, timeOf, unknownDatasetText } from "../state/series";
 import type { AdditionalSurface, Settings } from "../state/settings";
 import { surfacesOf } from "../state/surfaces";
-import type { ScalarOptions } from "../stream/stream_request";
 import { worldDifference } from "../stream/dataset";
+import type { ScalarOptions } from "../stream/stream_request";
+import type { SceneTime } from "./swap_group";
 
 export interface Scene {
   time: SceneTime;

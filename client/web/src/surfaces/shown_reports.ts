@@ -1,9 +1,10 @@
 // Reports the steps that are drawn, for listeners: of visible surfaces only, with the place in the list of surfaces; again
 // when a surface becomes visible or moves to another place.
-import type { ViewerEvents } from "../viewer/viewer_events";
+
 import type { Progress, StepFacts } from "../state/progress";
 import type { Settings } from "../state/settings";
 import { surfacesOf } from "../state/surfaces";
+import type { ViewerEvents } from "../viewer/viewer_events";
 
 type Shown = ViewerEvents["shown"];
 
@@ -16,7 +17,9 @@ export class ShownReports {
   private reported: (StepFacts | null)[] = []; // By place.
 
   constructor(
-    private readonly steps: DrawnSteps, private readonly settings: () => Settings, private readonly report: (shown: Shown) => void,
+    private readonly steps: DrawnSteps,
+    private readonly settings: () => Settings,
+    private readonly report: (shown: Shown) => void,
   ) {}
 
   // Returns the steps that are drawn now.

@@ -3,9 +3,9 @@ import { hex } from "../mesh/content_digest";
 import { type DatasetInfo, ErrorMeasure } from "../protocol/messages";
 import type { StepFacts } from "../state/progress";
 import type { AssemblerEffect, StepOfTiles } from "../stream/assembler";
-import type { StreamRequest } from "../stream/stream_request";
 import { latticeRoundingWorld, voxelLength } from "../stream/dataset";
 import { preservesTopology, shellModeOf } from "../stream/step_checks";
+import type { StreamRequest } from "../stream/stream_request";
 import type { DrawnTiles } from "../workers/worker_messages";
 
 export type Committed = AssemblerEffect & { kind: "committed" };

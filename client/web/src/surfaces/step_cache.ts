@@ -2,10 +2,10 @@
 import { toBinary } from "@bufbuild/protobuf";
 
 import { IsosurfaceRequestSchema } from "../protocol/messages";
-import type { ShownSurface } from "./shown_surface";
 import { type HiddenParts, nothingHidden } from "../state/hidden_parts";
 import type { StreamRequest } from "../stream/stream_request";
 import type { Selection } from "../workers/worker_messages";
+import type { ShownSurface } from "./shown_surface";
 
 export interface CachedStep {
   ids: readonly string[]; // Tile ids.

@@ -9,23 +9,24 @@
 // With several surfaces the previews of all precede the final step of any: clients request previews first, and the rest
 // when all previews have arrived. A client with `isPrefetch` fetches final steps that are needed soon, and shows
 // nothing.
-import { Conversation, type Effect } from "../stream/conversation";
-import { isSameStream, type RequestedSteps, type ScalarOptions, type StreamRequest } from "../stream/stream_request";
-import { isosurfaceRequest, isSameRequest, type View } from "../stream/request";
-import type { ConnectionPool } from "../stream/connection_pool";
-import { type PreviewClient, type SharedPreviews, shareableRequest } from "../stream/shared_previews";
-import type { SceneTime } from "./swap_group";
-import { ExpectedSizes } from "./expected_sizes";
-import type { CachedStep } from "./step_cache";
+
 import { type DatasetInfo, ErrorCode, Priority, type ServerKind } from "../protocol/messages";
-import { tileIdPrefix, type ShownSurface } from "./shown_surface";
 import { type HiddenParts, hiddenPartsOf } from "../state/hidden_parts";
-import { noDatasets, noProgress, noFailure, type Progress, type ServedDatasets } from "../state/progress";
+import { noDatasets, noFailure, noProgress, type Progress, type ServedDatasets } from "../state/progress";
 import type { Settings } from "../state/settings";
 import { Store } from "../state/store";
+import type { ConnectionPool } from "../stream/connection_pool";
+import { Conversation, type Effect } from "../stream/conversation";
+import { isosurfaceRequest, isSameRequest, type View } from "../stream/request";
+import { type PreviewClient, type SharedPreviews, shareableRequest } from "../stream/shared_previews";
+import { isSameStream, type RequestedSteps, type ScalarOptions, type StreamRequest } from "../stream/stream_request";
+import type { DrawnTiles } from "../workers/worker_messages";
+import { ExpectedSizes } from "./expected_sizes";
+import { type ShownSurface, tileIdPrefix } from "./shown_surface";
+import type { CachedStep } from "./step_cache";
 import { SurfaceConnection } from "./surface_connection";
 import { type RequestAtTime, SurfaceSteps, type SurfaceStepsEvents, type SurfaceStepsParts } from "./surface_steps";
-import type { DrawnTiles } from "../workers/worker_messages";
+import type { SceneTime } from "./swap_group";
 
 const listInterval = 3000; // Milliseconds between checks for a changed list of datasets.
 const maxDragWait = 400; // Milliseconds that a drag waits for a preview.
@@ -68,7 +69,10 @@ export class SurfaceClient implements PreviewClient {
   private hasFinal = false; // The final step of the stream has begun.
   private postponed = 0; // The timer of a postponed stream.
 
-  constructor(private readonly parts: SurfaceClientParts, private readonly events: SurfaceClientEvents) {
+  constructor(
+    private readonly parts: SurfaceClientParts,
+    private readonly events: SurfaceClientEvents,
+  ) {
     const { number, address, token, surface, speed, isPrefetch, connectionPool } = parts;
     this.conversation = new Conversation({
       part: isPrefetch ? "prefetch" : "",
@@ -81,15 +85,27 @@ export class SurfaceClient implements PreviewClient {
       trianglesPerSecond: () => speed.trianglesPerSecond,
       isListing: () => this.isFirst,
     });
-    this.steps = new SurfaceSteps(parts, this.progress, {
-      decoded: (stream, key) => this.perform(this.conversation.decoded(stream, key)),
-      damaged: (stream, text) => this.perform(this.conversation.damaged(stream, text)),
-      checked: (stream, step, topology) => this.perform(this.conversation.checked(stream, step, topology)),
-    }, events);
-    this.connection = new SurfaceConnection({
-      address, pool: connectionPool, conversation: this.conversation, progress: this.progress,
-      isActive: () => this.isActive, perform: (effects) => this.perform(effects),
-    }, isPrefetch === true);
+    this.steps = new SurfaceSteps(
+      parts,
+      this.progress,
+      {
+        decoded: (stream, key) => this.perform(this.conversation.decoded(stream, key)),
+        damaged: (stream, text) => this.perform(this.conversation.damaged(stream, text)),
+        checked: (stream, step, topology) => this.perform(this.conversation.checked(stream, step, topology)),
+      },
+      events,
+    );
+    this.connection = new SurfaceConnection(
+      {
+        address,
+        pool: connectionPool,
+        conversation: this.conversation,
+        progress: this.progress,
+        isActive: () => this.isActive,
+        perform: (effects) => this.perform(effects),
+      },
+      isPrefetch === true,
+    );
   }
 
   // Reconnects on request. All but the first surface wait until they have a request.

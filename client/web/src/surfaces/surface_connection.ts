@@ -1,10 +1,11 @@
 // The connection of one surface: its own for the first surface of a view and for prefetches, otherwise one of a pool.
-import type { Conversation, Effect } from "../stream/conversation";
-import type { ConnectionPool, IdleConnection, PoolClient } from "../stream/connection_pool";
-import { Link } from "../stream/link";
+
 import type { ClientKind, ServerKind } from "../protocol/messages";
 import { noFailure, type Progress } from "../state/progress";
 import type { Store } from "../state/store";
+import type { ConnectionPool, IdleConnection, PoolClient } from "../stream/connection_pool";
+import type { Conversation, Effect } from "../stream/conversation";
+import { Link } from "../stream/link";
 
 export interface SurfaceConnectionParts {
   address: string;
@@ -20,7 +21,10 @@ export class SurfaceConnection implements PoolClient {
   private isHeld = false; // Connected or connecting.
 
   // `isOwn`: whether the connection is not one of the pool.
-  constructor(private readonly parts: SurfaceConnectionParts, private isOwn: boolean) {
+  constructor(
+    private readonly parts: SurfaceConnectionParts,
+    private isOwn: boolean,
+  ) {
     const { address, pool, conversation, progress, perform } = parts;
     this.link = new Link(address, {
       opened: () => perform(conversation.opened()),

@@ -2,34 +2,33 @@
 // connections. The server schedules connections fairly. Surfaces request their final steps when the previews of all
 // have arrived; a dragged one does not wait, and many surfaces request one coarse preview each.
 import * as THREE from "three";
-
-import { shareOfLabel } from "./expected_sizes";
-import { Prefetcher } from "./prefetcher";
-import { SwapGroup, type SceneTime } from "./swap_group";
-import { StepCache } from "./step_cache";
-import { StepSpeed } from "../stream/step_speed";
 import type { MeshFormat } from "../mesh/mesh_file";
 import type { DatasetInfo } from "../protocol/messages";
-import type { Scene } from "./scene_at";
 import { FieldColors } from "../scene/field_colors";
 import type { Stage } from "../scene/stage";
 import { maxTriangles, Surface } from "../scene/surface";
-import { ShownReports } from "./shown_reports";
-import type { ShownSurface, ShownTiles } from "./shown_surface";
 import { hiddenPartsOf } from "../state/hidden_parts";
-import { noDatasets, noProgress, type Progress, type ServedDatasets, type SurfacesStatus, type SurfaceSize } from "../state/progress";
+import { noDatasets, noProgress, type Progress, type ServedDatasets, type SurfaceSize, type SurfacesStatus } from "../state/progress";
 import { isSameData, nameOfLabel } from "../state/series";
 import type { Settings } from "../state/settings";
 import { Store } from "../state/store";
 import { settingsOf, surfacesOf } from "../state/surfaces";
-import type { View } from "../stream/request";
-import type { RequestedSteps } from "../stream/stream_request";
 import { ConnectionPool } from "../stream/connection_pool";
 import { type MeshReply, requestMesh } from "../stream/mesh_request";
+import type { View } from "../stream/request";
 import { SharedPreviews } from "../stream/shared_previews";
-import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
+import { StepSpeed } from "../stream/step_speed";
+import type { RequestedSteps } from "../stream/stream_request";
 import type { ViewerEvents } from "../viewer/viewer_events";
 import type { TilePool } from "../workers/tile_pool";
+import { shareOfLabel } from "./expected_sizes";
+import { Prefetcher } from "./prefetcher";
+import type { Scene } from "./scene_at";
+import { ShownReports } from "./shown_reports";
+import type { ShownSurface, ShownTiles } from "./shown_surface";
+import { StepCache } from "./step_cache";
+import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
+import { type SceneTime, SwapGroup } from "./swap_group";
 
 interface Member {
   client: SurfaceClient;
@@ -51,7 +50,11 @@ export class SurfaceSet {
   readonly progress = new Store<Progress>(noProgress); // The progress of the first surface.
   readonly datasets = new Store<ServedDatasets>(noDatasets);
   readonly sizes = new Store<{ expected: SurfaceSize | null }>({ expected: null });
-  readonly reports = new ShownReports(this, () => this.look!.settings, (shown) => this.events.drawn(shown));
+  readonly reports = new ShownReports(
+    this,
+    () => this.look!.settings,
+    (shown) => this.events.drawn(shown),
+  );
   readonly field = new FieldColors(() => this.stage.invalidate());
   private members: Member[] = [];
   private lastNumber = 0;
@@ -60,7 +63,10 @@ export class SurfaceSet {
   private readonly connectionPool = new ConnectionPool(maxConnections);
   private readonly sharedPreviews: SharedPreviews;
   private readonly speed = new StepSpeed(); // The decoding speed of this page.
-  private readonly swapGroup = new SwapGroup<Member>(() => this.visibleMembers, () => this.updateLooks());
+  private readonly swapGroup = new SwapGroup<Member>(
+    () => this.visibleMembers,
+    () => this.updateLooks(),
+  );
 
   constructor(
     private readonly server: string,
@@ -128,8 +134,9 @@ export class SurfaceSet {
 
   // Returns whether all visible surfaces have their final step or have failed.
   isPrepared({ infos, scalars }: Scene, settings: Settings, view: View | null): boolean {
-    return this.members.every((member, at) =>
-      !infos[at] || (at > 0 && !this.isVisible(member)) || member.prefetcher.has({ info: infos[at], scalars }, settingsOf(settings, at)!, view));
+    return this.members.every(
+      (member, at) => !infos[at] || (at > 0 && !this.isVisible(member)) || member.prefetcher.has({ info: infos[at], scalars }, settingsOf(settings, at)!, view),
+    );
   }
 
   applyLook(settings: Settings, clip: readonly THREE.Plane[]): void {
@@ -183,7 +190,9 @@ export class SurfaceSet {
     const members = only === null ? this.members : this.members.slice(only, only + 1);
     return members.flatMap((member, i) => {
       const at = i + (only ?? 0);
-      const { client: { shown, drawn, progress } } = member;
+      const {
+        client: { shown, drawn, progress },
+      } = member;
       const hasAny = drawn.ids.length > 0 && progress.get().components?.shown !== 0;
       const isDrawn = list[at]?.visible && this.swapGroup.isDrawable(member) && hasAny;
       return shown && isDrawn ? [{ at, shown, drawn, color: list[at].color, opacity: list[at].opacity }] : [];
@@ -203,8 +212,7 @@ export class SurfaceSet {
   // The box of the visible surfaces; of all if none is.
   worldBox(): THREE.Box3 {
     const { visibleMembers } = this;
-    return (visibleMembers.length > 0 ? visibleMembers : this.members)
-      .reduce((box, { surface }) => box.union(surface.worldBox()), new THREE.Box3());
+    return (visibleMembers.length > 0 ? visibleMembers : this.members).reduce((box, { surface }) => box.union(surface.worldBox()), new THREE.Box3());
   }
 
   // Whether nothing more is being received for visible surfaces.
@@ -254,7 +262,10 @@ export class SurfaceSet {
   private matchMembers(settings: Settings): void {
     const wanted = surfacesOf(settings).map(({ dataset, isovalue, error }) => `${dataset ?? ""} ${isovalue} ${error ?? settings.error}`);
     const before = this.members;
-    const places = reusedMembers(before.map(({ key }) => key), wanted);
+    const places = reusedMembers(
+      before.map(({ key }) => key),
+      wanted,
+    );
     this.members = places.map((place) => (place === null ? this.createMember() : before[place]));
     this.members.forEach((member, at) => (member.key = wanted[at]));
     for (const member of before) if (!this.members.includes(member)) this.removeMember(member);
@@ -265,7 +276,14 @@ export class SurfaceSet {
 
   private createMember(): Member {
     const { scene } = this.stage;
-    const surface = new Surface(scene, () => this.scheduleFrame(true), () => this.scheduleFrame(false), (ids) => this.pool.drop(ids), this.field, this.stage.programs);
+    const surface = new Surface(
+      scene,
+      () => this.scheduleFrame(true),
+      () => this.scheduleFrame(false),
+      (ids) => this.pool.drop(ids),
+      this.field,
+      this.stage.programs,
+    );
     const parts: SurfaceClientParts = {
       number: ++this.lastNumber,
       address: this.server,

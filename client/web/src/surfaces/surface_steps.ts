@@ -4,24 +4,25 @@
 // Nothing of a replaced stream is shown, and nothing coarser on the way to a finer surface of the same isovalue. If
 // small components are hidden, a step is shown without them from the first frame in which it is drawn; hiding them in a shown step needs no
 // server.
-import type { Effect } from "../stream/conversation";
-import type { StreamRequest } from "../stream/stream_request";
-import type { AssemblerEffect, StepOfTiles } from "../stream/assembler";
-import { applied, dataBorder, inverse, latticeToWorld } from "../stream/dataset";
-import { shellModeOf } from "../stream/step_checks";
-import type { SceneTime } from "./swap_group";
-import { allComponents, type VisibleComponents, type CachedStep, type StepCache } from "./step_cache";
+
 import type { MeshTopology } from "../mesh/boundary_matcher";
 import { missingValues } from "../mesh/scalars";
 import type { Surface } from "../scene/surface";
-import { type Committed, factsOf, tileIds, isRegression, tileIdPrefix, type ShownSurface } from "./shown_surface";
-import { type HiddenParts, isSameHiddenParts, hidesNothing, nothingHidden } from "../state/hidden_parts";
-import { isSameSeries } from "../state/series";
+import { type HiddenParts, hidesNothing, isSameHiddenParts, nothingHidden } from "../state/hidden_parts";
 import { noProgress, type Progress, type ShownComponents } from "../state/progress";
+import { isSameSeries } from "../state/series";
 import type { Store } from "../state/store";
+import type { AssemblerEffect, StepOfTiles } from "../stream/assembler";
+import type { Effect } from "../stream/conversation";
+import { applied, dataBorder, inverse, latticeToWorld } from "../stream/dataset";
+import { shellModeOf } from "../stream/step_checks";
 import type { StepSpeed } from "../stream/step_speed";
+import type { StreamRequest } from "../stream/stream_request";
 import type { TilePool } from "../workers/tile_pool";
 import type { CheckedStep, DrawnTiles } from "../workers/worker_messages";
+import { type Committed, factsOf, isRegression, type ShownSurface, tileIdPrefix, tileIds } from "./shown_surface";
+import { allComponents, type CachedStep, type StepCache, type VisibleComponents } from "./step_cache";
+import type { SceneTime } from "./swap_group";
 
 export interface SurfaceStepsParts {
   number: number; // The index of the surface in the view.
@@ -130,11 +131,13 @@ export class SurfaceSteps {
     };
     if (isSameHiddenParts(step.visible.hidden, this.hidden)) return offer();
     this.pendingStep = step;
-    void this.selectComponents(step.ids, step.shown).catch(() => step.visible).then((visible) => {
-      if (this.pendingStep !== step) return;
-      step.visible = visible;
-      offer();
-    });
+    void this.selectComponents(step.ids, step.shown)
+      .catch(() => step.visible)
+      .then((visible) => {
+        if (this.pendingStep !== step) return;
+        step.visible = visible;
+        offer();
+      });
   }
 
   beginStep(request: StreamRequest, { tiles, missing, begin }: AssemblerEffect & { kind: "begun" }): void {
@@ -144,10 +147,7 @@ export class SurfaceSteps {
     this.arrived.set(begin.step, { triangles: 0, lastAt: 0 });
   }
 
-  async decode(
-    request: StreamRequest,
-    { tile: expected, payload, begin }: AssemblerEffect & { kind: "decode" },
-  ): Promise<void> {
+  async decode(request: StreamRequest, { tile: expected, payload, begin }: AssemblerEffect & { kind: "decode" }): Promise<void> {
     const { stream } = this;
     const { tilesReceived, bytesReceived, firstTile } = this.progress.get();
     this.progress.set({
@@ -160,16 +160,19 @@ export class SurfaceSteps {
     const { triangles } = this.arrived.get(begin.step)!;
     this.arrived.set(begin.step, { triangles: triangles + expected.triangles, lastAt: performance.now() });
     try {
-      const tile = await this.parts.pool.decode({
-        kind: "decode",
-        id: tileIdPrefix(this.parts.number, request) + expected.key,
-        payload,
-        expected,
-        resolution,
-        shell: shellModeOf(begin),
-        hasNormals: request.isosurface.normals > 0,
-        linear: toWorld.slice(0, 9),
-      }, this);
+      const tile = await this.parts.pool.decode(
+        {
+          kind: "decode",
+          id: tileIdPrefix(this.parts.number, request) + expected.key,
+          payload,
+          expected,
+          resolution,
+          shell: shellModeOf(begin),
+          hasNormals: request.isosurface.normals > 0,
+          linear: toWorld.slice(0, 9),
+        },
+        this,
+      );
       this.parts.surface.add(tile, toWorld, begin.step);
       this.checks.decoded(stream, expected.key);
     } catch (error) {
@@ -183,7 +186,10 @@ export class SurfaceSteps {
     const id = tileIdPrefix(this.parts.number, request) + key;
     const { low, high, bits } = range;
     this.scalars.set(id, { low, high, deviation, vertices: (8 * codes.length) / bits, missing: missingValues(codes, bits) });
-    const done = pool.scalars(id, codes, bits).then((attribute) => surface.setScalars(id, attribute), () => {});
+    const done = pool.scalars(id, codes, bits).then(
+      (attribute) => surface.setScalars(id, attribute),
+      () => {},
+    );
     this.coloring.push(done);
   }
 

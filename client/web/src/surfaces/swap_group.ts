@@ -16,7 +16,10 @@ export class SwapGroup<Member> {
   private readonly current = new Map<Member, SceneTime>(); // The last time of each member, drawn or not.
 
   // `visible`: the currently visible members; `swapped` is called when another time is shown.
-  constructor(private readonly visible: () => readonly Member[], private readonly swapped: () => void) {}
+  constructor(
+    private readonly visible: () => readonly Member[],
+    private readonly swapped: () => void,
+  ) {}
 
   // Returns whether the member's surface may be drawn: it belongs to the shown time.
   isDrawable(member: Member): boolean {

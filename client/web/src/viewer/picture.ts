@@ -1,10 +1,11 @@
 // Draws the scene, and the slices beside it, as a picture, opaque or transparent, with scale bar, axes, legends and
 // measurements.
-import { annotate, type Annotations, type SurfaceKey } from "../scene/annotations";
-import { h } from "../shared/elements";
-import type { SliceViews } from "../samples/slice_views";
-import type { Stage } from "../scene/stage";
+
 import type { DatasetInfo } from "../protocol/messages";
+import type { SliceViews } from "../samples/slice_views";
+import { type Annotations, annotate, type SurfaceKey } from "../scene/annotations";
+import type { Stage } from "../scene/stage";
+import { h } from "../shared/elements";
 import { findByName, nameOfLabel, timeOf, timesOf, timeText } from "../state/series";
 import type { Settings } from "../state/settings";
 import { surfacesOf } from "../state/surfaces";
@@ -19,16 +20,27 @@ export function captionOf(settings: Settings, info: DatasetInfo, list: readonly 
   const { member } = info;
   const time = timeOf(info);
   const visible = surfacesOf(settings).filter((surface) => surface.visible);
-  const others = member?.label ? [] : visible.filter(({ dataset }) => dataset).map(({ dataset, isovalue }) => {
-    const beside = findByName(list, dataset!);
-    return beside?.member?.label ? `labels of ${beside.member.series || beside.name}` : `${dataset} ${isovalue}`;
-  });
-  const values = visible.filter(({ dataset }) => !dataset).map(({ isovalue }) => isovalue ?? suggestedIsovalue(info)).join(", ");
+  const others = member?.label
+    ? []
+    : visible
+        .filter(({ dataset }) => dataset)
+        .map(({ dataset, isovalue }) => {
+          const beside = findByName(list, dataset!);
+          return beside?.member?.label ? `labels of ${beside.member.series || beside.name}` : `${dataset} ${isovalue}`;
+        });
+  const values = visible
+    .filter(({ dataset }) => !dataset)
+    .map(({ isovalue }) => isovalue ?? suggestedIsovalue(info))
+    .join(", ");
   return [
-    member?.series || info.name, member?.field ?? "",
-    values && !member?.label ? `isovalue ${values}${info.valueUnit ? ` ${info.valueUnit}` : ""}` : "", ...new Set(others),
+    member?.series || info.name,
+    member?.field ?? "",
+    values && !member?.label ? `isovalue ${values}${info.valueUnit ? ` ${info.valueUnit}` : ""}` : "",
+    ...new Set(others),
     time === null || !member ? "" : timeText(time, member.timeUnit, timesOf(list, info)),
-  ].filter((word) => word !== "").join(", ");
+  ]
+    .filter((word) => word !== "")
+    .join(", ");
 }
 
 // Returns colors and names of the visible surfaces, if there are several; at most 12.
@@ -36,7 +48,7 @@ export function surfaceKeys(settings: Settings, info: DatasetInfo | null, list: 
   const visible = surfacesOf(settings).filter((surface) => surface.visible);
   if (!info || !settings.axes || settings.colorBy || visible.length < 2) return [];
   const keys = visible.slice(0, maxKeys).map(({ color, dataset, isovalue }) => {
-    const of = dataset ? findByName(list, dataset) ?? info : info;
+    const of = dataset ? (findByName(list, dataset) ?? info) : info;
     const label = of.member?.label;
     const value = `${isovalue ?? suggestedIsovalue(of)}${of.valueUnit ? ` ${of.valueUnit}` : ""}`;
     return { color, text: label ? nameOfLabel(label, settings) : dataset ? `${dataset} ${value}` : value };
@@ -54,7 +66,10 @@ export function pictureHeading(settings: Settings, info: DatasetInfo | null, lis
 
 // Draws the scene, and the slices beside it, if any. `element` contains both and determines the colors.
 export function drawPicture(
-  stage: Stage, slices: SliceViews | null, element: HTMLElement, annotations: Annotations,
+  stage: Stage,
+  slices: SliceViews | null,
+  element: HTMLElement,
+  annotations: Annotations,
   { enlargement = 1, width, isTransparent = false }: PictureOptions,
 ): HTMLCanvasElement {
   const { backgroundColor: own, color } = getComputedStyle(element);

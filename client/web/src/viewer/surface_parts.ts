@@ -1,8 +1,9 @@
 // Hides the picked connected part of a surface.
+
+import { rounded } from "../shared/numbers";
 import type { Settings } from "../state/settings";
 import { maxHiddenParts } from "../state/settings";
 import { surfacesOf, withSurface } from "../state/surfaces";
-import { rounded } from "../shared/numbers";
 import type { Vec3 } from "../stream/dataset";
 
 // The change of settings, or the reason for none.

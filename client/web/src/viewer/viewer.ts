@@ -4,50 +4,52 @@ import "../style/colors.css";
 import "../style/picture.css";
 
 import type * as THREE from "three";
-
-import { ViewDependentDetail } from "./view_dependent_detail";
-import { drawPicture, pictureHeading, surfaceKeys } from "./picture";
-import { SampleViews } from "../samples/sample_views";
 import { serverAddress } from "../page/server_address";
 import { emptySurfaceText } from "../panel/empty_surface";
-import { h } from "../shared/elements";
 import { Notices } from "../panel/notices";
 import { TimeBar } from "../panel/time_bar";
 import type { DatasetInfo } from "../protocol/messages";
+import { SampleViews } from "../samples/sample_views";
+import { permittedSettings, planesThrough } from "../samples/slices";
+import { contextGoneText } from "../scene/context_keeper";
 import { boxBetween, clipPlanes, croppedBox } from "../scene/crop";
 import { initialCut } from "../scene/cut_plane";
-import { contextGoneText } from "../scene/context_keeper";
 import { Gestures } from "../scene/gestures";
 import { Handles } from "../scene/handles";
 import { LabelHover } from "../scene/label_hover";
 import { Measuring } from "../scene/measuring";
 import { Orientation } from "../scene/orientation";
 import { type Picked, Picking } from "../scene/picking";
-import { type Scene, sceneOf, sceneRefusal } from "../surfaces/scene_at";
 import { pngOf } from "../scene/png";
-import { Stage } from "../scene/stage";
 import { SceneDecorations } from "../scene/scene_decorations";
-import type { ShownSurface } from "../surfaces/shown_surface";
-import { permittedSettings, planesThrough } from "../samples/slices";
+import { Stage } from "../scene/stage";
+import { h } from "../shared/elements";
 import { Events } from "../state/events";
 import { initialSelection, settingsOfChoice, withLabelChanges } from "../state/label_surfaces";
-import { atTime, type Entry, isSameData, isSameSeries, findByName, nameOfLabel, timeOf, timesOf, unknownDatasetText, withTimeOfDataset } from "../state/series";
+import { atTime, type Entry, findByName, isSameData, isSameSeries, nameOfLabel, timeOf, timesOf, unknownDatasetText, withTimeOfDataset } from "../state/series";
 import { defaults, isOtherRequest, type Settings } from "../state/settings";
 import { Store } from "../state/store";
 import { assumedPlacement, coordinateResolution, labelBox, type Vec3, worldBox } from "../stream/dataset";
 import { DatasetQueries } from "../stream/dataset_queries";
 import { suggestedIsovalue, type View } from "../stream/request";
-import { type PartsChange, withoutPart } from "./surface_parts";
+import { type Scene, sceneOf, sceneRefusal } from "../surfaces/scene_at";
+import type { ShownSurface } from "../surfaces/shown_surface";
 import { SurfaceSet } from "../surfaces/surface_set";
-import { type PlaybackState, neighboringTime, TimePlayer } from "./time_player";
-import type { ViewerEvents } from "./viewer_events";
-import { tokenInMemory, type PictureOptions, type TokenStorage, type ViewerOptions } from "./viewer_options";
 import { TilePool } from "../workers/tile_pool";
+import { drawPicture, pictureHeading, surfaceKeys } from "./picture";
+import { type PartsChange, withoutPart } from "./surface_parts";
+import { neighboringTime, type PlaybackState, TimePlayer } from "./time_player";
+import { ViewDependentDetail } from "./view_dependent_detail";
+import type { ViewerEvents } from "./viewer_events";
+import { type PictureOptions, type TokenStorage, tokenInMemory, type ViewerOptions } from "./viewer_options";
 
 export class Viewer {
   readonly settings: Store<Settings>;
-  readonly canvas = h("canvas", { tabindex: "0", role: "application", "aria-label":
-    "The surface. Drag to rotate, scroll to zoom, right button or Shift to pan. Arrow keys rotate, plus and minus zoom." });
+  readonly canvas = h("canvas", {
+    tabindex: "0",
+    role: "application",
+    "aria-label": "The surface. Drag to rotate, scroll to zoom, right button or Shift to pan. Arrow keys rotate, plus and minus zoom.",
+  });
   readonly frame = h("div", { class: "stage" }); // The scene with its overlays.
   readonly stage: Stage;
   readonly pool = new TilePool(Math.min(window.parent === window ? 6 : 3, Math.max(2, (navigator.hardwareConcurrency || 4) - 1)));
@@ -70,7 +72,10 @@ export class Viewer {
   private restTimer = 0; // The timer that detects the camera's rest.
 
   // Throws if the browser cannot draw in three dimensions.
-  constructor(readonly element: HTMLElement, { server, token = "", showAgain, ...changes }: ViewerOptions = {}) {
+  constructor(
+    readonly element: HTMLElement,
+    { server, token = "", showAgain, ...changes }: ViewerOptions = {},
+  ) {
     this.settings = new Store<Settings>({ ...defaults, ...changes });
     this.token = typeof token === "string" ? tokenInMemory(token) : token;
     if (changes.followView) this.detail.enable();
@@ -79,49 +84,105 @@ export class Viewer {
     this.frame.append(this.canvas);
     this.stage = new Stage(this.canvas, () => this.reportBlank());
     const address = serverAddress(server);
-    this.queries = new DatasetQueries(address, () => this.token.get(), (text) => this.notices.announce(text, true));
+    this.queries = new DatasetQueries(
+      address,
+      () => this.token.get(),
+      (text) => this.notices.announce(text, true),
+    );
     this.surfaces = new SurfaceSet(address, () => this.token.get(), this.pool, this.stage, {
       shown: (at, shown, isFirst) => this.reportShown(at, shown, isFirst),
       drawn: (shown) => this.events.emit("shown", shown),
       progress: (surface) => this.events.emit("progress", { surface }),
     });
-    this.notices = new Notices({
-      connectNow: () => this.surfaces.connect(),
-      useToken: (typed) => this.useToken(typed),
-      confirmSize: () => this.surfaces.confirmSize(),
-      focusScene: () => this.canvas.focus(),
-      showAgain,
-    }, new URL(address).host !== location.host);
+    this.notices = new Notices(
+      {
+        connectNow: () => this.surfaces.connect(),
+        useToken: (typed) => this.useToken(typed),
+        confirmSize: () => this.surfaces.confirmSize(),
+        focusScene: () => this.canvas.focus(),
+        showAgain,
+      },
+      new URL(address).host !== location.host,
+    );
     this.decorations = new SceneDecorations(this.stage);
-    this.orientation = new Orientation(this.stage, (direction) => this.lookFrom(direction), (up) => this.turnUp(up));
+    this.orientation = new Orientation(
+      this.stage,
+      (direction) => this.lookFrom(direction),
+      (up) => this.turnUp(up),
+    );
     this.handles = new Handles(this.stage, this.canvas, (changes, isDragging) => this.set(changes, isDragging));
     this.gestures = new Gestures(element, this.canvas, this.stage.controls, () => this.handles.isGrabbed);
-    this.measuring = new Measuring(this.stage, this.pool,
-      (info, world) => this.queries.probe(info.name, world), (places) => this.set({ places }), () => this.canvas.focus(),
-      (surface, place, info) => this.changeParts(withoutPart(this.get(), surface, place, coordinateResolution(info))), (label) => nameOfLabel(label, this.get()));
+    this.measuring = new Measuring(
+      this.stage,
+      this.pool,
+      (info, world) => this.queries.probe(info.name, world),
+      (places) => this.set({ places }),
+      () => this.canvas.focus(),
+      (surface, place, info) => this.changeParts(withoutPart(this.get(), surface, place, coordinateResolution(info))),
+      (label) => nameOfLabel(label, this.get()),
+    );
     const turn = (changes: Partial<Settings>, isDragging: boolean) => this.set(changes, isDragging);
-    this.samples = new SampleViews(this.stage, {
-      queries: this.queries, surfaces: this.surfaces, pool: this.pool, settings: () => permittedSettings(this.get(), this.surfaces.datasets.get()),
-      failed: (text) => this.notices.announce(text, true),
-    }, () => ({ info: this.info, list: this.list }), turn, (place) => this.addPlace(place));
-    this.player = new TimePlayer(() => this.playbackState(), {
-      isReady: (time) => this.surfaces.isPrepared(this.sceneAt(time), this.get(), this.requestView),
-      prepare: (times) => this.surfaces.prepare(times.map((time) => this.sceneAt(time)), this.get(), this.requestView),
-      show: (time) => this.set({ t: time }),
-      stop: () => this.set({ playing: false }),
-    }, (pace) => this.timeBar.showPace(pace));
+    this.samples = new SampleViews(
+      this.stage,
+      {
+        queries: this.queries,
+        surfaces: this.surfaces,
+        pool: this.pool,
+        settings: () => permittedSettings(this.get(), this.surfaces.datasets.get()),
+        failed: (text) => this.notices.announce(text, true),
+      },
+      () => ({ info: this.info, list: this.list }),
+      turn,
+      (place) => this.addPlace(place),
+    );
+    this.player = new TimePlayer(
+      () => this.playbackState(),
+      {
+        isReady: (time) => this.surfaces.isPrepared(this.sceneAt(time), this.get(), this.requestView),
+        prepare: (times) =>
+          this.surfaces.prepare(
+            times.map((time) => this.sceneAt(time)),
+            this.get(),
+            this.requestView,
+          ),
+        show: (time) => this.set({ t: time }),
+        stop: () => this.set({ playing: false }),
+      },
+      (pace) => this.timeBar.showPace(pace),
+    );
     this.timeBar = new TimeBar(turn);
-    const picking = new Picking(this.stage, this.canvas, this.pool,
+    const picking = new Picking(
+      this.stage,
+      this.canvas,
+      this.pool,
       () => ({
-        info: this.samples.sampled, tiles: this.surfaces.shownTiles(this.get()), clip: clipPlanes(this.get(), this.info),
+        info: this.samples.sampled,
+        tiles: this.surfaces.shownTiles(this.get()),
+        clip: clipPlanes(this.get(), this.info),
         slice: (ray) => this.samples.hit(ray),
       }),
       () => this.handles.isGrabbed,
-      (place) => this.receivePick(place));
-    const labelHover = new LabelHover(this.canvas,
-      () => this.surfaces.hasLabels && !this.handles.isGrabbed, (x, y) => picking.find(x, y), (label) => nameOfLabel(label, this.get()));
-    this.frame.append(this.decorations.numbers, this.decorations.scaleBar, this.orientation.element,
-      this.samples.legends, this.timeBar.element, this.measuring.labels, this.samples.mark, this.measuring.element, labelHover.element, this.gestures.hint, this.notices.element);
+      (place) => this.receivePick(place),
+    );
+    const labelHover = new LabelHover(
+      this.canvas,
+      () => this.surfaces.hasLabels && !this.handles.isGrabbed,
+      (x, y) => picking.find(x, y),
+      (label) => nameOfLabel(label, this.get()),
+    );
+    this.frame.append(
+      this.decorations.numbers,
+      this.decorations.scaleBar,
+      this.orientation.element,
+      this.samples.legends,
+      this.timeBar.element,
+      this.measuring.labels,
+      this.samples.mark,
+      this.measuring.element,
+      labelHover.element,
+      this.gestures.hint,
+      this.notices.element,
+    );
     element.append(this.samples.element);
     this.listen();
     this.surfaces.connect();
@@ -230,14 +291,22 @@ export class Viewer {
   // Returns the scene with annotations as PNG, when it is complete or the connection is lost, on the page's background
   // or transparent.
   async picture(options: PictureOptions = {}): Promise<Blob> {
-    await this.surfaces.settled(() => this.info, () => this.surfaces.progress.get().phase === "lost", options.signal);
+    await this.surfaces.settled(
+      () => this.info,
+      () => this.surfaces.progress.get().phase === "lost",
+      options.signal,
+    );
     await this.stage.context.take();
     return pngOf(this.drawn(options));
   }
 
   // Returns the same picture of the current state.
   drawn(options: PictureOptions): HTMLCanvasElement {
-    const { decorations: { scale, visibleNumbers: numbers }, orientation: { arms: axes }, samples: { legendWords: legends } } = this;
+    const {
+      decorations: { scale, visibleNumbers: numbers },
+      orientation: { arms: axes },
+      samples: { legendWords: legends },
+    } = this;
     const { points, words } = this.measuring.measurement;
     const head = pictureHeading(this.get(), this.info, this.list, options.isVideoFrame === true);
     const surfaces = surfaceKeys(this.get(), this.info, this.list);
@@ -354,7 +423,8 @@ export class Viewer {
     this.notices.clear();
     this.timeBar.show(this.get(), this.times);
     this.player.update();
-    if (isMember) { // Another time, field or label: places stay valid.
+    if (isMember) {
+      // Another time, field or label: places stay valid.
       this.events.emit("dataset", now);
       this.applyLook();
       return this.requestSurfaces();
@@ -364,7 +434,8 @@ export class Viewer {
     this.orientation.show(this.settings.get().axes);
     this.events.emit("dataset", now);
     const assumed = assumedPlacement(now);
-    if (assumed && before?.name !== now.name) this.notices.announce(`The file of "${now.name}" does not state its ${assumed}: assumed, so lengths and places may be wrong.`, true);
+    if (assumed && before?.name !== now.name)
+      this.notices.announce(`The file of "${now.name}" does not state its ${assumed}: assumed, so lengths and places may be wrong.`, true);
     if (isSameData(before, now)) return; // After a lost connection: the stream resumes by itself.
     if (before) this.measuring.clear();
     this.measuring.show(now, this.settings.get().places);
@@ -392,13 +463,16 @@ export class Viewer {
     this.element.classList.toggle("has-slices", now.layout === "four");
     this.samples.update();
     this.stage.setLook({
-      isOrthographic: now.projection === "orthographic", hasOcclusion: now.occlusion,
-      translucent: this.surfaces.translucent, clip,
+      isOrthographic: now.projection === "orthographic",
+      hasOcclusion: now.occlusion,
+      translucent: this.surfaces.translucent,
+      clip,
     });
   }
 
   private reportShown(at: number, shown: ShownSurface, isFirst: boolean): void {
-    if (at === 0 && isFirst && !this.settings.get().eye) shown.info.member?.label || this.times ? this.stage.frameBox(boxBetween(worldBox(shown.info))) : this.fit();
+    if (at === 0 && isFirst && !this.settings.get().eye)
+      shown.info.member?.label || this.times ? this.stage.frameBox(boxBetween(worldBox(shown.info))) : this.fit();
     this.samples.updateSlices();
     for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.measuring.surfaceReplaced(tiles);
     if (at === 0 && shown.facts.isFinal && this.detail.recordDuration(this.surfaces.progress.get().complete) && this.get().followView) this.requestSurfaces();

@@ -1,16 +1,17 @@
 // A worker that keeps a copy of every tile for operations on whole surfaces: checks a step before it is shown, makes
 // normals agree between tiles, selects the drawn components, finds intersections of the drawn triangles with rays and
 // planes, measures parts, and writes files.
+
+import { type DataBorder, matchBoundaries } from "../mesh/boundary_matcher";
 import { cutLine } from "../mesh/cut";
 import { type MassProperties, massProperties } from "../mesh/mass_properties";
-import { weldedInWorld } from "../mesh/welded_mesh";
-import { pack } from "../mesh/normals";
 import { nearestTriangle } from "../mesh/nearest_component";
+import { pack } from "../mesh/normals";
 import { nearestHit } from "../mesh/ray";
 import { scalarAttribute } from "../mesh/scalars";
-import { type DataBorder, matchBoundaries } from "../mesh/boundary_matcher";
 import { drawnComponents, withDrawnComponents } from "../mesh/tile_components";
-import type { CheckedStep, DrawnTiles, Hit, MeshReply, MeshRequest, StoredTile, MeasuredPart, PickRay, SavedSurface, Selection } from "./worker_messages";
+import { weldedInWorld } from "../mesh/welded_mesh";
+import type { CheckedStep, DrawnTiles, Hit, MeasuredPart, MeshReply, MeshRequest, PickRay, SavedSurface, Selection, StoredTile } from "./worker_messages";
 
 const tiles = new Map<string, StoredTile>();
 // Tiles come from other workers: a step may be requested before its last tile arrives.

@@ -1,17 +1,18 @@
 // The page's interface to the workers: several decode tiles, one keeps whole steps. Browsers give all frames of a site
 // only about a hundred memories for WebAssembly: workers that decode start when there are tiles and end when there are
 // none, and tiles wait while there is no memory.
+
+import type { DataBorder } from "../mesh/boundary_matcher";
 import type { CutPlane } from "../mesh/cut";
 import type { MassProperties } from "../mesh/mass_properties";
-import type { DataBorder } from "../mesh/boundary_matcher";
 import type {
   CheckedStep,
   DecodedTile,
   DrawnTiles,
   Hit,
+  MeasuredPart,
   MeshReply,
   MeshRequest,
-  MeasuredPart,
   PickRay,
   SavedSurface,
   Selection,
@@ -123,9 +124,7 @@ export class TilePool {
     const worker = new Worker(new URL("./tile_worker.ts", import.meta.url), { type: "module" });
     const channel = new MessageChannel();
     worker.postMessage({ kind: "meshWorker", port: channel.port1 }, [channel.port1]);
-    this.meshWorker.postMessage({ kind: "port", port: channel.port2 } satisfies MeshRequest, [
-      channel.port2,
-    ]);
+    this.meshWorker.postMessage({ kind: "port", port: channel.port2 } satisfies MeshRequest, [channel.port2]);
     worker.onmessage = ({ data }: MessageEvent<TileReply>) => {
       const queued = this.jobs.get(worker)!;
       this.jobs.delete(worker);

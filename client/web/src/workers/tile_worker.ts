@@ -1,17 +1,17 @@
 // Decodes tiles off the main thread. Sends the geometry to the page for drawing, and a copy with
 // the tile's boundary to the mesh worker, which checks whole steps.
 import type { DecoderModule } from "draco3d";
-import createDecoderModule from "draco3d/draco_decoder_nodejs.js";
 import dracoWasm from "draco3d/draco_decoder.wasm?url";
+import createDecoderModule from "draco3d/draco_decoder_nodejs.js";
 
 import shellWasm from "../../../../common/codec/wasm/shell_decoder.wasm?url";
 import { type TriangleHasher, triangleHasher } from "../mesh/content_digest";
 import { fieldNormals, normalSums, packedNormals, smoothedSums } from "../mesh/normals";
-import { smoothingRounds, shellDecoder } from "../mesh/shell_decoder";
-import { TileError } from "../mesh/tile_error";
-import { decodeTile } from "../mesh/tile_decoder";
-import type { LatticeMesh } from "../mesh/tile_mesh";
+import { shellDecoder, smoothingRounds } from "../mesh/shell_decoder";
 import { boundaryOf, type TileBoundary } from "../mesh/tile_boundary";
+import { decodeTile } from "../mesh/tile_decoder";
+import { TileError } from "../mesh/tile_error";
+import type { LatticeMesh } from "../mesh/tile_mesh";
 import type { DecodedTile, StoredTile, TileJob } from "./worker_messages";
 
 const bytesOf = (url: string) => fetch(url).then((response) => response.arrayBuffer());
@@ -76,12 +76,7 @@ async function decoded(job: TileJob): Promise<DecodedTile> {
     sums,
     boundary,
   };
-  meshWorker.postMessage(kept, [
-    kept.positions.buffer,
-    kept.triangles.buffer,
-    kept.normals.buffer,
-    ...(sums ? [sums.buffer] : []),
-  ]);
+  meshWorker.postMessage(kept, [kept.positions.buffer, kept.triangles.buffer, kept.normals.buffer, ...(sums ? [sums.buffer] : [])]);
   return { kind: "decoded", id: job.id, positions, triangles, normals };
 }
 

@@ -1,14 +1,15 @@
 // Messages between the page, the tile workers and the mesh worker. A tile's id is its key within one tile cache: the
 // same content with and without normals counts as two tiles.
+
+import type { DataBorder, MeshTopology } from "../mesh/boundary_matcher";
 import type { CutPlane } from "../mesh/cut";
 import type { MassProperties } from "../mesh/mass_properties";
 import type { MeshFormat } from "../mesh/mesh_file";
 import type { HalfSpace } from "../mesh/ray";
-import type { DataBorder, MeshTopology } from "../mesh/boundary_matcher";
 import type { ShellMode } from "../mesh/shell_decoder";
+import type { TileBoundary } from "../mesh/tile_boundary";
 import type { Triangles } from "../mesh/tile_components";
 import type { LatticeBox, ManifestTile } from "../mesh/tile_mesh";
-import type { TileBoundary } from "../mesh/tile_boundary";
 
 // ---- page -> tile worker
 
