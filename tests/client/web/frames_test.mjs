@@ -68,7 +68,7 @@ async function saysWhyItIsBlank(page) {
   const count = 18;
   await openAround(page, `<div style="display: grid; grid-template-columns: repeat(6, 1fr)">${frame("width: 160px; height: 180px").repeat(count)}</div>`);
   const frames = page.frames().slice(1);
-  const blank = async () => (await Promise.all(frames.map(noticeOf))).map((text, at) => (/took the 3-D graphics/.test(text) ? at : -1)).filter((at) => at >= 0);
+  const blank = async () => (await Promise.all(frames.map(noticeOf))).map((text, at) => (/took the graphics/.test(text) ? at : -1)).filter((at) => at >= 0);
   for (const until = Date.now() + patience; (await blank()).length < 2;) {
     assert(Date.now() < until, "two frames more than a browser draws say so");
     await page.waitForTimeout(300);
@@ -86,7 +86,7 @@ async function saysWhyItIsBlank(page) {
     setInterval(() => own().some(({ id }) => id === "p") && resolve(own()), 100);
   }), gone[0]);
   assert.match(said.find(({ id }) => id === "p").text, /^No picture: The browser took/);
-  assert(said.some(({ multitetra, id, text }) => multitetra === "error" && id === undefined && /took the 3-D graphics/.test(text)));
+  assert(said.some(({ multitetra, id, text }) => multitetra === "error" && id === undefined && /took the graphics/.test(text)));
   await frames[gone[0]].click("text=Show it again");
   assert(await isDrawn(page, gone[0]), "the frame begins again");
 }
@@ -108,8 +108,10 @@ async function scrollsPast(page) {
   };
   await page.waitForTimeout(600);
   const before = await eye();
+  const hint = one.waitForSelector(".gesture-hint:not([hidden])");
   assert(await wheel() > 50, "the page scrolls");
-  assert.match(await one.textContent(".gesture-hint"), /Ctrl \+ scroll/);
+  assert.match(await (await hint).textContent(), /Ctrl \+ scroll/);
+  await one.waitForSelector(".gesture-hint", { state: "hidden" });
   assert.deepEqual(await eye(), before);
   await page.evaluate(() => scrollTo(0, 0));
   await page.keyboard.down("Control");
@@ -128,11 +130,12 @@ async function scrollsWithAFinger(page) {
   await isComplete(page.frames()[1]);
   const devtools = await page.context().newCDPSession(page);
   const touch = (type, ...points) => devtools.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+  const hint = page.frames()[1].waitForSelector(".gesture-hint:not([hidden])");
   await touch("touchStart", [250, 400]);
   for (let y = 390; y >= 200; y -= 10) await touch("touchMove", [250, y]);
   await touch("touchEnd");
   assert(await page.evaluate(() => scrollY) > 100, "one finger scrolls the page");
-  assert.match(await page.frames()[1].textContent(".gesture-hint"), /two fingers/);
+  assert.match(await (await hint).textContent(), /two fingers/);
   await page.waitForTimeout(600); // It scrolls on for a while.
   await page.evaluate(() => scrollTo(0, 0));
   const canvas = page.frames()[1].locator(".stage canvas");

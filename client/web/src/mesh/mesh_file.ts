@@ -29,7 +29,7 @@ export async function meshFile(mesh: WeldedMesh, format: MeshFormat, step: numbe
   const largest = Math.max(...mesh.origin.map(Math.abs));
   if (largest * 2 ** -24 > maxMove * step) {
     throw new Error(
-      `${format.toUpperCase()} files with hidden parts have 32-bit coordinates, too few digits at ${largest.toPrecision(2)} units from the origin; GLB keeps them.`,
+      `${format.toUpperCase()} files of the page have 32-bit coordinates, too few digits at ${largest.toPrecision(2)} units from the origin; GLB keeps them.`,
     );
   }
   if (format === "stl") {

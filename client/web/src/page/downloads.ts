@@ -142,10 +142,11 @@ export class Downloads {
     }
   }
 
+  // The server's reason for not making a file is the user's; without a connection the surface is saved as it is shown.
   private async meshFile(surface: ShownTiles, format: MeshFormat): Promise<MeshReply & { isAsShown: boolean }> {
     const settings = this.viewer.get();
     const { hiddenParts = [] } = surfacesOf(settings)[surface.at] ?? {};
-    const made = hiddenParts.length > 0 ? null : await this.viewer.surfaces.file(surface, settings, format).catch(() => null);
+    const made = hiddenParts.length > 0 ? null : await this.viewer.surfaces.file(surface, settings, format).catch(nullIfUnreachable);
     if (made) return { ...made, isAsShown: false };
     const {
       drawn,
@@ -223,4 +224,10 @@ function named({ shown: { info, facts } }: ShownTiles): NamedSurface {
 // Datasets without a time match every time.
 function isAtTime(info: DatasetInfo, time: number): boolean {
   return (timeOf(info) ?? time) === time;
+}
+
+// For fetch(), which rejects with a TypeError only if there is no reply.
+function nullIfUnreachable(error: unknown): null {
+  if (error instanceof TypeError) return null;
+  throw error;
 }

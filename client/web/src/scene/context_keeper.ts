@@ -6,7 +6,7 @@ import type * as THREE from "three";
 const releaseAfter = 2000; // Milliseconds out of sight.
 const returnsWithin = 2000; // Milliseconds after which a context that was taken away is gone.
 
-export const contextGoneText = "The browser took the 3-D graphics of this view away: it draws only about 16 such views of a site at a time.";
+export const contextGoneText = "The browser took the graphics of this view away: it draws only about 16 of a site at a time.";
 
 export interface ContextEvents {
   gone: () => void; // The context was taken away and did not return.
