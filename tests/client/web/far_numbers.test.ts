@@ -14,7 +14,7 @@ import { noProgress, type StepFacts } from "../../../client/web/src/state/progre
 import { timeText } from "../../../client/web/src/state/series";
 import { defaults, type Place, type Settings } from "../../../client/web/src/state/settings";
 import { fromAddress, toAddress } from "../../../client/web/src/state/url_state";
-import { coordinateResolution, coordinateText, placeText, valueText } from "../../../client/web/src/stream/dataset";
+import { assumedPlacement, coordinateResolution, coordinateText, placeText, valueText } from "../../../client/web/src/stream/dataset";
 import type { ShownSurface } from "../../../client/web/src/surfaces/shown_surface";
 import { captionOf } from "../../../client/web/src/viewer/picture";
 import { withoutPart } from "../../../client/web/src/viewer/surface_parts";
@@ -108,6 +108,11 @@ describe("FarNumbers", () => {
     expect(lengthBetween(from, to, info)).toBe(lengthBetween(settings.places[0], settings.places[1], info));
     expect(toAddress(read, resolution)).toBe(text);
     expect(fromAddress(toAddress(settings)).eye).toEqual(a); // Exact where no resolution is known.
+  });
+
+  test("SayWhatIsAssumed", () => {
+    expect(assumedPlacement({ ...info, assumed: "spacing along z" } as DatasetInfo)).toBe("spacing along z");
+    expect(assumedPlacement(info)).toBe("");
   });
 
   test("OfHiddenPartsAndLabelsAreOfTheGrid", () => {

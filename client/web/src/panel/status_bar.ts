@@ -128,7 +128,7 @@ export class StatusBar {
   private showState(status: SurfacesStatus): void {
     const { progress, drawn, done, visible } = status;
     const { shown, isStreaming, step, tilesReceived, tilesToCome } = progress;
-    const left = this.timeLeft(status);
+    const timeLeft = this.timeLeft(status);
     if (waitsForOthers(status)) {
       this.say(`${done} of ${visible}`, "surfaces complete");
       return;
@@ -137,7 +137,7 @@ export class StatusBar {
     if (!isStreaming) return this.say(progress.phase === "ready" ? atRest : "Not connected", shown ? errorSummary(drawn) || `step ${shown.step + 1}` : "");
     const isFirst = progress.firstSurface === null;
     const share = `${Math.round((100 * tilesReceived) / Math.max(1, tilesToCome))} %`;
-    const tiles = tilesToCome > 0 ? (left ? `${share}, ${left}` : `${share} of step ${step + 1}`) : "waiting for the server";
+    const tiles = tilesToCome > 0 ? (timeLeft ? `${share}, ${timeLeft}` : `${share} of step ${step + 1}`) : "waiting for the server";
     // Until the first step of the new surface, the previous surface is shown, and the badge applies to it.
     this.say(
       !isFirst ? "Refining…" : drawn.length > 0 ? "Updating…" : "First preview…",

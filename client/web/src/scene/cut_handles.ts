@@ -177,9 +177,9 @@ export class CutHandles {
   // Returns the distance along the normal for a pointer movement. When looking along the normal, up is away.
   private along({ normal, middle }: Grabbed, x: number, y: number): number {
     const unit = this.stage.worldLengthOf(1);
-    const here = this.stage.project(middle);
-    const there = this.stage.project(middle.clone().addScaledVector(normal, 20 * unit));
-    const [u, v] = here && there ? [(there.x - here.x) / 20, (there.y - here.y) / 20] : [0, 0];
+    const from = this.stage.project(middle);
+    const to = this.stage.project(middle.clone().addScaledVector(normal, 20 * unit));
+    const [u, v] = from && to ? [(to.x - from.x) / 20, (to.y - from.y) / 20] : [0, 0];
     if (Math.hypot(u, v) >= 0.25) return (unit * (x * u + y * v)) / (u * u + v * v);
     const ahead = this.stage.camera.getWorldDirection(new THREE.Vector3());
     return -y * unit * Math.sign(ahead.dot(normal) || 1);

@@ -161,13 +161,13 @@ interface Place {
 // behind its numbers. -1: not all are in front of the eye.
 function outermost(seen: (readonly [Place | null, Place | null])[], center: Place): number {
   let best = -1;
-  let most = -Infinity;
+  let farthest = -Infinity;
   seen.forEach(([a, b], i) => {
     if (!a || !b) return;
     const [x, y] = [(a.x + b.x) / 2 - center.x, (a.y + b.y) / 2 - center.y];
     const far = Math.hypot(x, y) + 0.4 * y - 0.1 * x;
-    if (far <= most) return;
-    most = far;
+    if (far <= farthest) return;
+    farthest = far;
     best = i;
   });
   return best;

@@ -28,7 +28,7 @@ const restAfter = 180; // Milliseconds without a change.
 const delays = { picture: 500, work: 100 }; // Milliseconds.
 const maxMotionCost = 20; // Milliseconds of GPU time: acceptable during motion.
 const maxOcclusionCost = 4000; // Milliseconds: a frame this slow is not drawn at all.
-const peels = { moving: 3, resting: 6, most: 12 };
+const peels = { moving: 3, resting: 6, limit: 12 };
 
 export class Stage {
   readonly scene = new THREE.Scene();
@@ -263,8 +263,8 @@ export class Stage {
   // `enlargement` times the screen size, within the GPU's limits.
   picture(background: string | null, enlargement = 1): HTMLCanvasElement {
     const ratio = this.renderer.getPixelRatio();
-    const most = this.renderer.capabilities.maxTextureSize / Math.max(1, this.canvas.width, this.canvas.height);
-    if (enlargement !== 1) this.renderer.setPixelRatio(ratio * Math.min(enlargement, Math.max(1, most)));
+    const maxEnlargement = this.renderer.capabilities.maxTextureSize / Math.max(1, this.canvas.width, this.canvas.height);
+    if (enlargement !== 1) this.renderer.setPixelRatio(ratio * Math.min(enlargement, Math.max(1, maxEnlargement)));
     this.draw(true, false);
     const copy = document.createElement("canvas");
     copy.width = this.canvas.width;
@@ -362,7 +362,7 @@ export class Stage {
   private peels(isAtRest: boolean): number {
     const { translucent } = this.look;
     if (translucent === 0) return 0;
-    return isAtRest ? Math.min(peels.most, Math.max(peels.resting, 2 * translucent)) : peels.moving;
+    return isAtRest ? Math.min(peels.limit, Math.max(peels.resting, 2 * translucent)) : peels.moving;
   }
 
   // Matches the orthographic camera to the perspective one at the distance of the target.

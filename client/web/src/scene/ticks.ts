@@ -1,9 +1,9 @@
 import { rounded } from "../shared/numbers";
 
-// Returns the greatest round length, 1, 2 or 5 times a power of ten, up to `most`; NaN unless `most` is positive.
-export function roundLength(most: number): number {
-  const magnitude = 10 ** Math.floor(Math.log10(most));
-  return [5, 2, 1].map((n) => n * magnitude).find((value) => value <= most) ?? magnitude;
+// Returns the greatest round length, 1, 2 or 5 times a power of ten, up to `maxLength`; NaN unless that is positive.
+export function roundLength(maxLength: number): number {
+  const magnitude = 10 ** Math.floor(Math.log10(maxLength));
+  return [5, 2, 1].map((n) => n * magnitude).find((value) => value <= maxLength) ?? magnitude;
 }
 
 export interface Tick {

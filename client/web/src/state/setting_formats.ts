@@ -206,11 +206,11 @@ export const surfaces = listOf<AdditionalSurface>(
   maxLabels - 1,
 );
 
-function listOf<T>(entry: Format<T>, most: number): Format<readonly T[]> {
+function listOf<T>(entry: Format<T>, maxEntries: number): Format<readonly T[]> {
   return nonempty<readonly T[]>({
     read: (written) => {
       const entries = written.split(";").map(entry.read);
-      return entries.length <= most && entries.every((one) => one !== undefined) ? entries : undefined;
+      return entries.length <= maxEntries && entries.every((one) => one !== undefined) ? entries : undefined;
     },
     write: (value, resolution) => value.map((one) => entry.write(one, resolution)).join(";"),
   });

@@ -15,13 +15,13 @@ interface Setting<T> {
 
 type Roles = Partial<Pick<Setting<unknown>, "isRequested" | "isOfView">>;
 
-function setting<T>(how: format.Format<T>, initial: NoInfer<T>, roles: Roles = {}): Setting<T> {
-  return { initial, format: how as format.Format<NonNullable<T>>, isRequested: false, isOfView: false, ...roles };
+function setting<T>(written: format.Format<T>, initial: NoInfer<T>, roles: Roles = {}): Setting<T> {
+  return { initial, format: written as format.Format<NonNullable<T>>, isRequested: false, isOfView: false, ...roles };
 }
 
 // At first null: not set.
-function optional<T extends object | number>(how: format.Format<T>, roles: Roles = {}): Setting<T | null> {
-  return setting<T | null>(how as format.Format<T | null>, null, roles);
+function optional<T extends object | number>(written: format.Format<T>, roles: Roles = {}): Setting<T | null> {
+  return setting<T | null>(written as format.Format<T | null>, null, roles);
 }
 
 const requested = { isRequested: true };

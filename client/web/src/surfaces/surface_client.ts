@@ -35,7 +35,7 @@ export interface SurfaceClientParts extends SurfaceStepsParts {
   address: string;
   token: () => string;
   connectionPool: ConnectionPool; // For the connections of all surfaces but the first.
-  sharedPreviews: SharedPreviews; // Likewise, for coarse previews.
+  sharedPreviews: SharedPreviews; // For the coarse previews of all surfaces but the first.
 }
 
 export interface SurfaceClientEvents extends SurfaceStepsEvents {
@@ -58,7 +58,7 @@ export class SurfaceClient implements PreviewClient {
   private readonly connection: SurfaceConnection;
   private readonly steps: SurfaceSteps;
   private requested: RequestAtTime | null = null; // The request that is running or shown.
-  private current: StreamRequest | null = null; // The same, with a budget if it is too large.
+  private current: StreamRequest | null = null; // The running request, with a budget if it is too large.
   private next: RequestAtTime | null = null; // Waits for the running request.
   private isDragging = false;
   private dragTimer = 0;

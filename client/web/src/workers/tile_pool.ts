@@ -44,8 +44,8 @@ export class TilePool {
   private readonly queries = new Map<number, Waiting<never>>();
   private lastQuery = 0;
 
-  // `most`: workers that decode at a time.
-  constructor(private readonly most: number) {
+  // `maxWorkers`: those that decode at a time.
+  constructor(private readonly maxWorkers: number) {
     this.meshWorker = new Worker(new URL("./mesh_worker.ts", import.meta.url), { type: "module" });
     this.meshWorker.onmessage = ({ data }: MessageEvent<MeshReply>) => {
       const waiting = this.queries.get(data.request);
@@ -149,7 +149,7 @@ export class TilePool {
   }
 
   private dispatch(): void {
-    const canStart = () => !this.isWaitingForMemory && this.jobs.size < this.most;
+    const canStart = () => !this.isWaitingForMemory && this.jobs.size < this.maxWorkers;
     while (this.queue.length > 0 && (this.idle.length > 0 || canStart())) {
       const worker = this.idle.pop() ?? this.createTileWorker();
       const queued = this.queue.shift()!;
