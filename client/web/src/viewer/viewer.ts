@@ -7,7 +7,7 @@ import type * as THREE from "three";
 import { serverAddress } from "../page/server_address";
 import { emptySurfaceText } from "../panel/empty_surface";
 import { Notices } from "../panel/notices";
-import { TimeBar } from "../panel/time_bar";
+import type { ShownTimes } from "../panel/time_bar";
 import type { DatasetInfo } from "../protocol/messages";
 import { SampleViews } from "../samples/sample_views";
 import { permittedSettings, planesThrough } from "../samples/slices";
@@ -26,19 +26,19 @@ import { Stage } from "../scene/stage";
 import { h } from "../shared/elements";
 import { Events } from "../state/events";
 import { initialSelection, settingsOfChoice, withLabelChanges } from "../state/label_surfaces";
-import { atTime, type Entry, findByName, isSameData, isSameSeries, nameOfLabel, timeOf, timesOf, unknownDatasetText, withTimeOfDataset } from "../state/series";
+import { type Entry, findByName, isSameData, isSameSeries, nameOfLabel, unknownDatasetText, withTimeOfDataset } from "../state/series";
 import { defaults, isOtherRequest, type Settings } from "../state/settings";
 import { Store } from "../state/store";
 import { assumedPlacement, coordinateResolution, labelBox, type Vec3, worldBox } from "../stream/dataset";
 import { DatasetQueries } from "../stream/dataset_queries";
 import { suggestedIsovalue, type View } from "../stream/request";
-import { type Scene, sceneOf, sceneRefusal } from "../surfaces/scene_at";
+import { sceneOf, sceneRefusal } from "../surfaces/scene_at";
 import type { ShownSurface } from "../surfaces/shown_surface";
 import { SurfaceSet } from "../surfaces/surface_set";
 import { TilePool } from "../workers/tile_pool";
 import { drawPicture, pictureHeading, surfaceKeys } from "./picture";
+import { Playback } from "./playback";
 import { type PartsChange, withoutPart } from "./surface_parts";
-import { neighboringTime, type PlaybackState, TimePlayer } from "./time_player";
 import { ViewDependentDetail } from "./view_dependent_detail";
 import type { ViewerEvents } from "./viewer_events";
 import { type PictureOptions, type TokenStorage, tokenInMemory, type ViewerOptions } from "./viewer_options";
@@ -64,8 +64,7 @@ export class Viewer {
   private readonly gestures: Gestures;
   private readonly queries: DatasetQueries;
   private readonly samples: SampleViews;
-  readonly player: TimePlayer;
-  private readonly timeBar: TimeBar;
+  private readonly playback: Playback;
   private readonly token: TokenStorage;
   private isDragging = false;
   private readonly detail = new ViewDependentDetail();
@@ -135,22 +134,14 @@ export class Viewer {
       turn,
       (place) => this.addPlace(place),
     );
-    this.player = new TimePlayer(
-      () => this.playbackState(),
-      {
-        isReady: (time) => this.surfaces.isPrepared(this.sceneAt(time), this.get(), this.requestView),
-        prepare: (times) =>
-          this.surfaces.prepare(
-            times.map((time) => this.sceneAt(time)),
-            this.get(),
-            this.requestView,
-          ),
-        show: (time) => this.set({ t: time }),
-        stop: () => this.set({ playing: false }),
-      },
-      (pace) => this.timeBar.showPace(pace),
-    );
-    this.timeBar = new TimeBar(turn);
+    this.playback = new Playback({
+      surfaces: this.surfaces,
+      info: () => this.info,
+      list: () => this.list,
+      settings: () => this.get(),
+      view: () => this.requestView,
+      set: turn,
+    });
     const picking = new Picking(
       this.stage,
       this.canvas,
@@ -175,7 +166,7 @@ export class Viewer {
       this.decorations.scaleBar,
       this.orientation.element,
       this.samples.legends,
-      this.timeBar.element,
+      this.playback.bar.element,
       this.measuring.labels,
       this.samples.mark,
       this.measuring.element,
@@ -223,15 +214,13 @@ export class Viewer {
   }
 
   // The current time and all times; null: there are no times to choose.
-  get times(): { all: readonly number[]; now: number; unit: string } | null {
-    const all = this.info ? timesOf(this.list, this.info) : [];
-    return all.length > 1 ? { all, now: timeOf(this.info!)!, unit: this.info!.member!.timeUnit } : null;
+  get times(): ShownTimes | null {
+    return this.playback.times;
   }
 
   // Steps to a later or earlier time.
   stepTime(steps: number): void {
-    const { times } = this;
-    if (times) this.set({ t: neighboringTime({ times: times.all, now: times.now, loop: this.get().loop }, steps), playing: false });
+    this.playback.step(steps);
   }
 
   // Resolves when everything visible at the current time is complete or has failed.
@@ -317,7 +306,7 @@ export class Viewer {
   // Ends all work; empties the element.
   dispose(): void {
     clearTimeout(this.restTimer);
-    this.player.stop();
+    this.playback.stop();
     this.surfaces.close();
     this.queries.close();
     this.pool.dispose();
@@ -358,9 +347,8 @@ export class Viewer {
       this.applyLook();
       if (now !== before && isOtherRequest(now, before)) this.requestSurfaces();
       if (now.playing !== before.playing && now.followView) this.requestSurfaces();
-      this.timeBar.show(now, this.times);
       this.measuring.show(this.info, now.places);
-      this.player.update();
+      this.playback.update();
       this.events.emit("settings", now);
     });
     this.surfaces.progress.watch((progress) => {
@@ -402,16 +390,6 @@ export class Viewer {
     this.useDataset(start.info);
   }
 
-  private playbackState(): PlaybackState | null {
-    const { times, settings } = this;
-    const { playing, speed, loop } = settings.get();
-    return times && { times: times.all, now: times.now, playing, speed, loop };
-  }
-
-  private sceneAt(time: number): Scene {
-    return sceneOf(this.list, this.get(), atTime(this.list, this.info!, time));
-  }
-
   private get list(): readonly DatasetInfo[] {
     return this.surfaces.datasets.get().list ?? [];
   }
@@ -421,8 +399,7 @@ export class Viewer {
     const isMember = before !== null && before.name !== now.name && isSameSeries(before, now);
     this.info = now;
     this.notices.clear();
-    this.timeBar.show(this.get(), this.times);
-    this.player.update();
+    this.playback.update();
     if (isMember) {
       // Another time, field or label: places stay valid.
       this.events.emit("dataset", now);
