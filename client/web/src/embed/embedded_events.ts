@@ -10,7 +10,7 @@ export interface EmbeddedDataset {
   min: number;
   max: number;
   lengthUnit: string; // Empty: unknown.
-  assumed: string; // What of spacing and origin the file does not state; empty: nothing.
+  assumed: string; // What of the placement the source does not state: "spacing along z, origin".
   valueUnit: string;
   suggestedIsovalues: number[];
   member: { series: string; field: string; time: number | null; timeUnit: string; label: { value: number; name: string } | null } | null;
