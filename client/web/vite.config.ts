@@ -9,17 +9,11 @@ import { withoutNode } from "./vite.without_node";
 function thirdParty(packages: string[]): Plugin {
   const text = packages.map((name) => {
     const folder = new URL(`node_modules/${name}/`, import.meta.url);
-    const { version, license } = JSON.parse(
-      readFileSync(new URL("package.json", folder), "utf8"),
-    ) as { version: string; license: string };
+    const { version, license } = JSON.parse(readFileSync(new URL("package.json", folder), "utf8")) as { version: string; license: string };
     const file = readdirSync(folder).find((entry) => /^licen[cs]e/i.test(entry));
     const ours = new URL("../../LICENSE", import.meta.url);
     const isApache = license.startsWith("Apache-2.0") && existsSync(ours);
-    const words = file
-      ? readFileSync(new URL(file, folder), "utf8")
-      : isApache
-        ? readFileSync(ours, "utf8")
-        : license;
+    const words = file ? readFileSync(new URL(file, folder), "utf8") : isApache ? readFileSync(ours, "utf8") : license;
     return `${name} ${version} (${license})\n\n${words.trim()}\n`;
   });
   return {
@@ -49,11 +43,7 @@ function compressed(): Plugin {
 // MULTITETRA_VIEWER_OUT names the folder served by the server's HTTP port; build.sh sets it.
 export default defineConfig({
   base: "./",
-  plugins: [
-    withoutNode(),
-    thirdParty(["three", "draco3d", "@bufbuild/protobuf", "hash-wasm", "mediabunny"]),
-    compressed(),
-  ],
+  plugins: [withoutNode(), thirdParty(["three", "draco3d", "@bufbuild/protobuf", "hash-wasm", "mediabunny"]), compressed()],
   build: {
     outDir: process.env.MULTITETRA_VIEWER_OUT ?? "dist",
     emptyOutDir: true,

@@ -9,7 +9,10 @@ function scoped(): Plugin {
     enforce: "pre",
     transform(code, id) {
       if (!id.endsWith(".css")) return null;
-      const inside = code.replaceAll(":root", "&").replaceAll(".multitetra", "&").replace(/^\[data-theme/gm, "&[data-theme");
+      const inside = code
+        .replaceAll(":root", "&")
+        .replaceAll(".multitetra", "&")
+        .replace(/^\[data-theme/gm, "&[data-theme");
       return `.multitetra {\n${inside}\n}`;
     },
   };

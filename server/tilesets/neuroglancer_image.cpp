@@ -182,8 +182,7 @@ Affine manifest_to_image(const DatasetInfo& info) {
   Affine to_index = inverse(scaling(scaled(info.spacing, nanometres), 0.5));
   Affine to_voxel = inverse(frame.to_index);
   for (std::size_t axis = 0; axis < 3; ++axis) to_voxel.translation[axis] += frame.first[axis];
-  return composed(scaling(scaled(frame.resolution, nanometres), 0.5),
-                  composed(to_voxel, to_index));
+  return composed(scaling(scaled(frame.resolution, nanometres), 0.5), composed(to_voxel, to_index));
 }
 
 }  // namespace multitetra

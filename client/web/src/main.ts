@@ -5,13 +5,12 @@ import "./style/panel.css";
 import "./style/bar.css";
 import "./style/touch.css";
 
-import { AddressSync } from "./address_sync";
-import { EmbeddedViewer } from "./embedded_viewer";
-import { Embedding } from "./embedding";
-import { Token, serverAddress } from "./server_address";
+import { EmbeddedViewer } from "./embed/embedded_viewer";
+import { Embedding, firstSight } from "./embed/embedding";
+import { AddressSync } from "./page/address_sync";
+import { Downloads } from "./page/downloads";
+import { serverAddress, Token } from "./page/server_address";
 import { DatasetList } from "./panel/dataset_list";
-import { h } from "./shared/elements";
-import { worldBox } from "./stream/dataset";
 import { Help } from "./panel/help";
 import { installKeyboard } from "./panel/keyboard";
 import { Panel } from "./panel/panel";
@@ -20,20 +19,24 @@ import { StatusBar } from "./panel/status_bar";
 import { installTooltips } from "./panel/tooltip";
 import { viewTools } from "./panel/view_tools";
 import type { DatasetInfo } from "./protocol/messages";
-import { Thumbnails } from "./stream/thumbnails";
+import { h } from "./shared/elements";
 import { Bookmarks } from "./state/bookmarks";
-import { type Entry, entriesOf, isSameSeries } from "./state/series";
-import { History } from "./state/history";
 import { persistentValues } from "./state/browser_storage";
+import { History } from "./state/history";
+import { type Entry, entriesOf, isSameSeries } from "./state/series";
 import { defaults, type Settings } from "./state/settings";
 import { fromAddress, ignoredParts } from "./state/url_state";
-import { Downloads } from "./downloads";
-import { Viewer } from "./viewer";
+import { worldBox } from "./stream/dataset";
+import { Thumbnails } from "./stream/thumbnails";
+import { Viewer } from "./viewer/viewer";
 
 const app = document.getElementById("app")!;
-const view = app.appendChild(h("main"));
 const server = serverAddress();
 const token = new Token(server);
+Token.hide();
+const isFrame = window.parent !== window;
+const early = isFrame ? await firstSight(window.parent) : []; // A browser draws only a few scenes at a time.
+const view = app.appendChild(h("main"));
 const viewer = viewerIn(view);
 const { settings, surfaces, notices } = viewer;
 const address = new AddressSync(viewer, token, location.hash);
@@ -47,33 +50,43 @@ const datasets = new DatasetList({
     if (found) whenShown(() => thumbnails.request(found.info));
   },
 });
-const thumbnails = new Thumbnails(server, () => token.get(), upOf, (name, picture) => {
-  for (const entry of entries()) if (entry.info.name === name) datasets.setPicture(entry.name, picture);
-});
+const thumbnails = new Thumbnails(
+  server,
+  () => token.get(),
+  upOf,
+  (name, picture) => {
+    for (const entry of entries()) if (entry.info.name === name) datasets.setPicture(entry.name, picture);
+  },
+);
 const downloads = new Downloads(viewer);
 const change = (update: Partial<Settings>, isDragging = false) => {
   address.setDragging(isDragging);
   viewer.set(update, isDragging);
 };
-const panel = new Panel(settings, change, {
-  reset: () => viewer.reset(),
-  roll: (radians) => viewer.roll(radians),
-  shownBox: () => {
-    const box = viewer.surfaces.worldBox();
-    return box.isEmpty() && viewer.info ? worldBox(viewer.info) : { low: box.min.toArray(), high: box.max.toArray() };
+const panel = new Panel(
+  settings,
+  change,
+  {
+    reset: () => viewer.reset(),
+    roll: (radians) => viewer.roll(radians),
+    shownBox: () => {
+      const box = viewer.surfaces.worldBox();
+      return box.isEmpty() && viewer.info ? worldBox(viewer.info) : { low: box.min.toArray(), high: box.max.toArray() };
+    },
+    saveLabels: (surfaces) => void downloads.labels(surfaces),
+    zoomToLabel: (dataset) => viewer.zoomToLabel(dataset),
+    screenshot: (options) => void downloads.screenshot(options),
+    download: (format) => void downloads.download(format),
+    copyLink: () => void downloads.copyLink(address.settingsForAddress()),
+    copyEmbedding: () => void downloads.copyEmbedding(address.settingsForAddress()),
+    turntable: (form) => void downloads.turntable(form),
+    times: (form) => void downloads.times(form),
+    bookmarks,
+    currentAddress: () => downloads.addressOf(address.settingsForAddress()),
+    visit: (hash) => address.applyAddress(`#${hash}`),
   },
-  saveLabels: (surfaces) => void downloads.labels(surfaces),
-  zoomToLabel: (dataset) => viewer.zoomToLabel(dataset),
-  screenshot: (options) => void downloads.screenshot(options),
-  download: (format) => void downloads.download(format),
-  copyLink: () => void downloads.copyLink(address.settingsForAddress()),
-  copyEmbedding: () => void downloads.copyEmbedding(address.settingsForAddress()),
-  turntable: (form) => void downloads.turntable(form),
-  times: (form) => void downloads.times(form),
-  bookmarks,
-  currentAddress: () => downloads.addressOf(address.settingsForAddress()),
-  visit: (hash) => address.applyAddress(`#${hash}`),
-}, datasets.element);
+  datasets.element,
+);
 const bar = new StatusBar();
 const fewSurfaces = 24;
 let isBarWaiting = false;
@@ -97,8 +110,7 @@ const actions = {
     viewer.set({ layout: viewer.get().layout === "four" ? "surface" : "four" });
   },
 };
-const hint = h("p", { class: "stage-hint", hidden: true },
-  "drag to rotate · scroll to zoom · click to measure");
+const hint = h("p", { class: "stage-hint", hidden: true }, "drag to rotate · scroll to zoom · click to measure");
 for (const touch of ["pointerdown", "wheel", "keydown"]) {
   viewer.canvas.addEventListener(touch, () => hint.remove(), { once: true, passive: true });
 }
@@ -106,10 +118,15 @@ const tools = viewTools(actions);
 viewer.frame.append(tools.element, hint);
 app.append(panel.element, bar.element, help.element);
 app.classList.toggle("is-embedded", new URLSearchParams(location.search).has("embed"));
-if (window.parent !== window) {
+if (isFrame) {
   const embedded = new EmbeddedViewer(viewer);
   if (fromAddress(location.hash).maxTriangles === undefined) embedded.limitOnWeakDevices();
-  new Embedding(embedded, window.parent, ignoredParts(location.hash).map((part) => part.split("=")[0]));
+  new Embedding(
+    embedded,
+    window.parent,
+    ignoredParts(location.hash).map((part) => part.split("=")[0]),
+    early,
+  );
 }
 installTooltips();
 installKeyboard(viewer, actions);
@@ -147,8 +164,6 @@ settings.watch((now, before) => {
   if (turned) whenShown(() => thumbnails.request(turned.info));
   panel.showPaused(viewer.isDetailPaused);
 });
-// A lost GPU context has lost all tiles; reloading restores the rest from the address.
-viewer.canvas.addEventListener("webglcontextrestored", () => location.reload());
 matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => panel.histogram.redraw());
 
 // ----
@@ -204,11 +219,9 @@ function whenShown(act: () => void): void {
 // Without WebGL the viewer stops here.
 function viewerIn(element: HTMLElement): Viewer {
   try {
-    return new Viewer(element, { ...fromAddress(location.hash), server, token });
+    return new Viewer(element, { ...fromAddress(location.hash), server, token, showAgain: () => location.reload() });
   } catch (error) {
-    const words = h("p", { class: "no-picture" },
-      "This browser cannot draw in three dimensions: WebGL 2 is disabled, or the graphics " +
-        "driver is missing.");
+    const words = h("p", { class: "no-picture" }, "This browser cannot draw in three dimensions: WebGL 2 is disabled, or the graphics " + "driver is missing.");
     app.replaceWith(words);
     throw error;
   }

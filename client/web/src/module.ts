@@ -4,16 +4,16 @@
 //   const viewer = new Viewer(element, { server: "https://example.org/", dataset: "head", isovalue: 500.5 });
 //   viewer.on("shown", ({ isovalue, triangles }) => ...);
 //   viewer.set({ error: 1, surfaces: [{ isovalue: 1200.5, opacity: 0.4 }] });
-import type { EmbeddedEvents } from "./embedded_events";
-import { EmbeddedViewer } from "./embedded_viewer";
+import type { EmbeddedEvents } from "./embed/embedded_events";
+import { EmbeddedViewer } from "./embed/embedded_viewer";
 import { parseSettings } from "./state/parse_settings";
 import type { AdditionalSurface, Settings } from "./state/settings";
-import { Viewer as SceneViewer } from "./viewer";
-import type { PictureOptions, TokenStorage } from "./viewer_options";
+import { Viewer as SceneViewer } from "./viewer/viewer";
+import type { PictureOptions, TokenStorage } from "./viewer/viewer_options";
 
-export type { EmbeddedDataset, EmbeddedEvents, EmbeddedPick, EmbeddedStep } from "./embedded_events";
+export type { EmbeddedDataset, EmbeddedEvents, EmbeddedPick, EmbeddedStep } from "./embed/embedded_events";
 export type { AdditionalSurface, Settings } from "./state/settings";
-export type { PictureOptions, TokenStorage } from "./viewer_options";
+export type { PictureOptions, TokenStorage } from "./viewer/viewer_options";
 
 // Surfaces need only an isovalue.
 export type GivenSettings = Partial<Omit<Settings, "surfaces">> & {

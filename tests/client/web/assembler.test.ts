@@ -1,9 +1,9 @@
-import { Assembler, type AssemblerEffect } from "../../../client/web/src/stream/assembler";
-import { dataBorder } from "../../../client/web/src/stream/dataset";
-import { hex } from "../../../client/web/src/mesh/content_digest";
 import { isSound, matchBoundaries } from "../../../client/web/src/mesh/boundary_matcher";
+import { hex } from "../../../client/web/src/mesh/content_digest";
 import { boundaryOf, type TileBoundary } from "../../../client/web/src/mesh/tile_boundary";
 import type { ServerKind } from "../../../client/web/src/protocol/messages";
+import { Assembler, type AssemblerEffect } from "../../../client/web/src/stream/assembler";
+import { dataBorder } from "../../../client/web/src/stream/dataset";
 import { dataset, found, messages, request, tileFrom } from "./golden_stream";
 
 const stream = messages().filter(({ case: kind }) => kind !== "welcome" && kind !== "datasetList");
@@ -23,7 +23,10 @@ async function played(all: readonly ServerKind[], assembler = newAssembler()) {
         }
       } else if (effect.kind === "check") {
         const { tiles, begin } = effect.step;
-        const seams = matchBoundaries(tiles.map(({ key }) => boundaries.get(key)!), dataBorder(dataset(), 5, 0, 1));
+        const seams = matchBoundaries(
+          tiles.map(({ key }) => boundaries.get(key)!),
+          dataBorder(dataset(), 5, 0, 1),
+        );
         await perform(assembler.checked(begin.step, seams.topology));
       } else {
         seen.push(effect);
@@ -35,7 +38,7 @@ async function played(all: readonly ServerKind[], assembler = newAssembler()) {
 }
 
 function newAssembler(held: string[] = []): Assembler {
-  return new Assembler({ info: dataset(), request: request(), requestId: 1n }, held);
+  return new Assembler({ info: dataset(), isosurface: request(), requestId: 1n }, held);
 }
 
 function kinds(effects: AssemblerEffect[]): string[] {
@@ -88,7 +91,7 @@ describe("Assembler", () => {
   });
 
   test("IgnoresMessagesOfEarlierStreams", async () => {
-    const later = new Assembler({ info: dataset(), request: request(), requestId: 2n });
+    const later = new Assembler({ info: dataset(), isosurface: request(), requestId: 2n });
     expect(await played(stream, later)).toEqual([]);
   });
 

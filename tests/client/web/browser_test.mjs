@@ -3,6 +3,7 @@
 //   node browser_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
 import path from "node:path";
 
 import {
@@ -514,6 +515,18 @@ async function showsTwoDatasets(page) {
   await page.click(".seal");
   assert.deepEqual(await page.locator(".certificate h3").allTextContents(),
     ["Surface 1: isovalue 500.5", "Surface 2: isovalue 900.5", "Surface 3: isovalue 0.1"]);
+  await page.keyboard.press("Escape");
+  const json = await glbOf(await downloaded(page, "GLB"));
+  const named = json.nodes.filter(({ mesh }) => mesh !== undefined).map(({ name }) => name);
+  assert.deepEqual(named, ["head, isovalue 500.5", "head, isovalue 900.5", "gyroid, isovalue 0.1"]);
+  assert.deepEqual(json.materials.map(({ pbrMetallicRoughness }) => pbrMetallicRoughness.baseColorFactor.slice(0, 3)).slice(1), [[0, 1, 0], [1, 0, 0]]);
+}
+
+// Returns what a valid GLB file describes.
+async function glbOf(bytes) {
+  const { issues } = await createRequire(new URL("../../../client/web/package.json", import.meta.url))("gltf-validator").validateBytes(bytes);
+  assert.equal(issues.numErrors, 0, JSON.stringify(issues.messages.slice(0, 3)));
+  return JSON.parse(bytes.toString("utf8", 20, 20 + bytes.readUInt32LE(12)));
 }
 
 async function measuresAPart(page) {
@@ -930,6 +943,12 @@ async function hidesAPart(page) {
   await complete(page);
   const again = (await surfacePixels(page)).share;
   assert(Math.abs(again - without) < 0.02, `${again} is seen after a reload, ${without} before`);
+  const triangles = Number((await page.textContent(".fact.triangles b")).replace(/\D/g, ""));
+  const json = await glbOf(await downloaded(page, "GLB"));
+  assert.equal(json.asset.extras.length_unit, "mm");
+  assert.equal(json.accessors[json.meshes[0].primitives[0].indices].count, 3 * triangles, "the file has what is shown");
+  assert.equal((await downloaded(page, "STL")).readUInt32LE(80), triangles);
+  assert.match((await downloaded(page, "PLY")).toString("latin1", 0, 400), new RegExp(`element face ${triangles}`));
   await page.click('button:has-text("Show 1 hidden part")');
   await page.waitForFunction(() => !/hidden_parts=/.test(location.hash));
   await page.waitForTimeout(500);

@@ -1,10 +1,18 @@
-import { accuracyInUnits, accuracyOf, errorExplanation, leastAccurate, certificateSummary } from "../../../client/web/src/panel/certificate";
+import { accuracyInUnits, accuracyOf, certificateSummary, errorExplanation, leastAccurate } from "../../../client/web/src/panel/certificate";
 import type { DrawnSurface, ShownComponents, StepFacts } from "../../../client/web/src/state/progress";
 
-const facts = (overrides: Partial<StepFacts>) => ({
-  errorVoxels: 0.5, errorWorld: 0.25, lengthUnit: "mm", isCertified: true, preservesTopology: true, pixels: null, spacing: 1,
-  tolerance: 0, ...overrides,
-}) as StepFacts;
+const facts = (overrides: Partial<StepFacts>) =>
+  ({
+    errorVoxels: 0.5,
+    errorWorld: 0.25,
+    lengthUnit: "mm",
+    isCertified: true,
+    preservesTopology: true,
+    pixels: null,
+    spacing: 1,
+    tolerance: 0,
+    ...overrides,
+  }) as StepFacts;
 
 describe("Accuracy", () => {
   test("ShowsCertifiedBounds", () => {
@@ -28,7 +36,9 @@ describe("Accuracy", () => {
   test("ShowsNoBoundWithoutCertification", () => {
     expect(accuracyOf(facts({ isCertified: false }), 3)).toEqual({ value: "0.5", unit: "voxels" });
     expect(errorExplanation(facts({ isCertified: false }))).toMatch(/actual distance may exceed it/);
-    expect(errorExplanation(facts({ isCertified: false, preservesTopology: false, tolerance: 2 }))).toMatch(/features up to 2 voxels may be missing, as requested/);
+    expect(errorExplanation(facts({ isCertified: false, preservesTopology: false, tolerance: 2 }))).toMatch(
+      /features up to 2 voxels may be missing, as requested/,
+    );
   });
 });
 
@@ -43,7 +53,10 @@ describe("CertificateSummary", () => {
   });
 
   test("ShowsAnErrorOnlyIfAllAreCertified", () => {
-    const with_ = (overrides: Partial<StepFacts>) => { const one = drawn(0); return { ...one, shown: { ...one.shown, ...overrides } }; };
+    const with_ = (overrides: Partial<StepFacts>) => {
+      const one = drawn(0);
+      return { ...one, shown: { ...one.shown, ...overrides } };
+    };
     expect(certificateSummary([with_({ isCertified: false })])).toBe("✓ Watertight");
     expect(certificateSummary([drawn(0), with_({ isCertified: false })])).toBe("✓ Watertight");
     expect(certificateSummary([with_({ spacing: 4 })])).toBe("✓ Watertight, preview");

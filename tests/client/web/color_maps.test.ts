@@ -1,11 +1,12 @@
 import { readFileSync } from "node:fs";
-
-import { colorAt, type ColorMap, colorMaps, endsOf, fractionOf } from "../../../client/web/src/shared/color_maps";
-import { scaleOf } from "../../../client/web/src/slices";
+import { scaleOf } from "../../../client/web/src/samples/slices";
+import { type ColorMap, colorAt, colorMaps, endsOf, fractionOf } from "../../../client/web/src/shared/color_maps";
 
 // tests/golden/colors.txt, also used by the C++ tests: map, lin or log, low, high, value, color.
 const golden = readFileSync(new URL("../../golden/colors.txt", import.meta.url), "utf8")
-  .split("\n").filter((line) => line && !line.startsWith("#")).map((line) => line.split(" "));
+  .split("\n")
+  .filter((line) => line && !line.startsWith("#"))
+  .map((line) => line.split(" "));
 
 describe("ColorScale", () => {
   test("MatchesTheColorsOfPictures", () => {

@@ -1,13 +1,5 @@
+import { create, type OpenStream, Priority, SeriesMemberSchema, type ServerKind, type StepBegin, StepPolicy } from "../../../client/web/src/protocol/messages";
 import { Conversation, type Effect } from "../../../client/web/src/stream/conversation";
-import {
-  create,
-  type OpenStream,
-  Priority,
-  SeriesMemberSchema,
-  type ServerKind,
-  type StepBegin,
-  StepPolicy,
-} from "../../../client/web/src/protocol/messages";
 import { dataset, messages, request } from "./golden_stream";
 
 const [welcome, list, begin] = messages();
@@ -39,22 +31,22 @@ describe("Conversation", () => {
 
   test("RequestIdsIncrease", () => {
     const conversation = connected();
-    const first = opened(conversation.request({ info: dataset(), request: request() }))!;
-    const second = opened(conversation.request({ info: dataset(), request: request() }))!;
+    const first = opened(conversation.request({ info: dataset(), isosurface: request() }))!;
+    const second = opened(conversation.request({ info: dataset(), isosurface: request() }))!;
     expect(second.requestId > first.requestId).toBe(true);
   });
 
   test("ContinuesOnAHandedOverConnection", () => {
     const before = connected();
-    const order = { info: dataset(), request: request() };
-    const last = opened(before.request(order))!.requestId;
+    const stream = { info: dataset(), isosurface: request() };
+    const last = opened(before.request(stream))!.requestId;
     expect(before.handOver()).toBeNull(); // The stream is running.
     before.cancel();
     expect(before.handOver()).toBe(last);
     expect(before.handOver()).toBeNull(); // It has been handed over.
     const after = new Conversation({ part: "test", token: () => "secret", cachedTiles: () => [] });
     expect(after.handOver()).toBeNull();
-    expect(after.request(order)).toEqual([]); // It is not connected.
+    expect(after.request(stream)).toEqual([]); // It is not connected.
     const effects = after.adopted(last);
     expect(sent(effects)).toEqual(["openStream"]); // Without Hello.
     expect(opened(effects)!.requestId).toBe(last + 1n);
@@ -63,25 +55,29 @@ describe("Conversation", () => {
 
   test("ChecksReceivedTilesAfterHandingOver", () => {
     const conversation = connected();
-    conversation.request({ info: dataset(), request: request() });
-    const effects = messages().slice(2).map((message) => conversation.received(message));
+    conversation.request({ info: dataset(), isosurface: request() });
+    const effects = messages()
+      .slice(2)
+      .map((message) => conversation.received(message));
     const decode = effects.flat().filter((one) => one.kind === "stream" && one.effect.kind === "decode");
     expect([decode.length > 0, conversation.isReceived]).toEqual([true, true]);
     expect(conversation.handOver()).not.toBeNull();
     const keys = decode.map((one) => (one as unknown as { effect: { tile: { key: string } } }).effect.tile.key);
     const after = keys.flatMap((key) => conversation.decoded(1, key));
     expect(after).toMatchObject([{ kind: "stream", effect: { kind: "check" } }]);
-    conversation.request({ info: dataset(), request: request() }); // Replaces the previous request.
+    conversation.request({ info: dataset(), isosurface: request() }); // Replaces the previous request.
     expect(conversation.decoded(1, keys[0])).toEqual([]);
   });
 
   test("RequestsACoarsePreviewOfALabel", () => {
     const openFor = (box: number[]) => {
       const info = { ...dataset(), member: create(SeriesMemberSchema, { series: "cells", label: { value: 3, box } }) };
-      return opened(connected().request({ info, request: request(), steps: "coarse" }))!;
+      return opened(connected().request({ info, isosurface: request(), steps: "coarse" }))!;
     };
-    expect(openFor([10, 10, 10, 29, 41, 26])).toMatchObject({ // 17 samples along the shortest side.
-      steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [{ finestSpacing: 4, isUnsimplified: true }],
+    expect(openFor([10, 10, 10, 29, 41, 26])).toMatchObject({
+      // 17 samples along the shortest side.
+      steps: StepPolicy.PREVIEWS_ONLY,
+      resumedPreviews: [{ finestSpacing: 4, isUnsimplified: true }],
     });
     expect(openFor([0, 0, 0, 99, 99, 0]).resumedPreviews).toMatchObject([{ finestSpacing: 1 }]); // A thin box.
     expect(openFor([])).toMatchObject({ steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [] }); // The box is unknown.
@@ -90,22 +86,25 @@ describe("Conversation", () => {
   test("SendsTheMeasuredSpeed", () => {
     let trianglesPerSecond = 3e5;
     const conversation = new Conversation({
-      part: "test", token: () => "", cachedTiles: () => [], trianglesPerSecond: () => trianglesPerSecond,
+      part: "test",
+      token: () => "",
+      cachedTiles: () => [],
+      trianglesPerSecond: () => trianglesPerSecond,
     });
     conversation.opened();
     conversation.received(welcome);
     conversation.received(list);
-    const order = () => ({ info: dataset(), request: request() });
-    expect(opened(conversation.request(order()))!.trianglesPerSecond).toBe(3e5);
+    const stream = () => ({ info: dataset(), isosurface: request() });
+    expect(opened(conversation.request(stream()))!.trianglesPerSecond).toBe(3e5);
     trianglesPerSecond = 2e6;
-    expect(opened(conversation.request(order()))!.trianglesPerSecond).toBe(2e6);
-    expect(opened(connected().request(order()))!.trianglesPerSecond).toBe(0);
+    expect(opened(conversation.request(stream()))!.trianglesPerSecond).toBe(2e6);
+    expect(opened(connected().request(stream()))!.trianglesPerSecond).toBe(0);
   });
 
   test("RepeatsUnfinishedStreamsWithCachedTiles", () => {
     const key = "00112233445566778899aabbccddeeff";
     const conversation = connected([key]);
-    conversation.request({ info: dataset(), request: request() });
+    conversation.request({ info: dataset(), isosurface: request() });
     conversation.received(begin);
     expect(conversation.closed()).toMatchObject([{ phase: "lost", retryInMilliseconds: 500 }]);
     conversation.opened();
@@ -120,7 +119,7 @@ describe("Conversation", () => {
     const golden = (begin as { value: StepBegin }).value;
     const repeated = (isFinal: boolean) => {
       const conversation = connected();
-      conversation.request({ info: dataset(), request: request() });
+      conversation.request({ info: dataset(), isosurface: request() });
       conversation.received({ case: "stepBegin", value: { ...golden, isFinal } });
       conversation.closed();
       conversation.opened();
@@ -142,7 +141,7 @@ describe("Conversation", () => {
     conversation.opened();
     conversation.received(welcome);
     conversation.received(list);
-    const open = opened(conversation.request({ info: dataset(), request: request() }))!;
+    const open = opened(conversation.request({ info: dataset(), isosurface: request() }))!;
     expect(open.priority).toBe(Priority.BACKGROUND);
   });
 
@@ -165,16 +164,15 @@ describe("Conversation", () => {
 
   test("QueriesOneSizeAtATimeThenTheLatest", () => {
     const conversation = connected();
-    const order = (isovalue: number) => ({ info: dataset(), request: { ...request(), isovalue } });
-    const query = (effects: Effect[]) =>
-      effects.flatMap((e) => (e.kind === "send" && e.message.case === "estimate" ? [e.message.value] : []))[0];
+    const stream = (isovalue: number) => ({ info: dataset(), isosurface: { ...request(), isovalue } });
+    const query = (effects: Effect[]) => effects.flatMap((e) => (e.kind === "send" && e.message.case === "estimate" ? [e.message.value] : []))[0];
     const reply = (requestId: bigint) => ({
       case: "estimateReply",
       value: { requestId, triangles: 12n, bytes: 34n, errorBoundWorld: 0.5 },
     });
-    const first = query(conversation.requestSize(order(0.1)));
-    expect(conversation.requestSize(order(0.2))).toEqual([]);
-    expect(conversation.requestSize(order(0.3))).toEqual([]);
+    const first = query(conversation.requestSize(stream(0.1)));
+    expect(conversation.requestSize(stream(0.2))).toEqual([]);
+    expect(conversation.requestSize(stream(0.3))).toEqual([]);
     const effects = conversation.received(reply(first.requestId) as ServerKind);
     expect(effects[0]).toMatchObject({ kind: "size", triangles: 12, bytes: 34, errorWorld: 0.5 });
     expect(query(effects).request!.isovalue).toBe(0.3);
@@ -183,8 +181,8 @@ describe("Conversation", () => {
 
   test("RefusedSizesDoNotEndTheStream", () => {
     const conversation = connected();
-    const stream = opened(conversation.request({ info: dataset(), request: request() }))!;
-    const [query] = conversation.requestSize({ info: dataset(), request: request() });
+    const stream = opened(conversation.request({ info: dataset(), isosurface: request() }))!;
+    const [query] = conversation.requestSize({ info: dataset(), isosurface: request() });
     const { requestId } = (query as { message: { value: { requestId: bigint } } }).message.value;
     expect(requestId > stream.requestId).toBe(true);
     const refusal = { case: "error", value: { requestId, code: 8, text: "Too many." } };
@@ -195,20 +193,16 @@ describe("Conversation", () => {
 
   test("ReportsRefusals", () => {
     const conversation = connected();
-    conversation.request({ info: dataset(), request: request() });
+    conversation.request({ info: dataset(), isosurface: request() });
     const reply = { case: "error", value: { requestId: 1n, code: 6, text: "No dataset." } };
-    expect(conversation.received(reply as ServerKind)).toMatchObject([
-      { kind: "stream", effect: { kind: "refused", text: "No dataset." } },
-    ]);
+    expect(conversation.received(reply as ServerKind)).toMatchObject([{ kind: "stream", effect: { kind: "refused", text: "No dataset." } }]);
   });
 
   test("RepeatsPostponedRequests", () => {
     const conversation = connected();
-    conversation.request({ info: dataset(), request: request() });
+    conversation.request({ info: dataset(), isosurface: request() });
     const reply = { case: "error", value: { requestId: 1n, code: 8, text: "Too many streams.", retryAfter: 2.5 } };
-    expect(conversation.received(reply as ServerKind)).toEqual([
-      { kind: "postponed", text: "Too many streams.", inMilliseconds: 2500 },
-    ]);
+    expect(conversation.received(reply as ServerKind)).toEqual([{ kind: "postponed", text: "Too many streams.", inMilliseconds: 2500 }]);
     expect(opened(conversation.retryPostponed())).toMatchObject({ requestId: 2n, dataset: dataset().name });
     expect(conversation.retryPostponed()).toEqual([]); // It is running.
     conversation.cancel();

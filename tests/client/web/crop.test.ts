@@ -22,8 +22,10 @@ describe("Crop", () => {
 
   test("HasFacesInsideTheDataOnly", () => {
     expect(cropFaces(crop, info)).toEqual([
-      { number: 0, normal: [1, 0, 0], at: 0.2 }, { number: 1, normal: [1, 0, 0], at: 0.8 },
-      { number: 3, normal: [0, 1, 0], at: 0.5 }, { number: 4, normal: [0, 0, 1], at: 0.2 },
+      { number: 0, normal: [1, 0, 0], at: 0.2 },
+      { number: 1, normal: [1, 0, 0], at: 0.8 },
+      { number: 3, normal: [0, 1, 0], at: 0.5 },
+      { number: 4, normal: [0, 0, 1], at: 0.2 },
     ]);
     expect(cropFaces(null, info)).toEqual([]);
   });

@@ -1,5 +1,5 @@
 import { trackballRotation } from "../../../client/web/src/scene/cut_handles";
-import { initialCut, clipPlane, movedCut, rotatedCut } from "../../../client/web/src/scene/cut_plane";
+import { clipPlane, initialCut, movedCut, rotatedCut } from "../../../client/web/src/scene/cut_plane";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import type { Vec3 } from "../../../client/web/src/stream/dataset";
 import { plain } from "./made_datasets";

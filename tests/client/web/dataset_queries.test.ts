@@ -1,5 +1,12 @@
 import {
-  type ClientKind, create, ErrorCode, ErrorReplySchema, type ServerKind, type Slice, SliceReplySchema, WelcomeSchema,
+  type ClientKind,
+  create,
+  ErrorCode,
+  ErrorReplySchema,
+  type ServerKind,
+  type Slice,
+  SliceReplySchema,
+  WelcomeSchema,
 } from "../../../client/web/src/protocol/messages";
 import { DatasetQueries } from "../../../client/web/src/stream/dataset_queries";
 import type { LinkEvents } from "../../../client/web/src/stream/link";
@@ -25,13 +32,18 @@ vi.mock("../../../client/web/src/stream/link", () => ({
 const grid = { origin: [0, 0, 0] as const, right: [1, 0, 0] as const, down: [0, 1, 0] as const, width: 1, height: 1 };
 const send = (message: ServerKind) => link.events!.received(message);
 const welcome = () => send({ case: "welcome", value: create(WelcomeSchema, { version: 1 }) });
-const fail = (code: ErrorCode) => send({ case: "error", value: create(ErrorReplySchema, { requestId: 0n, code, text: "The first message did not arrive in time." }) });
+const fail = (code: ErrorCode) =>
+  send({ case: "error", value: create(ErrorReplySchema, { requestId: 0n, code, text: "The first message did not arrive in time." }) });
 const slices = () => link.sent.filter((one) => one.case === "slice").map(({ value }) => value as Slice);
 
 function withQueries() {
   link.sent.length = link.waits.length = 0;
   const notices: string[] = [];
-  const queries = new DatasetQueries("ws://server/v1/stream", () => "", (text) => notices.push(text));
+  const queries = new DatasetQueries(
+    "ws://server/v1/stream",
+    () => "",
+    (text) => notices.push(text),
+  );
   const slice = queries.slice("head", { ...grid, origin: [...grid.origin], right: [...grid.right], down: [...grid.down] });
   return { queries, slice, notices };
 }

@@ -10,7 +10,9 @@ describe("DatasetSelect", () => {
     const { fields, others } = offersFor(list, cells[0], ({ member }) => !member?.label);
     expect(fields).toEqual([]);
     expect(others).toEqual([
-      { name: "embryo.dapi", words: "embryo: dapi" }, { name: "embryo.membrane", words: "embryo: membrane" }, { name: "other", words: "other" },
+      { name: "embryo.dapi", words: "embryo: dapi" },
+      { name: "embryo.membrane", words: "embryo: membrane" },
+      { name: "other", words: "other" },
     ]);
   });
 

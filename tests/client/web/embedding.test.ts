@@ -1,7 +1,7 @@
-import { EmbeddedViewer } from "../../../client/web/src/embedded_viewer";
-import { Embedding } from "../../../client/web/src/embedding";
+import { EmbeddedViewer } from "../../../client/web/src/embed/embedded_viewer";
+import { Embedding } from "../../../client/web/src/embed/embedding";
 import { defaults } from "../../../client/web/src/state/settings";
-import type { Viewer } from "../../../client/web/src/viewer";
+import type { Viewer } from "../../../client/web/src/viewer/viewer";
 
 const facts = { isovalue: 3, spacing: 1 };
 
@@ -10,14 +10,21 @@ function framed(parts: object = {}, ignoredInAddress: string[] = []) {
   const set: unknown[] = [];
   const listeners: [string, (what: unknown) => void][] = [];
   const viewer = {
-    on: (...words: (typeof listeners)[number]) => (listeners.push(words), () => listeners.splice(listeners.indexOf(words), 1)), get: () => defaults,
-    set: (...words: unknown[]) => set.push(words), info: null, surfaces: { reports: { current: [facts] } }, ...parts,
+    on: (...words: (typeof listeners)[number]) => {
+      listeners.push(words);
+      return () => listeners.splice(listeners.indexOf(words), 1);
+    },
+    get: () => defaults,
+    set: (...words: unknown[]) => set.push(words),
+    info: null,
+    surfaces: { reports: { current: [facts] } },
+    ...parts,
   };
   const said: { multitetra: string; [name: string]: unknown }[] = [];
   const page = { postMessage: (message: (typeof said)[number]) => said.push(message) } as unknown as Window;
   const frame = Object.assign(new EventTarget(), { setTimeout, clearTimeout });
   const embedded = new EmbeddedViewer(viewer as unknown as Viewer, frame as unknown as Window);
-  new Embedding(embedded, page, ignoredInAddress, frame as unknown as Window);
+  new Embedding(embedded, page, ignoredInAddress, [], frame as unknown as Window);
   const say = (message: object) => frame.dispatchEvent(Object.assign(new Event("message"), { source: page, origin: "https://a.example", data: message }));
   return { set, say, said, emit: (kind: string, what: unknown) => listeners.forEach(([one, listener]) => one === kind && listener(what)) };
 }
@@ -26,7 +33,10 @@ describe("Embedding", () => {
   test("ForwardsDraggingOfSettings", () => {
     const { set, say } = framed();
     for (const more of [{ dragging: true }, {}]) say({ multitetra: "set", state: { isovalue: 3 }, ...more });
-    expect(set).toEqual([[{ isovalue: 3 }, true], [{ isovalue: 3 }, false]]);
+    expect(set).toEqual([
+      [{ isovalue: 3 }, true],
+      [{ isovalue: 3 }, false],
+    ]);
   });
 
   test("ReportsAFailureAgainAfterTheNextSet", () => {
@@ -44,7 +54,7 @@ describe("Embedding", () => {
     const reports = { current: [facts] };
     const { say, said } = framed({ surfaces: { reports }, set: () => (reports.current = []) });
     say({ multitetra: "set", state: { isovalue: 4 } });
-    expect(said.map(({ multitetra }) => multitetra)).toEqual(["ready", "state"]);
+    expect(said.map(({ multitetra }) => multitetra)).toEqual(["state"]);
   });
 
   test("FitsTheSurfaceThatIsSet", () => {
@@ -79,10 +89,18 @@ describe("Embedding", () => {
     await vi.advanceTimersByTimeAsync(59_000);
     hidden.emit("progress", { surface: 0 }); // A slow device continues.
     await vi.advanceTimersByTimeAsync(59_000);
-    expect(hidden.said).toHaveLength(1);
+    expect(hidden.said).toHaveLength(0);
     await vi.advanceTimersByTimeAsync(1000);
     vi.useRealTimers();
     expect(hidden.said.at(-1)).toEqual({ multitetra: "error", id: 8, text: "No picture: Nothing more of the surface arrived for 60 s." });
+  });
+
+  test("ReportsAndShowsNothingWhereNothingCanBeDrawn", () => {
+    const { say, said, emit } = framed({ isBlank: true });
+    say({ multitetra: "get" });
+    emit("failed", "The browser took the graphics.");
+    emit("shown", facts);
+    expect(said.slice(-1)).toEqual([{ multitetra: "error", text: "The browser took the graphics." }]);
   });
 
   test("EndsPicturesBySignals", async () => {

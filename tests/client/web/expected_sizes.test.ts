@@ -1,33 +1,32 @@
 import { readFileSync } from "node:fs";
-
-import { ExpectedSizes, shareOfLabel } from "../../../client/web/src/expected_sizes";
 import { expectedText } from "../../../client/web/src/panel/expected_text";
+import { inTriangleRange, maxEstimateFactor, minEstimateFactor } from "../../../client/web/src/shared/quantities";
 import type { StepFacts } from "../../../client/web/src/state/progress";
-import { inTriangleRange, minEstimateFactor, maxEstimateFactor } from "../../../client/web/src/shared/quantities";
-import { dataset, request } from "./golden_stream";
+import { ExpectedSizes, shareOfLabel } from "../../../client/web/src/surfaces/expected_sizes";
+import { dataset, request as plainRequest } from "./golden_stream";
 
 const info = dataset();
-const order = (isovalue: number, normals = 8) => ({ info, request: { ...request(), isovalue, normals } });
+const request = (isovalue: number, normals = 8) => ({ info, isosurface: { ...plainRequest(), isovalue, normals } });
 const size = (triangles: number) => ({ triangles, budget: 0, bytes: 2 * triangles, errorVoxels: 1 });
 
 describe("ExpectedSizes", () => {
   test("AreRequestedOncePerRequest", () => {
     const sizes = new ExpectedSizes();
-    expect(sizes.isWanted(order(0.1), false)).toBe(true);
-    expect(sizes.isWanted(order(0.1), false)).toBe(false);
-    expect(sizes.isWanted(order(0.1, 0), true)).toBe(true);
+    expect(sizes.isWanted(request(0.1), false)).toBe(true);
+    expect(sizes.isWanted(request(0.1), false)).toBe(false);
+    expect(sizes.isWanted(request(0.1, 0), true)).toBe(true);
     sizes.forget();
-    expect(sizes.isWanted(order(0.1, 0), false)).toBe(true);
+    expect(sizes.isWanted(request(0.1, 0), false)).toBe(true);
   });
 
   test("AreUnknownWhileDraggingTheIsovalue", () => {
     const sizes = new ExpectedSizes();
-    sizes.isWanted(order(0.1), false);
-    sizes.record({ kind: "size", order: order(0.1), triangles: 10, bytes: 20, errorWorld: 1 });
+    sizes.isWanted(request(0.1), false);
+    sizes.record({ kind: "size", request: request(0.1), triangles: 10, bytes: 20, errorWorld: 1 });
     expect(sizes.get().expected?.triangles).toBe(10);
-    expect(sizes.isWanted(order(0.2), true)).toBe(false);
+    expect(sizes.isWanted(request(0.2), true)).toBe(false);
     expect(sizes.get().expected).toBeNull();
-    expect(sizes.isWanted(order(0.2), false)).toBe(true);
+    expect(sizes.isWanted(request(0.2), false)).toBe(true);
   });
 
   test("RequireConfirmationOfMillions", () => {
@@ -40,9 +39,9 @@ describe("ExpectedSizes", () => {
   });
 
   test("AreLimitedByABudget", () => {
-    const within = new ExpectedSizes().withBudget(order(0.1));
-    expect(within.request.maxTriangles).toBe(2_000_000n);
-    expect(within.request.isovalue).toBe(0.1);
+    const within = new ExpectedSizes().withBudget(request(0.1));
+    expect(within.isosurface.maxTriangles).toBe(2_000_000n);
+    expect(within.isosurface.isovalue).toBe(0.1);
   });
 
   test("AllowSmallLabelsByTheirSamples", () => {
@@ -68,7 +67,7 @@ describe("ExpectedSizes", () => {
     sizes.surfaceCount = 20;
     expect(sizes.isAllowed(size(500_000))).toBe(true);
     expect(sizes.isAllowed(size(500_001))).toBe(false);
-    expect(sizes.withBudget(order(0.1)).request.maxTriangles).toBe(200_000n);
+    expect(sizes.withBudget(request(0.1)).isosurface.maxTriangles).toBe(200_000n);
   });
 });
 
@@ -84,8 +83,7 @@ describe("ExpectedText", () => {
 
   test("NamesADrawnFullResolution", () => {
     const shell = { values: 0, levelsPerOctave: 0, spacing: 1 };
-    expect(textOf(drawn({ shell, triangles: 2_516_852 }))).toBe(
-      "As a file: 180 000 to 380 000 triangles, about 488 KiB");
+    expect(textOf(drawn({ shell, triangles: 2_516_852 }))).toBe("As a file: 180 000 to 380 000 triangles, about 488 KiB");
     expect(textOf(drawn({ shell, triangles: 2_516_852, isFinal: false }))).toBe(textOf(null));
   });
 });

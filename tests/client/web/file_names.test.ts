@@ -15,8 +15,10 @@ describe("FileName", () => {
   });
 
   test("NamesTheOnlyLabelOrTheirSeries", () => {
-    const [second, third] = ["left ventricle", ""].map((name, at) =>
-      ({ info: member(`brain:${at}`, "brain", { label: { value: at + 2, name } }), isovalue: 0.5 }));
+    const [second, third] = ["left ventricle", ""].map((name, at) => ({
+      info: member(`brain:${at}`, "brain", { label: { value: at + 2, name } }),
+      isovalue: 0.5,
+    }));
     expect(fileName([second])).toBe("brain_left-ventricle");
     expect(fileName([third])).toBe("brain_3");
     expect(fileName([second, third])).toBe("brain_labels");

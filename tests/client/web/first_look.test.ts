@@ -1,14 +1,14 @@
-import { captionOf, surfaceKeys } from "../../../client/web/src/picture";
-import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
-import { defaults } from "../../../client/web/src/state/settings";
 import { savedFileText } from "../../../client/web/src/panel/downloads_section";
 import { columns } from "../../../client/web/src/panel/histogram";
 import { labelTable } from "../../../client/web/src/panel/label_table";
 import { timeLeft } from "../../../client/web/src/panel/status_bar";
+import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { create, HistogramSchema, LabelSchema, WorldSpace } from "../../../client/web/src/protocol/messages";
-import { annotate, type Annotations } from "../../../client/web/src/scene/annotations";
+import { type Annotations, annotate } from "../../../client/web/src/scene/annotations";
 import { nearestName } from "../../../client/web/src/shared/nearest_name";
+import { defaults } from "../../../client/web/src/state/settings";
 import { worldDifference } from "../../../client/web/src/stream/dataset";
+import { captionOf, surfaceKeys } from "../../../client/web/src/viewer/picture";
 import { plain } from "./made_datasets";
 
 describe("NearestName", () => {
@@ -59,21 +59,32 @@ describe("LabelTable", () => {
   test("ListsVolumesWithBounds", () => {
     const label = (value: number, name: string, samples = 0n) => create(LabelSchema, { value, name, samples });
     const found = { triangles: 12, area: 600.123, volume: 1000.4, isCapped: false };
-    const rows = labelTable([
-      { label: label(1, "liver", 1024n), samplesVolume: 1024.5, found, bound: 0.01, centroid: [1, -2.5, 3] },
-      { label: label(2, 'a "b", c'), samplesVolume: 0, found: { ...found, volume: null }, bound: 0.01, centroid: null },
-      { label: label(3, ""), samplesVolume: 0, found: null, bound: null, centroid: null },
-    ], "\u00b5m").split("\r\n");
+    const rows = labelTable(
+      [
+        { label: label(1, "liver", 1024n), samplesVolume: 1024.5, found, bound: 0.01, centroid: [1, -2.5, 3] },
+        { label: label(2, 'a "b", c'), samplesVolume: 0, found: { ...found, volume: null }, bound: 0.01, centroid: null },
+        { label: label(3, ""), samplesVolume: 0, found: null, bound: null, centroid: null },
+      ],
+      "\u00b5m",
+    ).split("\r\n");
     expect(rows).toEqual([
       "label,name,samples,samples_volume_um3,volume_um3,volume_bound_um3,area_about_um2,centroid_x_um,centroid_y_um,centroid_z_um,triangles",
-      "1,liver,1024,1024.5,1000.4,6,600.123,1,-2.5,3,12", '2,"a ""b"", c",,,,,600.123,,,,12', "3,,,,,,,,,,", "",
+      "1,liver,1024,1024.5,1000.4,6,600.123,1,-2.5,3,12",
+      '2,"a ""b"", c",,,,,600.123,,,,12',
+      "3,,,,,,,,,,",
+      "",
     ]);
   });
 });
 
 describe("ExportedPictures", () => {
   test("HaveACaption", () => {
-    const info = { name: "jet.p.t1", valueUnit: "K", suggestedIsovalues: [4], member: { series: "jet", field: "temperature", time: 0.25, timeUnit: "s" } } as unknown as DatasetInfo;
+    const info = {
+      name: "jet.p.t1",
+      valueUnit: "K",
+      suggestedIsovalues: [4],
+      member: { series: "jet", field: "temperature", time: 0.25, timeUnit: "s" },
+    } as unknown as DatasetInfo;
     expect(captionOf({ ...defaults, isovalue: 300.5 }, info, [])).toBe("jet, temperature, isovalue 300.5 K, 0.25 s");
     const surfaces = [{ dataset: "jet.q", isovalue: 2, error: null, color: "#ffffff", opacity: 1, visible: true }];
     expect(captionOf({ ...defaults, isovalue: 300.5, surfaces }, info, [])).toBe("jet, temperature, isovalue 300.5 K, jet.q 2, 0.25 s");
@@ -81,7 +92,10 @@ describe("ExportedPictures", () => {
     const labels = [3, 3].map(() => ({ ...surfaces[0], dataset: "organs.label3", color: "#00ff00" }));
     expect(captionOf({ ...defaults, isovalue: 300.5, surfaces: labels }, info, list)).toBe("jet, temperature, isovalue 300.5 K, labels of organs, 0.25 s");
     expect(surfaceKeys({ ...defaults, surfaces: [surfaces[0], labels[0]] }, info, list)).toEqual([
-      { color: defaults.color, text: "4 K" }, { color: "#ffffff", text: "jet.q 2 K" }, { color: "#00ff00", text: "liver" }]);
+      { color: defaults.color, text: "4 K" },
+      { color: "#ffffff", text: "jet.q 2 K" },
+      { color: "#00ff00", text: "liver" },
+    ]);
     expect(surfaceKeys({ ...defaults, surfaces: Array(20).fill(labels[0]) }, info, list).at(-1)).toEqual({ color: "", text: "and 9 more" });
     expect(surfaceKeys(defaults, info, list)).toEqual([]);
     expect(captionOf({ ...defaults, visible: false }, info, [])).toBe("jet, temperature, 0.25 s");
@@ -96,8 +110,10 @@ describe("ExportedPictures", () => {
     const written: [string, number, number][] = [];
     const corners: [number, number][] = [];
     const recorders: Record<string, unknown> = {
-      canvas: { width, height }, fillText: (...words: [string, number, number]) => written.push(words),
-      moveTo: (...corner: [number, number]) => corners.push(corner), lineTo: (...corner: [number, number]) => corners.push(corner),
+      canvas: { width, height },
+      fillText: (...words: [string, number, number]) => written.push(words),
+      moveTo: (...corner: [number, number]) => corners.push(corner),
+      lineTo: (...corner: [number, number]) => corners.push(corner),
       createLinearGradient: () => ({ addColorStop: () => {} }),
     };
     const context = new Proxy(recorders, { get: (target, name) => target[name as string] ?? (() => {}) });
@@ -106,24 +122,39 @@ describe("ExportedPictures", () => {
   }
 
   test("ContainMeasurementsScaleAndLegends", () => {
-    const points = [{ x: 100, y: 50, note: "" }, { x: 300, y: 90, note: "a saddle" }];
+    const points = [
+      { x: 100, y: 50, note: "" },
+      { x: 300, y: 90, note: "a saddle" },
+    ];
     const words = ["head, isovalue 500.5 HU", "A to B: 44.72 mm"];
     const { written, corners } = drawn({ ...nothing, points, words, scale: { pixels: 120, text: "50 mm" }, legends: [legend] });
     const texts = written.map(([text]) => text).sort();
     expect(texts).toEqual([...words, "50 mm", "A", "B", "a saddle", "-160", "240 HU", "samples of head"].sort());
     expect(written.find(([text]) => text === "a saddle")).toEqual(["a saddle", 313, 94.5]); // Beside B.
-    expect(corners).toEqual(expect.arrayContaining([[100, 50], [300, 90], [664, 580], [784, 580]])); // The length's line, the scale bar.
+    expect(corners).toEqual(
+      expect.arrayContaining([
+        [100, 50],
+        [300, 90],
+        [664, 580],
+        [784, 580],
+      ]),
+    ); // The length's line, the scale bar.
   });
 
   test("LegendsAndScaleBarDoNotOverlap", () => {
-    const heightOf = (width: number, legends: number) => drawn({ ...nothing, scale: { pixels: 120, text: "50 mm" }, legends: Array(legends).fill(legend) }, [width, 600])
-      .written.find(([text]) => text === "50 mm")![2];
+    const heightOf = (width: number, legends: number) =>
+      drawn({ ...nothing, scale: { pixels: 120, text: "50 mm" }, legends: Array(legends).fill(legend) }, [width, 600]).written.find(
+        ([text]) => text === "50 mm",
+      )![2];
     expect([heightOf(400, 2), heightOf(360, 0)]).toEqual([573, 573]); // At the lower right corner,
     expect([heightOf(360, 1), heightOf(360, 2)]).toEqual([521, 469]); // or above the legends.
   });
 
   test("DrawFrontAxesLast", () => {
-    const axes = [{ letter: "R", axis: 0, x: -1, y: 0, isBehind: true }, { letter: "S", axis: 2, x: 0, y: -1, isBehind: false }];
+    const axes = [
+      { letter: "R", axis: 0, x: -1, y: 0, isBehind: true },
+      { letter: "S", axis: 2, x: 0, y: -1, isBehind: false },
+    ];
     const { written } = drawn({ ...nothing, numbers: [{ text: "20", x: 100, y: 50 }], axes }, [800, 600], 2);
     expect(written.map(([letter]) => letter)).toEqual(["20", "R", "S"]);
     const [number, [, rightX, rightY], [, upX, upY]] = written;

@@ -1,17 +1,18 @@
 // A stream recorded from the C++ server (tests/golden/gyroid_stream.frames: Welcome, DatasetList, one step of five
 // tiles with normals, StreamEnd; framed as over TCP), and what the C++ client decoded. Made by `generate gyroid --size
 // 33 --noise 0.05 --seed 3`, isovalue 0.1, error 0.5 voxel, normals of 8 bits.
-import type { DecoderModule } from "draco3d";
+
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
+import type { DecoderModule } from "draco3d";
 
 import { triangleHasher } from "../../../client/web/src/mesh/content_digest";
 import { decodeTile } from "../../../client/web/src/mesh/tile_decoder";
 import type { LatticeMesh, ManifestTile } from "../../../client/web/src/mesh/tile_mesh";
 import {
   create,
-  decoded,
   type DatasetInfo,
+  decoded,
   type IsosurfaceRequest,
   IsosurfaceRequestSchema,
   type ServerKind,

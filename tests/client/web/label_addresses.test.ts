@@ -1,7 +1,17 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { labelRanges, labelsOfRanges, parseLabels } from "../../../client/web/src/state/label_ranges";
-import { absentSegmentation, imageBeside, initialSelection, segmentationsBeside, settingsOfEntry, withImage, withLabelChanges, withSegmentation, withShortLabels } from "../../../client/web/src/state/label_surfaces";
-import { nameOfLabel, entriesOf, withLabelName } from "../../../client/web/src/state/series";
+import {
+  absentSegmentation,
+  imageBeside,
+  initialSelection,
+  segmentationsBeside,
+  settingsOfEntry,
+  withImage,
+  withLabelChanges,
+  withSegmentation,
+  withShortLabels,
+} from "../../../client/web/src/state/label_surfaces";
+import { entriesOf, nameOfLabel, withLabelName } from "../../../client/web/src/state/series";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import { withAddedSurface, withAllSurfaces, withoutSurface, withSurface } from "../../../client/web/src/state/surfaces";
 import { fromAddress, toAddress } from "../../../client/web/src/state/url_state";
@@ -80,7 +90,11 @@ describe("ChangesOfLabels", () => {
 
   test("ReplaceAllSurfaces", () => {
     const other = { ...defaults, dataset: "fuel", isovalue: 7, color: "#ff0000", surfaces: all.surfaces.slice(3, 5) };
-    for (const [from, shown, change] of [[all, cell, {}], [all, cell, { dataset: "cells" }], [other, fuel, { dataset: "cells" }]] as const) {
+    for (const [from, shown, change] of [
+      [all, cell, {}],
+      [all, cell, { dataset: "cells" }],
+      [other, fuel, { dataset: "cells" }],
+    ] as const) {
       const now = changed(from, { ...change, labels: "2,4" }, shown);
       expect(now).toEqual({ ...all, ...withAllSurfaces(all, (_, at) => ({ visible: at === 1 || at === 3 })) });
     }
@@ -103,7 +117,10 @@ describe("LabelsBesideAnImage", () => {
   const ct: Settings = { ...defaults, dataset: "fuel", isovalue: 7 };
 
   test("AreOfferedInItsWorld", () => {
-    expect(segmentationsBeside(served, fuel).map(({ name, labels }) => [name, labels.length])).toEqual([["cells", 322], ["mask", 1]]);
+    expect(segmentationsBeside(served, fuel).map(({ name, labels }) => [name, labels.length])).toEqual([
+      ["cells", 322],
+      ["mask", 1],
+    ]);
     expect(segmentationsBeside(served, list[0])).toEqual([]);
     const at = (one: DatasetInfo, x: number) => ({ ...one, indexToWorld: [1, 0, 0, 0, 1, 0, 0, 0, 1, x, 0, 0] });
     expect([2, 100].map((x) => segmentationsBeside([at(mask, x)], at(fuel, 0)).length)).toEqual([1, 0]);

@@ -1,16 +1,33 @@
 import { type DataBorder, isSound, matchBoundaries } from "../../../client/web/src/mesh/boundary_matcher";
-import { plyMesh, plyTriangles } from "../../../client/web/src/mesh/ply_mesh";
-import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
-import { defaults } from "../../../client/web/src/state/settings";
-import { meshAddress } from "../../../client/web/src/stream/simplified_mesh";
-import { meshFile, type SavedPart, weldedInWorld } from "../../../client/web/src/mesh/mesh_files";
+import { glbScene } from "../../../client/web/src/mesh/glb_scene";
+import { meshFile } from "../../../client/web/src/mesh/mesh_file";
+import { fieldNormals, normalSums, packedNormals, smoothedSums } from "../../../client/web/src/mesh/normals";
 import { nearestHit } from "../../../client/web/src/mesh/ray";
 import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
 import { payloadCounts } from "../../../client/web/src/mesh/tile_payload";
-import { fieldNormals, normalSums, packedNormals, smoothedSums } from "../../../client/web/src/mesh/normals";
+import { weldedInWorld } from "../../../client/web/src/mesh/welded_mesh";
+import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
+import { defaults } from "../../../client/web/src/state/settings";
+import { meshAddress } from "../../../client/web/src/stream/mesh_request";
 
-const corners = [[9, 5, 5], [5, 9, 5], [5, 5, 9], [1, 5, 5], [5, 1, 5], [5, 5, 1]];
-const octahedron = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
+const corners = [
+  [9, 5, 5],
+  [5, 9, 5],
+  [5, 5, 9],
+  [1, 5, 5],
+  [5, 1, 5],
+  [5, 5, 1],
+];
+const octahedron = [
+  [0, 1, 2],
+  [1, 3, 2],
+  [3, 4, 2],
+  [4, 0, 2],
+  [1, 0, 5],
+  [3, 1, 5],
+  [4, 3, 5],
+  [0, 4, 5],
+];
 const border: DataBorder = { low: [0, 0, 0], high: [10, 10, 10], inset: 0, anywhere: false };
 const identity = [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
 
@@ -27,17 +44,48 @@ function tile(faces: number[][], shift = 0) {
   const surface = mesh(faces, shift);
   const sums = normalSums(surface, 1);
   return {
-    id: "tile", positions: Float32Array.from(surface.positions), triangles: surface.triangles,
-    normals: packedNormals(sums), sums,
+    id: "tile",
+    positions: Float32Array.from(surface.positions),
+    triangles: surface.triangles,
+    normals: packedNormals(sums),
+    sums,
   };
 }
 
-function part(tiles: Parameters<typeof weldedInWorld>[0], look = { name: "one", color: "#ffffff", opacity: 1 }, toWorld = identity): SavedPart {
-  return { mesh: weldedInWorld(tiles, toWorld), look };
+// A file of one surface as a server writes it, whose data are `byte`.
+function served(translation: number[], byte: number): Uint8Array {
+  const json = JSON.stringify({
+    asset: { version: "2.0", extras: { space: "RAS" } },
+    scene: 0,
+    scenes: [{ nodes: [0] }],
+    nodes: [{ children: [1], translation }, { mesh: 0 }],
+    meshes: [
+      {
+        primitives: [{ attributes: { POSITION: 0 }, indices: 1, material: 0 }],
+        extensions: { EXT_mesh_manifold: { manifoldPrimitive: { mode: 4, indices: 1 }, mergeIndices: 1 } },
+      },
+    ],
+    materials: [{ name: "isovalue 1" }],
+    accessors: [{ bufferView: 0 }, { bufferView: 1 }],
+    bufferViews: [
+      { buffer: 0, byteOffset: 0, byteLength: 12 },
+      { buffer: 0, byteOffset: 12, byteLength: 12 },
+    ],
+    buffers: [{ byteLength: 24 }],
+  });
+  const text = new TextEncoder().encode(json.padEnd(4 * Math.ceil(json.length / 4)));
+  const glb = new Uint8Array(28 + text.length + 24).fill(byte);
+  glb.set(new Uint8Array(Uint32Array.of(0x46546c67, 2, glb.length, text.length, 0x4e4f534a).buffer));
+  glb.set(text, 20);
+  glb.set(new Uint8Array(Uint32Array.of(24, 0x004e4942).buffer), 20 + text.length);
+  return glb;
 }
 
 function topology(...tiles: number[][][]) {
-  return matchBoundaries(tiles.map((faces) => boundaryOf(mesh(faces))), border).topology;
+  return matchBoundaries(
+    tiles.map((faces) => boundaryOf(mesh(faces))),
+    border,
+  ).topology;
 }
 
 describe("BoundaryMatcher", () => {
@@ -87,50 +135,66 @@ describe("Files", () => {
     expect(volume(weldedInWorld([tile(octahedron)], identity))).toBeGreaterThan(0);
   });
 
-  test("MatchTheLengthInTheirHeaders", () => {
-    const tiles = [tile(octahedron)];
-    expect(meshFile([part(tiles)], "stl").length).toBe(84 + 8 * 50);
-    const glb = meshFile([part(tiles)], "glb");
-    expect(new DataView(glb.buffer).getUint32(8, true)).toBe(glb.length);
-    const ply = new TextDecoder("latin1").decode(meshFile([part(tiles)], "ply"));
+  test("MatchTheLengthInTheirHeaders", async () => {
+    const mesh = () => weldedInWorld([tile(octahedron)], identity);
+    expect((await meshFile(mesh(), "stl", 1)).length).toBe(84 + 8 * 50);
+    const ply = new TextDecoder("latin1").decode(await meshFile(mesh(), "ply", 1));
     expect(ply.split("end_header\n")[1].length).toBe(6 * 12 + 8 * 13);
   });
 
-  test("MatchNormalsAndMaterialOfTheCommandLine", () => {
-    const glb = meshFile([part([tile(octahedron)])], "glb");
-    const length = new DataView(glb.buffer).getUint32(12, true);
-    const json = JSON.parse(new TextDecoder().decode(glb.subarray(20, 20 + length)));
-    expect(json.meshes[0].primitives[0]).toEqual({ attributes: { POSITION: 0, NORMAL: 1 }, indices: 2, material: 0 });
-    expect(json.materials[0].pbrMetallicRoughness.metallicFactor).toBe(0);
-    const plain = new TextDecoder("latin1").decode(meshFile([part([tile(octahedron)])], "ply"));
-    expect(plain).not.toContain("property float nx");
-    const ply = new TextDecoder("latin1").decode(meshFile([part([{ ...tile(octahedron), sums: null }])], "ply"));
-    expect(ply).toContain("property float nx");
-    expect(ply.split("end_header\n")[1].length).toBe(6 * 24 + 8 * 13);
+  test("KeepTheLatticeFarFromTheOrigin", async () => {
+    const far = [0.5, 0, 0, 0, 0.5, 0, 0, 0, 0.5, 500000, 5.4e6, 0];
+    const { origin, positions } = weldedInWorld([tile(octahedron)], far);
+    const corner = corners.map((at) => at.map((value, axis) => 0.5 * value + far[9 + axis]));
+    corner.forEach((place, v) => place.forEach((value, axis) => expect(origin[axis] + positions[3 * v + axis]).toBe(value)));
+    for (const format of ["stl", "ply"] as const) {
+      await expect(meshFile(weldedInWorld([tile(octahedron)], far), format, 0.5)).rejects.toThrow("32-bit coordinates");
+    }
   });
 
   test("HaveANodeForEverySurface", () => {
-    const looks = [{ name: "skin", color: "#ff8000", opacity: 0.5 }, { name: "bone", color: "#ffffff", opacity: 1 }];
-    const glb = meshFile(looks.map((look, i) => part(i === 0 ? [tile(octahedron)] : [tile(octahedron.slice(0, 4))], look)), "glb");
+    const looks = [
+      { name: "skin", color: "#ff8000", opacity: 0.5 },
+      { name: "bone", color: "#ffffff", opacity: 1 },
+    ];
+    const files = looks.map((look, i) => ({ look, glb: served([0, 5.4e6 + i, 0], 6 + i) }));
+    const glb = glbScene(files, "m");
     const view = new DataView(glb.buffer);
     expect(view.getUint32(8, true)).toBe(glb.length);
     const json = JSON.parse(new TextDecoder().decode(glb.subarray(20, 20 + view.getUint32(12, true))));
-    expect(json.nodes.map(({ name, mesh }: { name: string; mesh: number }) => [name, mesh])).toEqual([["skin", 0], ["bone", 1]]);
-    expect(json.accessors.filter(({ type }: { type: string }) => type === "SCALAR").map(({ count }: { count: number }) => count)).toEqual([24, 12]);
+    expect(json.asset).toEqual({ version: "2.0", extras: { space: "RAS", length_unit: "m" } });
+    expect(json.scenes).toEqual([{ nodes: [0, 2] }]);
+    expect(json.nodes).toEqual([
+      { children: [1], translation: [0, 5.4e6, 0] },
+      { name: "skin", mesh: 0 },
+      { children: [3], translation: [0, 5.4e6 + 1, 0] },
+      { name: "bone", mesh: 1 },
+    ]);
+    expect(json.meshes[1].primitives[0]).toEqual({ attributes: { POSITION: 2 }, indices: 3, material: 1 });
+    expect(json.meshes[1].extensions).toEqual({ EXT_mesh_manifold: { manifoldPrimitive: { mode: 4, indices: 3 }, mergeIndices: 3 } });
     const [skin, bone] = json.materials;
-    expect([skin.alphaMode, bone.alphaMode]).toEqual(["BLEND", undefined]);
+    expect([skin.name, skin.alphaMode, bone.alphaMode]).toEqual(["skin", "BLEND", undefined]);
     const [red, green, blue, alpha] = skin.pbrMetallicRoughness.baseColorFactor;
     expect([red, blue, alpha]).toEqual([1, 0, 0.5]);
     expect(green).toBeCloseTo(0.2158, 3);
-    const { byteOffset, byteLength } = json.bufferViews.at(-1);
-    expect(byteOffset + byteLength).toBe(json.buffers[0].byteLength);
+    const begin = 28 + view.getUint32(12, true);
+    for (const [i, { byteOffset, byteLength }] of json.bufferViews.entries()) {
+      expect([...glb.subarray(begin + byteOffset, begin + byteOffset + byteLength)]).toEqual(Array(byteLength).fill(i < 2 ? 6 : 7));
+    }
+    expect(() => glbScene([{ look: looks[0], glb: new TextEncoder().encode('{"error":{"text":"no"}}') }], "")).toThrow("did not send a GLB");
   });
 
   test("HaveOutwardNormalsInAnyWorld", () => {
     const center = [5, 5, 5];
-    for (const map of [identity, [2, 0, 0, 0, 3, 0, 0, 0, 0.5, 7, 8, 9], [-1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0],
-      [1, 1, 0, -1, 1, 0, 0, 0, 4, 0, 0, 0], [0, 0, 2, 2, 0, 0, 0, 1, 0, 1, 2, 3]]) {
-      const { positions: p, normals: n } = weldedInWorld([tile(octahedron)], map);
+    for (const map of [
+      identity,
+      [2, 0, 0, 0, 3, 0, 0, 0, 0.5, 7, 8, 9],
+      [-1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0],
+      [1, 1, 0, -1, 1, 0, 0, 0, 4, 0, 0, 0],
+      [0, 0, 2, 2, 0, 0, 0, 1, 0, 1, 2, 3],
+    ]) {
+      const { origin, positions, normals: n } = weldedInWorld([tile(octahedron)], map);
+      const p = positions.map((value, i) => value + origin[i % 3]);
       const middle = [0, 1, 2].map((row) => map[9 + row] + [0, 1, 2].reduce((sum, c) => sum + map[3 * c + row] * center[c], 0));
       for (let v = 0; v < p.length; v += 3) {
         expect(Math.hypot(n[v], n[v + 1], n[v + 2])).toBeCloseTo(1, 5);
@@ -145,8 +209,7 @@ describe("Files", () => {
     const map = [2, 0, 0, 0, 3, 0, 0, 0, 0.5, 7, 8, 9];
     const own = tile(octahedron);
     const world = Float32Array.from({ length: own.positions.length }, (_, i) => [0.6, 0, -0.8][i % 3]);
-    const { normals, areOfField } = weldedInWorld([{ ...own, normals: fieldNormals(world, map.slice(0, 9)), sums: null }], map);
-    expect(areOfField).toBe(true);
+    const { normals } = weldedInWorld([{ ...own, normals: fieldNormals(world, map.slice(0, 9)) }], map);
     normals.forEach((value, i) => expect(value).toBeCloseTo([0.6, 0, -0.8][i % 3], 3));
   });
 });
@@ -175,44 +238,12 @@ describe("Rays", () => {
   });
 });
 
-describe("PlyMesh", () => {
-  const file = (tiles: Parameters<typeof part>[0]) => meshFile([part(tiles)], "ply").buffer as ArrayBuffer;
-
-  test("RoundTripsMeshes", () => {
-    const read = plyMesh(file([tile(octahedron)]), 1);
-    const { positions, triangles, normals } = weldedInWorld([tile(octahedron)], identity);
-    expect([read.positions, read.triangles, plyTriangles(file([tile(octahedron)]))]).toEqual([positions, triangles, 8]);
-    // With positions of 64 bits, as servers send them far from the origin.
-    const [narrowHeader] = new TextDecoder("latin1").decode(file([tile(octahedron)])).split("end_header\n");
-    const narrow = new Uint8Array(file([tile(octahedron)]), narrowHeader.length + "end_header\n".length);
-    const wideHeader = new TextEncoder().encode(narrowHeader.replaceAll("property float", "property double") + "end_header\n");
-    const wide = new Uint8Array(wideHeader.length + 6 * 24 + 8 * 13);
-    wide.set(wideHeader);
-    const view = new DataView(wide.buffer);
-    positions.forEach((number, i) => view.setFloat64(wideHeader.length + 8 * i, number, true));
-    wide.set(narrow.slice(6 * 12), wideHeader.length + 6 * 24);
-    const readWide = plyMesh(wide.buffer, 1);
-    expect([readWide.positions, readWide.triangles]).toEqual([positions, triangles]);
-    normals.forEach((value, i) => expect(read.normals[i]).toBeCloseTo(value, 3));
-  });
-
-  test("RejectsOtherBytes", () => {
-    const whole = file([tile(octahedron)]);
-    expect(() => plyMesh(whole.slice(0, -1), 1)).toThrow("incomplete");
-    expect(() => plyMesh(new TextEncoder().encode('{"error":1}').buffer as ArrayBuffer, 1)).toThrow("did not send a mesh");
-    for (const [fromEnd, byte] of [[13, 4], [9, 255]]) {
-      const damaged = new Uint8Array(whole.slice(0));
-      damaged[damaged.length - fromEnd] = byte;
-      expect(() => plyMesh(damaged.buffer, 1)).toThrow("damaged");
-    }
-  });
-});
-
 describe("MeshAddress", () => {
   test("NamesTheSettingsOfTheSurface", () => {
-    const own = { ...defaults, isovalue: 3, error: 0.5, region: null, minComponent: "largest" as const, color: "#ff0000" };
-    expect(meshAddress("wss://example.org/v1/stream", { name: "a b" } as DatasetInfo, 300.5, own))
-      .toBe("https://example.org/v1/datasets/a%20b/isosurface?isovalue=300.5&error=0.5&min_component=largest&format=ply");
+    const own = { ...defaults, isovalue: 3, error: 0.5, region: null, minComponent: "largest" as const, simplify: false, color: "#ff0000" };
+    expect(meshAddress("wss://example.org/v1/stream", { name: "a b" } as DatasetInfo, 300.5, own, "stl")).toBe(
+      "https://example.org/v1/datasets/a%20b/isosurface?isovalue=300.5&error=0.5&simplify=false&min_component=largest&format=stl",
+    );
   });
 });
 

@@ -6,8 +6,13 @@ import { defaults } from "../../../client/web/src/state/settings";
 describe("parseSettings", () => {
   test("MatchesAddresses", () => {
     const overrides = {
-      isovalue: 500.5, error: 0.25, region: { kind: "ball", center: [1, 2, 3], radius: 4, error: 0.5 }, eye: [1, 2, 3],
-      surfaces: [{ isovalue: 3, error: null, color: "#d9775f", opacity: 0.5, visible: true }], clip: "x", wireframe: true,
+      isovalue: 500.5,
+      error: 0.25,
+      region: { kind: "ball", center: [1, 2, 3], radius: 4, error: 0.5 },
+      eye: [1, 2, 3],
+      surfaces: [{ isovalue: 3, error: null, color: "#d9775f", opacity: 0.5, visible: true }],
+      clip: "x",
+      wireframe: true,
     };
     expect(parseSettings(overrides)).toEqual({ settings: overrides, ignored: [] });
   });
@@ -17,10 +22,15 @@ describe("parseSettings", () => {
   });
 
   test("FillsInDefaultsOfSurfaces", () => {
-    expect(parseSettings({ surfaces: [{ isovalue: 3 }, { isovalue: 4, opacity: 0.5, minComponent: "largest" }] })).toEqual({ ignored: [], settings: { surfaces: [
-      { isovalue: 3, error: null, color: "#d9775f", opacity: 1, visible: true },
-      { isovalue: 4, error: null, color: "#7fb3d5", opacity: 0.5, visible: true, minComponent: "largest" },
-    ] } });
+    expect(parseSettings({ surfaces: [{ isovalue: 3 }, { isovalue: 4, opacity: 0.5, minComponent: "largest" }] })).toEqual({
+      ignored: [],
+      settings: {
+        surfaces: [
+          { isovalue: 3, error: null, color: "#d9775f", opacity: 1, visible: true },
+          { isovalue: 4, error: null, color: "#7fb3d5", opacity: 0.5, visible: true, minComponent: "largest" },
+        ],
+      },
+    });
   });
 
   test("ReportsIgnoredFieldsOfSurfaces", () => {

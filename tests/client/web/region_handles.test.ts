@@ -9,13 +9,20 @@ describe("RegionHandles", () => {
     const groups: Group[] = [];
     const far = { distanceTo: () => 1 };
     const stage = {
-      scene: { add: (group: Group) => groups.push(group) }, camera: { position: far }, controls: { target: null },
-      whenDrawn: () => {}, invalidate: () => {}, worldLengthOf: () => 1,
+      scene: { add: (group: Group) => groups.push(group) },
+      camera: { position: far },
+      controls: { target: null },
+      whenDrawn: () => {},
+      invalidate: () => {},
+      worldLengthOf: () => 1,
     };
     const handles = new RegionHandles(stage as unknown as Stage, new EventTarget() as HTMLCanvasElement, () => {});
     const outline = () => groups[0].children.find(({ type, layers: { mask } }) => type === "LineSegments" && mask === 1 << layers.overlay)!;
     handles.show({ kind: "box", low: [0, 0, 0], high: [2, 4, 6], error: 1 });
-    expect([outline().scale.toArray(), outline().position.toArray()]).toEqual([[2, 4, 6], [1, 2, 3]]);
+    expect([outline().scale.toArray(), outline().position.toArray()]).toEqual([
+      [2, 4, 6],
+      [1, 2, 3],
+    ]);
     handles.show({ kind: "ball", center: [1, 1, 1], radius: 3, error: 1 });
     expect(outline().scale.toArray()).toEqual([3, 3, 3]);
     handles.show(null);

@@ -1,7 +1,7 @@
-import { isosurfaceRequest, isSameRequest, nearestPixel } from "../../../client/web/src/stream/request";
 import { Combination } from "../../../client/web/src/protocol/messages";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import { voxelLength, worldBox } from "../../../client/web/src/stream/dataset";
+import { isosurfaceRequest, isSameRequest, nearestPixel } from "../../../client/web/src/stream/request";
 import { dataset } from "./golden_stream";
 
 const info = dataset();
@@ -9,7 +9,12 @@ const { low, high } = worldBox(info);
 const middle = low.map((at, axis) => (at + high[axis]) / 2);
 // A view from the front at this distance from the data's box.
 const viewFrom = (distance: number) => ({
-  eye: [middle[0], low[1] - distance, middle[2]], target: middle, up: [0, 0, 1], fieldOfView: 35, heightPixels: 600, aspect: 1,
+  eye: [middle[0], low[1] - distance, middle[2]],
+  target: middle,
+  up: [0, 0, 1],
+  fieldOfView: 35,
+  heightPixels: 600,
+  aspect: 1,
 });
 const requestFor = (overrides: Partial<Settings>, distance: number | null) =>
   isosurfaceRequest(info, { ...defaults, isovalue: 0.1, ...overrides }, distance === null ? null : viewFrom(distance));

@@ -1,7 +1,5 @@
 import { nextIsovalue } from "../../../client/web/src/panel/surfaces_section";
-import {
-  airBelow, isCt, sampleWindows, tissueAtValue, defaultWindow, type WindowedDataset,
-} from "../../../client/web/src/shared/sample_window";
+import { airBelow, defaultWindow, isCt, sampleWindows, tissueAtValue, type WindowedDataset } from "../../../client/web/src/shared/sample_window";
 import { defaults } from "../../../client/web/src/state/settings";
 import { withAddedSurface } from "../../../client/web/src/state/surfaces";
 

@@ -41,7 +41,7 @@ describe("AssemblerScalars", () => {
     conversation.opened();
     conversation.received(welcome);
     conversation.received(list);
-    const effects = conversation.request({ info: dataset(), request: request(), scalars: { dataset: "dose", low: -1, high: 3 } });
+    const effects = conversation.request({ info: dataset(), isosurface: request(), scalars: { dataset: "dose", low: -1, high: 3 } });
     const opened = effects.find((e) => e.kind === "send" && e.message.case === "openStream");
     expect(opened).toMatchObject({ message: { value: { scalars: { dataset: "dose", low: -1, high: 3 } } } });
     const range = { low: -1, high: 3, bits: 16 };

@@ -1,13 +1,25 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
-import { sampledOf, sceneOf, sceneRefusal } from "../../../client/web/src/scene_at";
-import { initialSelection, labelIsovalue, settingsOfEntry, withLabelChanges } from "../../../client/web/src/state/label_surfaces";
-import { atTime, channelColor, entriesOf, seriesOf, findByName, memberOfField, rangeOf, timeOf, timesOf, timeText, withTimeOfDataset, withLabelsBeside } from "../../../client/web/src/state/series";
 import { labelColor } from "../../../client/web/src/state/label_colors";
+import { initialSelection, labelIsovalue, settingsOfEntry, withLabelChanges } from "../../../client/web/src/state/label_surfaces";
+import {
+  atTime,
+  channelColor,
+  entriesOf,
+  findByName,
+  memberOfField,
+  rangeOf,
+  seriesOf,
+  timeOf,
+  timesOf,
+  timeText,
+  withLabelsBeside,
+  withTimeOfDataset,
+} from "../../../client/web/src/state/series";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
+import { sampledOf, sceneOf, sceneRefusal } from "../../../client/web/src/surfaces/scene_at";
 import { member, plain } from "./made_datasets";
 
-const flow = [0.5, 0, 0.25].flatMap((time) =>
-  ["speed", "heat"].map((field) => member(`flow.${field}.t${time}`, "flow", { field, time, timeUnit: "s" })));
+const flow = [0.5, 0, 0.25].flatMap((time) => ["speed", "heat"].map((field) => member(`flow.${field}.t${time}`, "flow", { field, time, timeUnit: "s" })));
 const labels = [9, 1, 4].map((value) => member(`seg.label${value}`, "seg", { label: { value, name: "" } }));
 const list = [plain("head"), ...flow, plain("fuel"), ...labels];
 const names = (all: readonly DatasetInfo[]) => all.map(({ name }) => name);
@@ -15,7 +27,10 @@ const names = (all: readonly DatasetInfo[]) => all.map(({ name }) => name);
 describe("Series", () => {
   test("HaveOneEntry", () => {
     expect(entriesOf(list).map(({ name, info }) => [name, info.name])).toEqual([
-      ["head", "head"], ["flow", "flow.speed.t0"], ["fuel", "fuel"], ["seg", "seg.label1"],
+      ["head", "head"],
+      ["flow", "flow.speed.t0"],
+      ["fuel", "fuel"],
+      ["seg", "seg.label1"],
     ]);
     expect(seriesOf(list, flow[0])).toMatchObject({ times: [0, 0.25, 0.5], timeUnit: "s", fields: ["speed", "heat"], labels: [] });
     expect(names(seriesOf(list, labels[0])!.labels)).toEqual(["seg.label1", "seg.label4", "seg.label9"]);
@@ -42,7 +57,10 @@ describe("Series", () => {
     const parts = [2, 1].map((value) => member(`cells.label${value}`, "cells", { label: { value, name: "" } }));
     const all = [...image, ...parts];
     const series = seriesOf(all, image[0])!;
-    expect([series.fields, names(series.labels)]).toEqual([["nuclei", "membrane"], ["cells.label1", "cells.label2"]]);
+    expect([series.fields, names(series.labels)]).toEqual([
+      ["nuclei", "membrane"],
+      ["cells.label1", "cells.label2"],
+    ]);
     expect(memberOfField(series, parts[0], "membrane")).toBe(image[1]);
     const ofLabels = { ...defaults, ...settingsOfEntry({ name: "cells", info: image[0], series }) };
     expect([ofLabels.dataset, ofLabels.surfaces.length]).toEqual(["cells.label1", 1]);
@@ -83,7 +101,11 @@ describe("Series", () => {
     const changed = (change: Partial<Settings>, from = now) => withTimeOfDataset(list, flow[4], from, change).t;
     expect(changed({ dataset: "flow.speed.t0.5" })).toBe(0.5);
     expect([changed({ dataset: "head" }), changed({ dataset: "seg" }), changed({ dataset: "unknown" })]).toEqual([null, null, null]);
-    expect([changed({ dataset: "flow" }), changed({ isovalue: 3 }), changed({ dataset: "head" }, { ...now, t: null })]).toEqual([undefined, undefined, undefined]);
+    expect([changed({ dataset: "flow" }), changed({ isovalue: 3 }), changed({ dataset: "head" }, { ...now, t: null })]).toEqual([
+      undefined,
+      undefined,
+      undefined,
+    ]);
     expect(changed({ dataset: "head", t: 0 })).toBe(0);
   });
 
@@ -99,8 +121,8 @@ describe("Series", () => {
   });
 
   test("ShowTimesWithTheirUnit", () => {
-    expect(timeText(0.1 + 0.2, "s")).toBe("0.3 s");
-    expect(timeText(12, "")).toBe("time 12");
+    expect(timeText(0.1 + 0.2, "s", [])).toBe("0.3 s");
+    expect(timeText(12, "", [12, 13])).toBe("time 12");
   });
 });
 
@@ -109,13 +131,19 @@ describe("Labels", () => {
     const entry = entriesOf(list).find(({ name }) => name === "seg")!;
     const overrides = settingsOfEntry(entry);
     expect(overrides).toMatchObject({ dataset: "seg.label1", isovalue: labelIsovalue, visible: true });
-    expect(overrides.surfaces!.map(({ dataset, isovalue }) => [dataset, isovalue])).toEqual([["seg.label4", 0.5], ["seg.label9", 0.5]]);
+    expect(overrides.surfaces!.map(({ dataset, isovalue }) => [dataset, isovalue])).toEqual([
+      ["seg.label4", 0.5],
+      ["seg.label9", 0.5],
+    ]);
   });
 
   test("SelectANamedLabel", () => {
     const overrides = settingsOfEntry(entriesOf(labels)[0], "seg.label4");
     expect(overrides).toMatchObject({ dataset: "seg.label1", visible: false });
-    expect(overrides.surfaces!.map(({ dataset, visible }) => [dataset, visible])).toEqual([["seg.label4", true], ["seg.label9", false]]);
+    expect(overrides.surfaces!.map(({ dataset, visible }) => [dataset, visible])).toEqual([
+      ["seg.label4", true],
+      ["seg.label9", false],
+    ]);
   });
 
   test("LimitTheInitiallyVisible", () => {
@@ -147,12 +175,19 @@ describe("SceneAt", () => {
   test("SelectsSurfacesAndColorsAtOneTime", () => {
     const further = { isovalue: 1, error: null, color: "#ffffff", opacity: 1, visible: true };
     const settings = {
-      ...defaults, dataset: "flow", colorBy: "flow.heat.t0",
-      surfaces: [{ ...further, dataset: "" }, { ...further, dataset: "flow.heat.t0" }, { ...further, dataset: "head" }, { ...further, dataset: "gone" }],
+      ...defaults,
+      dataset: "flow",
+      colorBy: "flow.heat.t0",
+      surfaces: [
+        { ...further, dataset: "" },
+        { ...further, dataset: "flow.heat.t0" },
+        { ...further, dataset: "head" },
+        { ...further, dataset: "gone" },
+      ],
     };
     const scene = sceneOf(list, settings, atTime(list, flow[0], 0.25));
     expect(scene.infos.map((info) => info?.name)).toEqual(["flow.speed.t0.25", "flow.speed.t0.25", "flow.heat.t0.25", "head", undefined]);
-    expect(scene.moment).toEqual({ scene: "flow", time: 0.25 });
+    expect(scene.time).toEqual({ scene: "flow", time: 0.25 });
     expect(scene.scalars).toEqual({ dataset: "flow.heat.t0.25", low: 0, high: 1 });
     expect(sceneOf(list, { ...defaults, colorBy: "gone" }, list[0]).scalars).toEqual({ dataset: "gone" });
   });
@@ -165,7 +200,8 @@ describe("SceneAt", () => {
 
   test("RefuseColorsOfUnknownDatasets", () => {
     expect(sceneRefusal(list, { ...defaults, colorBy: "fule" }, list[0])).toEqual({
-      text: 'No dataset named "fule" is served here. Did you mean "fuel"?', change: { colorBy: "" },
+      text: 'No dataset named "fule" is served here. Did you mean "fuel"?',
+      change: { colorBy: "" },
     });
   });
 
@@ -173,7 +209,8 @@ describe("SceneAt", () => {
     const known = { dataset: "fuel", isovalue: 60, error: null, color: "#ffffff", opacity: 1, visible: true };
     const settings = { ...defaults, surfaces: [{ ...known, dataset: "fule" }, known] };
     expect(sceneRefusal(list, settings, list[0])).toEqual({
-      text: 'No dataset named "fule" is served here. Did you mean "fuel"?', change: { surfaces: [known] },
+      text: 'No dataset named "fule" is served here. Did you mean "fuel"?',
+      change: { surfaces: [known] },
     });
     expect(sceneRefusal(list, { ...defaults, surfaces: [known] }, list[0])).toBeNull();
   });
@@ -197,7 +234,8 @@ describe("SceneAt", () => {
     const far = placed(plain("far"), 100);
     expect(sampledOf([ct, far], { ...defaults, samplesOf: "far" }, ct)).toBe(ct);
     expect(sceneRefusal([ct, far], { ...defaults, samplesOf: "far" }, ct)).toEqual({
-      text: 'Slices cannot show "far": it is at another position than "ct": their bounding boxes do not overlap.', change: { samplesOf: "" },
+      text: 'Slices cannot show "far": it is at another position than "ct": their bounding boxes do not overlap.',
+      change: { samplesOf: "" },
     });
     expect(sceneRefusal([ct, far], { ...defaults, samplesOf: "ctt" }, ct)?.text).toBe('No dataset named "ctt" is served here. Did you mean "ct"?');
   });

@@ -1,4 +1,4 @@
-import { serverAddress, Token } from "../../../client/web/src/server_address";
+import { serverAddress, Token } from "../../../client/web/src/page/server_address";
 
 // A page at an address; the browser storage persists across the pages of a test.
 function page(address: string) {
@@ -38,9 +38,14 @@ describe("ServerAddress", () => {
   test("SendsAStoredTokenToItsServerOnly", () => {
     page("https://volumes.example/#token=mt_secret");
     for (const other of [
-      "wss://thief.example/v1/stream", "wss://volumes.example.thief.example/v1/stream",
-      "wss://volumes.example:444/v1/stream", "wss://volumes.example@thief.example/v1/stream",
-      "ws://volumes.example/v1/stream", "wss://volumes.example/v1/stream/../elsewhere", "", "token",
+      "wss://thief.example/v1/stream",
+      "wss://volumes.example.thief.example/v1/stream",
+      "wss://volumes.example:444/v1/stream",
+      "wss://volumes.example@thief.example/v1/stream",
+      "ws://volumes.example/v1/stream",
+      "wss://volumes.example/v1/stream/../elsewhere",
+      "",
+      "token",
     ]) {
       expect(page(`https://volumes.example/?server=${other}`).token.get(), other).toBe("");
     }
@@ -55,6 +60,16 @@ describe("ServerAddress", () => {
     expect(token.readFrom("#token=mt_new")).toBe(false);
     expect(token.readFrom("#token=")).toBe(false);
     expect(page("https://volumes.example/").token.get()).toBe("mt_new");
+  });
+
+  test("TokenLeavesTheAddressAtOnce", () => {
+    const replaced: string[] = [];
+    vi.stubGlobal("history", { replaceState: (_: null, __: string, address: string) => replaced.push(address) });
+    for (const hash of ["#token=mt_secret", "#dataset=head&token=mt_secret&isovalue=3", "#dataset=head", ""]) {
+      page(`https://volumes.example/${hash}`);
+      Token.hide();
+    }
+    expect(replaced).toEqual(["#", "#dataset=head&isovalue=3"]);
   });
 
   test("KeepsATokenInMemoryWithoutStorage", () => {

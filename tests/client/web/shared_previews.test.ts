@@ -1,6 +1,18 @@
 import {
-  type ClientKind, create, type DatasetInfo, ErrorReplySchema, type OpenStream, PayloadCodec, SeriesMemberSchema, type ServerKind, StepBeginSchema,
-  StepEndSchema, StepPolicy, StreamEndSchema, TileSchema, WelcomeSchema,
+  type ClientKind,
+  create,
+  type DatasetInfo,
+  ErrorReplySchema,
+  type OpenStream,
+  PayloadCodec,
+  SeriesMemberSchema,
+  type ServerKind,
+  StepBeginSchema,
+  StepEndSchema,
+  StepPolicy,
+  StreamEndSchema,
+  TileSchema,
+  WelcomeSchema,
 } from "../../../client/web/src/protocol/messages";
 import { defaults } from "../../../client/web/src/state/settings";
 import type { LinkEvents } from "../../../client/web/src/stream/link";
@@ -41,13 +53,19 @@ function surfaceOf(previews: SharedPreviews, value: number, side: number) {
     requestAlone: () => void received.push("alone"),
   };
   const info = labelOf(value, side);
-  previews.request(client, { info, request: isosurfaceRequest(info, { ...defaults, isovalue: 0.5, shading: "facets" }, null), steps: "coarse" }, BigInt(100 + value));
+  previews.request(
+    client,
+    { info, isosurface: isosurfaceRequest(info, { ...defaults, isovalue: 0.5, shading: "facets" }, null), steps: "coarse" },
+    BigInt(100 + value),
+  );
   return { client, received };
 }
 
 const openStreams = () => link.sent.filter(({ case: kind }) => kind === "openStream").map(({ value }) => value as OpenStream);
-const welcome = (codecs = [PayloadCodec.DRACO_LATTICE, PayloadCodec.SAMPLE_SHELL]): ServerKind =>
-  ({ case: "welcome", value: create(WelcomeSchema, { version: 1, codecs }) });
+const welcome = (codecs = [PayloadCodec.DRACO_LATTICE, PayloadCodec.SAMPLE_SHELL]): ServerKind => ({
+  case: "welcome",
+  value: create(WelcomeSchema, { version: 1, codecs }),
+});
 const send = (...messages: ServerKind[]) => messages.forEach((message) => link.events!.received(message));
 const stepOf = (requestId: bigint, step: number): ServerKind[] => [
   { case: "stepBegin", value: create(StepBeginSchema, { requestId, step }) },
@@ -73,7 +91,10 @@ describe("SharedPreviews", () => {
     expect(openStreams()).toMatchObject([{ requestId: 1n, dataset: "cells.label2", furtherDatasets: [], steps: StepPolicy.PREVIEWS_ONLY }]);
     send(...stepOf(1n, 0), endOf(1n));
     expect(openStreams()[1]).toMatchObject({
-      requestId: 2n, dataset: "cells.label1", furtherDatasets: ["cells.label3"], resumedPreviews: [{ finestSpacing: 4, shell: { levelsPerOctave: 2 } }],
+      requestId: 2n,
+      dataset: "cells.label1",
+      furtherDatasets: ["cells.label3"],
+      resumedPreviews: [{ finestSpacing: 4, shell: { levelsPerOctave: 2 } }],
     });
     send(...stepOf(2n, 0), ...stepOf(2n, 1), endOf(2n));
     for (const [i, { received }] of all.entries()) {

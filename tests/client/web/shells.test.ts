@@ -2,14 +2,16 @@
 import { readFileSync } from "node:fs";
 
 import { payloadHasher } from "../../../client/web/src/mesh/content_digest";
-import { type LatticeBox } from "../../../client/web/src/mesh/tile_mesh";
 import { type MarchedTile, type ShellMode, shellDecoder } from "../../../client/web/src/mesh/shell_decoder";
-import { type ManifestTile } from "../../../client/web/src/mesh/tile_mesh";
 import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
+import type { LatticeBox, ManifestTile } from "../../../client/web/src/mesh/tile_mesh";
 
 const golden = new URL("../../golden/", import.meta.url);
 const decoder = shellDecoder(readFileSync(new URL("../../../common/codec/wasm/shell_decoder.wasm", import.meta.url)));
-const listed = readFileSync(new URL("shells.txt", golden), "utf8").trim().split("\n").map((line) => line.split(" "));
+const listed = readFileSync(new URL("shells.txt", golden), "utf8")
+  .trim()
+  .split("\n")
+  .map((line) => line.split(" "));
 
 // The mode and the lattice resolution of each shell, the same as in tests/support/golden_shells.hpp. `cube` contains all.
 const modes: Record<string, [ShellMode, number]> = {
@@ -45,7 +47,10 @@ function checksumOf({ mesh: { positions, triangles } }: MarchedTile): string {
     const turned = [0, 1, 2].map((k) => [...corners[k], ...corners[(k + 1) % 3], ...corners[(k + 2) % 3]]);
     all.push(turned.sort(compare)[0]);
   }
-  const sum = all.sort(compare).flat().reduce((sum, value) => Math.imul(sum ^ value, 16777619), 2166136261);
+  const sum = all
+    .sort(compare)
+    .flat()
+    .reduce((sum, value) => Math.imul(sum ^ value, 16777619), 2166136261);
   return (sum >>> 0).toString(16);
 }
 

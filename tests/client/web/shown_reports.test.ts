@@ -1,6 +1,6 @@
-import { ShownReports } from "../../../client/web/src/shown_reports";
 import { noProgress, type StepFacts } from "../../../client/web/src/state/progress";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
+import { ShownReports } from "../../../client/web/src/surfaces/shown_reports";
 
 const [one, two] = [1, 2].map((triangles) => ({ triangles }) as StepFacts);
 const other = { isovalue: 7, error: null, color: "#112233", opacity: 1, visible: true };
@@ -11,7 +11,11 @@ function reports() {
   const heard: number[][] = [];
   const now: { settings: Settings; isCurrent: boolean } = { settings: { ...defaults, surfaces: [other] }, isCurrent: true };
   const steps = { progressOf: (at: number) => ({ ...noProgress, shown: drawn[at] ?? null }), isCurrent: () => now.isCurrent };
-  const made = new ShownReports(steps, () => now.settings, ({ surface, triangles }) => heard.push([surface, triangles]));
+  const made = new ShownReports(
+    steps,
+    () => now.settings,
+    ({ surface, triangles }) => heard.push([surface, triangles]),
+  );
   return { drawn, heard, now, made, since: () => heard.splice(0) };
 }
 
@@ -21,7 +25,10 @@ describe("ShownReports", () => {
     now.settings = { ...now.settings, visible: false };
     made.update();
     for (const at of [0, 1]) made.add(at);
-    expect(since()).toEqual([[1, 2], [1, 2]]); // A step that is shown again is reported again.
+    expect(since()).toEqual([
+      [1, 2],
+      [1, 2],
+    ]); // A step that is shown again is reported again.
     now.settings = { ...now.settings, visible: true };
     made.update();
     made.update();
@@ -34,12 +41,18 @@ describe("ShownReports", () => {
   test("RepeatStepsAtOtherPlaces", () => {
     const { made, now, drawn, since } = reports();
     made.update();
-    expect(since()).toEqual([[0, 1], [1, 2]]);
+    expect(since()).toEqual([
+      [0, 1],
+      [1, 2],
+    ]);
     [now.settings, drawn[0]] = [defaults, two];
     made.update();
     expect(since()).toEqual([[0, 2]]);
     [now.settings, drawn[0]] = [{ ...defaults, surfaces: [other] }, one];
     made.update();
-    expect(since()).toEqual([[0, 1], [1, 2]]);
+    expect(since()).toEqual([
+      [0, 1],
+      [1, 2],
+    ]);
   });
 });

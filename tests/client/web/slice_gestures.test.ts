@@ -3,10 +3,18 @@ import { listenToSlice, type SliceActions } from "../../../client/web/src/scene/
 // Returns a canvas without a page, and what its gestures call.
 function heard() {
   const calls: [keyof SliceActions, ...unknown[]][] = [];
-  const note = (name: keyof SliceActions) => (...values: unknown[]) => void calls.push([name, ...values]);
+  const note =
+    (name: keyof SliceActions) =>
+    (...values: unknown[]) =>
+      void calls.push([name, ...values]);
   const canvas = Object.assign(new EventTarget(), { setPointerCapture: () => {}, clientWidth: 100, clientHeight: 80 });
   listenToSlice(canvas as unknown as HTMLCanvasElement, {
-    moveCross: note("moveCross"), step: note("step"), zoom: note("zoom"), pan: note("pan"), resetZoom: note("resetZoom"), mark: note("mark"),
+    moveCross: note("moveCross"),
+    step: note("step"),
+    zoom: note("zoom"),
+    pan: note("pan"),
+    resetZoom: note("resetZoom"),
+    mark: note("mark"),
   });
   const send = (type: string, values: object) => canvas.dispatchEvent(Object.assign(new Event(type), values));
   const point = (type: string, pointerId: number, offsetX: number, offsetY: number, button = 0, shiftKey = false) =>
@@ -20,11 +28,18 @@ describe("SliceGestures", () => {
     point("pointerdown", 1, 10, 20);
     point("pointermove", 1, 11, 22);
     point("pointerup", 1, 12, 23);
-    expect(calls).toEqual([["moveCross", 10, 20, true], ["moveCross", 11, 22, true], ["moveCross", 12, 23, false]]);
+    expect(calls).toEqual([
+      ["moveCross", 10, 20, true],
+      ["moveCross", 11, 22, true],
+      ["moveCross", 12, 23, false],
+    ]);
   });
 
   test("PanWithTheRightButtonOrShift", () => {
-    for (const [button, shiftKey] of [[2, false], [0, true]] as const) {
+    for (const [button, shiftKey] of [
+      [2, false],
+      [0, true],
+    ] as const) {
       const { calls, point } = heard();
       point("pointerdown", 1, 10, 20, button, shiftKey);
       point("pointermove", 1, 15, 18);
@@ -41,7 +56,12 @@ describe("SliceGestures", () => {
     point("pointerup", 2, 50, 20);
     point("pointermove", 1, 99, 99); // The finger that is left does nothing.
     point("pointerup", 1, 99, 99);
-    expect(calls).toEqual([["moveCross", 10, 20, true], ["moveCross", 10, 20, false], ["pan", 10, 0], ["zoom", 2, 30, 20]]);
+    expect(calls).toEqual([
+      ["moveCross", 10, 20, true],
+      ["moveCross", 10, 20, false],
+      ["pan", 10, 0],
+      ["zoom", 2, 30, 20],
+    ]);
   });
 
   test("StepWithTheWheelAndZoomWithControl", () => {
@@ -51,7 +71,10 @@ describe("SliceGestures", () => {
     expect(calls).toEqual([]);
     send("wheel", { ...wheel, deltaY: 80 });
     send("wheel", { ...wheel, deltaY: 300, ctrlKey: true });
-    expect(calls).toEqual([["step", "normal", -2], ["zoom", Math.exp(-1), 3, 4]]);
+    expect(calls).toEqual([
+      ["step", "normal", -2],
+      ["zoom", Math.exp(-1), 3, 4],
+    ]);
   });
 
   test("MarkPlacesByDoubleClicksAndTheCrosshairByAKey", () => {

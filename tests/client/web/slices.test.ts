@@ -1,10 +1,10 @@
-import { colorAt, colorMaps, colorRow } from "../../../client/web/src/shared/color_maps";
+import { WorldSpace } from "../../../client/web/src/protocol/messages";
+import { crossOf, planesThrough, scaleOf, slicePosition, windowOf } from "../../../client/web/src/samples/slices";
 import { boxBetween } from "../../../client/web/src/scene/crop";
 import { labelsAt } from "../../../client/web/src/scene/slice_drawing";
 import { axisNormal, cutCorners, extentAlong, maxPixels, planeGrid, seenPart, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
 import { planeAxes } from "../../../client/web/src/scene/slice_view";
-import { crossOf, planesThrough, scaleOf, slicePosition, windowOf } from "../../../client/web/src/slices";
-import { WorldSpace } from "../../../client/web/src/protocol/messages";
+import { colorAt, colorMaps, colorRow } from "../../../client/web/src/shared/color_maps";
 import { defaults } from "../../../client/web/src/state/settings";
 import { nearestSample, type Vec3, worldSpacing } from "../../../client/web/src/stream/dataset";
 import { plain } from "./made_datasets";
@@ -23,12 +23,22 @@ describe("SliceGrid", () => {
         expect(from[i]).toBeCloseTo(expected[0], 9);
         expect(to[i]).toBeCloseTo(expected.at(-1)!, 9);
       }
-      expect([...right, ...down].map(Math.abs).filter((part) => part > 0)).toEqual([[1, 4], [4, 2], [2, 1]][axis]); // Each pixel is a sample.
+      expect([...right, ...down].map(Math.abs).filter((part) => part > 0)).toEqual(
+        [
+          [1, 4],
+          [4, 2],
+          [2, 1],
+        ][axis],
+      ); // Each pixel is a sample.
     }
   });
 
   test("CoversObliqueSections", () => {
-    for (const normal of [[0.6, 0.8, 0], [1 / Math.sqrt(3), -1 / Math.sqrt(3), 1 / Math.sqrt(3)], [-1, 0, 0]] as Vec3[]) {
+    for (const normal of [
+      [0.6, 0.8, 0],
+      [1 / Math.sqrt(3), -1 / Math.sqrt(3), 1 / Math.sqrt(3)],
+      [-1, 0, 0],
+    ] as Vec3[]) {
       for (const at of [0, 0.1, 0.5, 1]) {
         const { origin, right, down, width, height } = sliceGrid(low, high, normal, at, [2, 2, 2]);
         const { from, to } = extentAlong(low, high, normal);
@@ -37,20 +47,26 @@ describe("SliceGrid", () => {
         for (const side of [right, down]) expect(dot(side, normal)).toBeCloseTo(0, 6);
         expect(dot(right, down)).toBeCloseTo(0, 6);
         const corners = cutCorners(low, high, normal, from + at * (to - from)); // All lie in the slice, at its border.
-        const shares = corners.map((corner) => [[right, width], [down, height]].map(([side, pixels]) => {
-          const step = side as Vec3;
-          return dot(corner.map((part, i) => part - origin[i]) as Vec3, step) / dot(step, step) / ((pixels as number) - 1);
-        }));
+        const shares = corners.map((corner) =>
+          [
+            [right, width],
+            [down, height],
+          ].map(([side, pixels]) => {
+            const step = side as Vec3;
+            return dot(corner.map((part, i) => part - origin[i]) as Vec3, step) / dot(step, step) / ((pixels as number) - 1);
+          }),
+        );
         for (const along of [0, 1]) {
           const all = shares.map((share) => share[along]);
           if (at === 0 || at === 1) continue;
           expect(Math.min(...all)).toBeCloseTo(0, 6);
           expect(Math.max(...all)).toBeCloseTo(1, 6);
         }
-        for (const place of corners) place.forEach((part, i) => {
-          expect(part).toBeGreaterThan(low[i] - 1e-6);
-          expect(part).toBeLessThan(high[i] + 1e-6);
-        });
+        for (const place of corners)
+          place.forEach((part, i) => {
+            expect(part).toBeGreaterThan(low[i] - 1e-6);
+            expect(part).toBeLessThan(high[i] + 1e-6);
+          });
         if (at === 0.5) expect(corners.length).toBeGreaterThanOrEqual(4);
       }
     }
@@ -98,7 +114,10 @@ describe("LinkedSlices", () => {
         const sides = planeAxes({ space, lengthUnit: "" }, axis);
         const { origin, right, down, width, height } = planeGrid(low, high, sides, low[axis] + 1, [2, 2, 2]);
         expect(origin[axis]).toBe(low[axis] + 1);
-        for (const [along, step, count] of [[sides.right, right, width], [sides.down, down, height]] as const) {
+        for (const [along, step, count] of [
+          [sides.right, right, width],
+          [sides.down, down, height],
+        ] as const) {
           const [from, to] = along.sign > 0 ? [low, high] : [high, low];
           expect(origin[along.axis]).toBe(from[along.axis]);
           expect(origin[along.axis] + (count - 1) * step[along.axis]).toBeCloseTo(to[along.axis], 9);
@@ -192,8 +211,7 @@ describe("ColorMaps", () => {
 
 describe("LabelsAt", () => {
   // The contour of a square of side 10 with a hole of side 2, in lattice steps of half a unit, on the plane z = 3.
-  const loop = (...corners: number[][]) =>
-    corners.flatMap(([x, y], i) => [2 * x, 2 * y, 6, ...corners[(i + 1) % corners.length].map((at) => 2 * at), 6]);
+  const loop = (...corners: number[][]) => corners.flatMap(([x, y], i) => [2 * x, 2 * y, 6, ...corners[(i + 1) % corners.length].map((at) => 2 * at), 6]);
   const square = (low: number, size: number) => loop([low, low], [low + size, low], [low + size, low + size], [low, low + size]);
   const toWorld = [0.5, 0, 0, 0, 0.5, 0, 0, 0, 0.5, 0, 0, 0];
   const cut = (segments: number[], label: string | null) => ({ segments: Float32Array.from(segments), toWorld, color: "#fff", label });

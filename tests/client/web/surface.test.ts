@@ -23,7 +23,11 @@ const toWorld = [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
 
 function tile(id: string, triangles = 1): DecodedTile {
   return {
-    kind: "decoded", id, positions: new Float32Array(9), normals: new Int16Array(12), triangles: new Uint16Array(3 * triangles),
+    kind: "decoded",
+    id,
+    positions: new Float32Array(9),
+    normals: new Int16Array(12),
+    triangles: new Uint16Array(3 * triangles),
   };
 }
 
@@ -31,7 +35,14 @@ function drawn() {
   const scene = new Scene();
   const dropped: string[] = [];
   const programs = { areReady: () => true } as unknown as Programs;
-  const surface = new Surface(scene, () => {}, () => {}, (ids) => dropped.push(...ids), {} as FieldColors, programs);
+  const surface = new Surface(
+    scene,
+    () => {},
+    () => {},
+    (ids) => dropped.push(...ids),
+    {} as FieldColors,
+    programs,
+  );
   const scalarOf = (at: number) => (scene.children[at] as unknown as Drawn).geometry.getAttribute("scalar")?.array;
   const partOf = (at: number) => {
     const { geometry } = scene.children[at] as unknown as Drawn;

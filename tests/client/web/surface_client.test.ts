@@ -1,18 +1,27 @@
-import { Prefetcher } from "../../../client/web/src/prefetcher";
-import { applied, inverse, latticeToWorld } from "../../../client/web/src/stream/dataset";
-import { allComponents, type CachedStep, StepCache } from "../../../client/web/src/step_cache";
-import { StepSpeed } from "../../../client/web/src/stream/step_speed";
-import { SurfaceClient } from "../../../client/web/src/surface_client";
+import {
+  type ClientKind,
+  type DatasetInfo,
+  type OpenStream,
+  Priority,
+  type ServerKind,
+  type StepBegin,
+  StepPolicy,
+  StreamOutcome,
+} from "../../../client/web/src/protocol/messages";
+import type { Surface } from "../../../client/web/src/scene/surface";
 import { nothingHidden } from "../../../client/web/src/state/hidden_parts";
 import type { StepFacts } from "../../../client/web/src/state/progress";
-import { isosurfaceRequest } from "../../../client/web/src/stream/request";
-import { type ClientKind, type DatasetInfo, type OpenStream, Priority, type ServerKind, type StepBegin, StepPolicy, StreamOutcome } from "../../../client/web/src/protocol/messages";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
-import type { Surface } from "../../../client/web/src/scene/surface";
 import { ConnectionPool } from "../../../client/web/src/stream/connection_pool";
+import { applied, inverse, latticeToWorld } from "../../../client/web/src/stream/dataset";
 import type { LinkEvents } from "../../../client/web/src/stream/link";
-import type { StreamRequest } from "../../../client/web/src/stream/stream_request";
+import { isosurfaceRequest } from "../../../client/web/src/stream/request";
 import type { SharedPreviews } from "../../../client/web/src/stream/shared_previews";
+import { StepSpeed } from "../../../client/web/src/stream/step_speed";
+import type { StreamRequest } from "../../../client/web/src/stream/stream_request";
+import { Prefetcher } from "../../../client/web/src/surfaces/prefetcher";
+import { allComponents, type CachedStep, StepCache } from "../../../client/web/src/surfaces/step_cache";
+import { SurfaceClient } from "../../../client/web/src/surfaces/surface_client";
 import type { TilePool } from "../../../client/web/src/workers/tile_pool";
 import type { DrawnTiles, Selection } from "../../../client/web/src/workers/worker_messages";
 import { dataset, messages } from "./golden_stream";
@@ -42,7 +51,13 @@ vi.stubGlobal("window", globalThis); // Provides its timers.
 function partsOf(token = "") {
   const nothing = () => {};
   const surface = {
-    budget: 100, ids: () => [], dropUnused: nothing, use: nothing, release: nothing, show: nothing, trianglesOf: () => 30,
+    budget: 100,
+    ids: () => [],
+    dropUnused: nothing,
+    use: nothing,
+    release: nothing,
+    show: nothing,
+    trianglesOf: () => 30,
   } as unknown as Surface;
   const pool = { cancelJobs: nothing, select: (drawn: DrawnTiles) => selections.of(drawn) } as unknown as TilePool;
   const stepCache = new StepCache(() => true);
@@ -58,7 +73,7 @@ function clientOf(token = "", parts = partsOf(token)) {
   return client;
 }
 
-const moment = { scene: "gyroid", time: null };
+const time = { scene: "gyroid", time: null };
 const settings = { ...defaults, isovalue: 0.1, error: 0.5 };
 
 // The last request.
@@ -79,7 +94,7 @@ function streaming() {
   const client = clientOf();
   client.connect();
   accept();
-  client.request(dataset(), settings, null, { moment });
+  client.request(dataset(), settings, null, { time });
   link.events!.received(begin);
   return client;
 }
@@ -115,7 +130,7 @@ describe("SurfaceClient", () => {
       const nothing = () => {};
       const client = new SurfaceClient(partsOf(), { offer: nothing, withdraw: nothing, shown: nothing, settled: nothing });
       const info = { ...dataset(), member: { label: { value: 1, samples } } } as unknown as DatasetInfo;
-      client.request(info, settings, null, { moment });
+      client.request(info, settings, null, { time });
       link.sent.length = 0;
       link.events!.opened();
       link.events!.received(welcome);
@@ -128,12 +143,12 @@ describe("SurfaceClient", () => {
   test("RequestsMissingSharedPreviewsAlone", () => {
     const nothing = () => {};
     const wanted: StreamRequest[] = [];
-    const sharedPreviews = { cancel: nothing, request: (_: unknown, order: StreamRequest) => wanted.push(order) } as unknown as SharedPreviews;
+    const sharedPreviews = { cancel: nothing, request: (_: unknown, request: StreamRequest) => wanted.push(request) } as unknown as SharedPreviews;
     const client = new SurfaceClient({ ...partsOf(), sharedPreviews }, { offer: nothing, withdraw: nothing, shown: nothing, settled: nothing });
     const info = { ...dataset(), member: { label: { value: 1, samples: 100n, box: [0, 0, 0, 9, 9, 9] } } } as unknown as DatasetInfo;
     const attempts = link.attempts;
-    client.request(info, { ...settings, shading: "field" }, null, { moment, steps: "coarse" });
-    expect(wanted).toMatchObject([{ info, request: { normals: 0 } }]);
+    client.request(info, { ...settings, shading: "field" }, null, { time, steps: "coarse" });
+    expect(wanted).toMatchObject([{ info, isosurface: { normals: 0 } }]);
     expect([client.isPreviewing, link.attempts]).toEqual([true, attempts]);
     client.requestAlone();
     expect(link.attempts).toBe(attempts + 1);
@@ -168,7 +183,7 @@ describe("SurfaceClient", () => {
     const client = clientOf();
     client.connect();
     accept();
-    client.request(dataset(), settings, null, { moment, steps: "previews" });
+    client.request(dataset(), settings, null, { time, steps: "previews" });
     expect(openStream()?.steps).toBe(StepPolicy.PREVIEWS_ONLY);
     expect(client.isPreviewing).toBe(true);
     const { requestId, request } = openStream()!;
@@ -186,7 +201,7 @@ describe("SurfaceClient", () => {
     const client = clientOf();
     client.connect();
     accept();
-    client.request(dataset(), settings, null, { moment, steps: "all", isDragging: true });
+    client.request(dataset(), settings, null, { time, steps: "all", isDragging: true });
     expect(openStream()?.steps).toBe(StepPolicy.PROGRESSIVE);
     client.close();
   });
@@ -196,20 +211,20 @@ describe("SurfaceClient", () => {
     const client = clientOf("", parts);
     client.connect();
     accept();
-    parts.stepCache.keep(orderOf(dataset()), frameOf(dataset()));
-    client.request(dataset(), settings, null, { moment });
+    parts.stepCache.keep(requestOf(dataset()), frameOf(dataset()));
+    client.request(dataset(), settings, null, { time });
     expect(openStream()).toBeUndefined();
     expect(client.shown?.info.name).toBe(dataset().name);
-    client.request(dataset(), { ...settings, isovalue: 0.2 }, null, { moment });
+    client.request(dataset(), { ...settings, isovalue: 0.2 }, null, { time });
     expect(openStream()).toBeDefined();
   });
 
   test("IsCurrentOnlyWithTheLatestIsovalue", () => {
     const { client } = keptAndWanted(settings);
     expect(client.isCurrent).toBe(true);
-    client.request(dataset(), { ...settings, isovalue: 0.2 }, null, { moment });
+    client.request(dataset(), { ...settings, isovalue: 0.2 }, null, { time });
     expect(client.isCurrent).toBe(false);
-    client.request(dataset(), settings, null, { moment });
+    client.request(dataset(), settings, null, { time });
     expect(client.isCurrent).toBe(true);
   });
 
@@ -257,16 +272,16 @@ function keptAndWanted(wanted: Settings) {
   const shows: (Selection | null)[] = [];
   const parts = partsOf();
   parts.surface.show = (_, selection) => shows.push(selection ?? null);
-  parts.stepCache.keep(orderOf(dataset()), frameOf(dataset()));
+  parts.stepCache.keep(requestOf(dataset()), frameOf(dataset()));
   let settled = 0;
   const client = new SurfaceClient(parts, { offer: (_, show) => show(), withdraw: () => {}, shown: () => {}, settled: () => ++settled });
-  client.request(dataset(), wanted, null, { moment });
+  client.request(dataset(), wanted, null, { time });
   return { client, shows, settles: () => settled };
 }
 
 describe("Prefetcher", () => {
   const times = [1, 2, 3, 4].map((time) => ({ ...dataset(), name: `gyroid.t${time}` }));
-  const soon = times.map((info) => ({ info, moment }));
+  const soon = times.map((info) => ({ info, time }));
 
   test("RequestsOneTimeAtATimeInBackground", () => {
     const prefetcher = new Prefetcher(partsOf());
@@ -283,7 +298,7 @@ describe("Prefetcher", () => {
   test("SkipsCachedTimesWithinItsBudget", () => {
     const parts = partsOf();
     const prefetcher = new Prefetcher(parts);
-    for (const info of times.slice(0, 3)) parts.stepCache.keep(orderOf(info), frameOf(info));
+    for (const info of times.slice(0, 3)) parts.stepCache.keep(requestOf(info), frameOf(info));
     link.sent.length = 0;
     const { attempts } = link;
     prefetcher.prepare(soon, settings, null); // 30 of 100 triangles each.
@@ -315,11 +330,11 @@ describe("Prefetcher", () => {
   });
 });
 
-function orderOf(info: DatasetInfo) {
-  return { info, request: isosurfaceRequest(info, settings, null) };
+function requestOf(info: DatasetInfo) {
+  return { info, isosurface: isosurfaceRequest(info, settings, null) };
 }
 
 function frameOf(info: DatasetInfo): CachedStep {
   const facts = { isFinal: true } as StepFacts;
-  return { ids: [`1:${info.name}/8/tile`], shown: { info, resolution: 5, request: orderOf(info).request, facts }, visible: allComponents };
+  return { ids: [`1:${info.name}/8/tile`], shown: { info, resolution: 5, request: requestOf(info).isosurface, facts }, visible: allComponents };
 }

@@ -1,8 +1,15 @@
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import {
-  maxSurfaces, settingsOf, surfacesOf, withAddedSurface, withMaterial, withOtherDataset, withoutSurface, withSurface,
+  maxSurfaces,
+  settingsOf,
+  surfacesOf,
+  withAddedSurface,
+  withMaterial,
+  withOtherDataset,
+  withoutSurface,
+  withSurface,
 } from "../../../client/web/src/state/surfaces";
-import { reusedMembers, stepsToRequest } from "../../../client/web/src/surface_set";
+import { reusedMembers, stepsToRequest } from "../../../client/web/src/surfaces/surface_set";
 
 const further = { isovalue: 7, error: null, color: "#112233", opacity: 0.5, visible: true };
 const two: Settings = { ...defaults, isovalue: 3, error: 2, surfaces: [further] };

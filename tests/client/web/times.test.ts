@@ -1,6 +1,6 @@
-import { SwapGroup } from "../../../client/web/src/swap_group";
 import { ConnectionPool, type IdleConnection } from "../../../client/web/src/stream/connection_pool";
-import { type PlaybackRate, type PlaybackState, neighboringTime, TimePlayer, timesAhead } from "../../../client/web/src/time_player";
+import { SwapGroup } from "../../../client/web/src/surfaces/swap_group";
+import { neighboringTime, type PlaybackRate, type PlaybackState, TimePlayer, timesAhead } from "../../../client/web/src/viewer/time_player";
 
 // A player with a simulated clock and frames.
 class Playing {
@@ -100,7 +100,10 @@ describe("SwapGroup", () => {
   function stage() {
     const seen = ["a", "b"];
     const drawn: string[] = [];
-    const swapGroup = new SwapGroup<string>(() => seen, () => drawn.push("|"));
+    const swapGroup = new SwapGroup<string>(
+      () => seen,
+      () => drawn.push("|"),
+    );
     const offer = (who: string, time: number, scene = "flow") => swapGroup.offer(who, { scene, time }, () => drawn.push(`${who}${time}`));
     const open = () => ["a", "b"].filter((who) => swapGroup.isDrawable(who)).join("");
     return { seen, drawn, swapGroup, offer, open };
@@ -198,7 +201,10 @@ describe("ConnectionPool", () => {
   function holder(name: string, calls: string[]) {
     const connection = { name } as unknown as IdleConnection;
     const grantConnection = (given: IdleConnection | null) => calls.push(`+${name}${given ? ` by ${(given as unknown as { name: string }).name}` : ""}`);
-    const revokeConnection = () => (calls.push(`-${name}`), connection);
+    const revokeConnection = () => {
+      calls.push(`-${name}`);
+      return connection;
+    };
     return { isBusy: true, grantConnection, revokeConnection };
   }
 

@@ -1,4 +1,4 @@
-import { isWeak } from "../../../client/web/src/weak_device";
+import { isWeak } from "../../../client/web/src/embed/weak_device";
 
 test("WeakDevicesHaveFewCoresOrDrawInSoftware", () => {
   expect(isWeak({ cores: 8, renderer: "ANGLE (NVIDIA GeForce RTX 3060)" })).toBe(false);

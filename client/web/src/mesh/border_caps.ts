@@ -7,7 +7,11 @@ import { Components } from "./components";
 // pairs of vertices in the direction of their only triangle; `low` and `high`: the extent of the part, which reaches
 // the data's border wherever it is open.
 export function borderCaps(
-  open: Uint32Array, place: (vertex: number) => number[], low: readonly number[], high: readonly number[], vertices: number,
+  open: Uint32Array,
+  place: (vertex: number) => number[],
+  low: readonly number[],
+  high: readonly number[],
+  vertices: number,
 ): number[][][] | null {
   const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => low.map((from, axis) => (bits & (1 << axis) ? high[axis] : from)));
   const caps: number[][][] = [];

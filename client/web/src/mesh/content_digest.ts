@@ -17,13 +17,11 @@ export function sum(a: ContentDigest, b: ContentDigest): ContentDigest {
 
 // Returns 32 lower-case hexadecimal digits, `high` first. Also the key of a tile in maps.
 export function hex(digest: ContentDigest): string {
-  return (
-    digest.high.toString(16).padStart(16, "0") + digest.low.toString(16).padStart(16, "0")
-  );
+  return digest.high.toString(16).padStart(16, "0") + digest.low.toString(16).padStart(16, "0");
 }
 
 export function fromHex(text: string): ContentDigest {
-  return { high: BigInt("0x" + text.slice(0, 16)), low: BigInt("0x" + text.slice(16)) };
+  return { high: BigInt(`0x${text.slice(0, 16)}`), low: BigInt(`0x${text.slice(16)}`) };
 }
 
 // Encodes keys for OpenStream.cached_tile_digests: 16 bytes each, `high` then `low`, little-endian.
@@ -66,8 +64,7 @@ export async function triangleHasher(resolution: number): Promise<TriangleHasher
       hash.update(bytes);
       const d = hash.digest("binary");
       for (let i = 0; i < 4; ++i) {
-        parts[i] +=
-          ((d[4 * i] << 24) | (d[4 * i + 1] << 16) | (d[4 * i + 2] << 8) | d[4 * i + 3]) >>> 0;
+        parts[i] += ((d[4 * i] << 24) | (d[4 * i + 1] << 16) | (d[4 * i + 2] << 8) | d[4 * i + 3]) >>> 0;
       }
     }
     const [a, b, c, d] = parts.map(BigInt);

@@ -13,13 +13,7 @@ declare module "draco3d" {
     DecodeArrayToMesh(bytes: Int8Array, length: number, mesh: Mesh): Status;
     GetAttributeId(mesh: Mesh, kind: number): number;
     GetAttribute(mesh: Mesh, id: number): Attribute;
-    GetAttributeDataArrayForAllPoints(
-      mesh: Mesh,
-      attribute: Attribute,
-      type: number,
-      bytes: number,
-      pointer: number,
-    ): boolean;
+    GetAttributeDataArrayForAllPoints(mesh: Mesh, attribute: Attribute, type: number, bytes: number, pointer: number): boolean;
     GetTrianglesUInt32Array(mesh: Mesh, bytes: number, pointer: number): boolean;
   }
   interface DecoderModule {
@@ -39,6 +33,7 @@ declare module "draco3d" {
 declare module "draco3d/draco_decoder_nodejs.js" {
   const createDecoderModule: (options: {
     wasmBinary?: ArrayBuffer;
+    instantiateWasm?: (imports: WebAssembly.Imports, receive: (instance: WebAssembly.Instance) => void) => object;
     locateFile?: (name: string) => string;
   }) => Promise<import("draco3d").DecoderModule>;
   export default createDecoderModule;

@@ -20,11 +20,7 @@ export interface MassProperties {
 
 // `at` selects a connected part by one of its triangles; null: all parts. `toWorld`: lattice -> world, the columns of
 // x, y, z and the translation. Returns null if there is no such triangle.
-export function massProperties(
-  tiles: readonly Tile[],
-  toWorld: readonly number[],
-  at: { id: string; triangle: number } | null,
-): MassProperties | null {
+export function massProperties(tiles: readonly Tile[], toWorld: readonly number[], at: { id: string; triangle: number } | null): MassProperties | null {
   const total = tiles.reduce((n, tile) => n + tile.triangles.length, 0);
   const numbers = new PointNumbers(Math.max(16, total / 5));
   const corners = new Uint32Array(total);
@@ -81,7 +77,10 @@ function measured(part: Uint32Array, lattice: Int32Array, m: readonly number[]):
 }
 
 function extentOf(part: Uint32Array, at: (vertex: number) => number[]): [number[], number[]] {
-  const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+  const [low, high] = [
+    [Infinity, Infinity, Infinity],
+    [-Infinity, -Infinity, -Infinity],
+  ];
   for (const vertex of part) {
     at(vertex).forEach((value, axis) => {
       low[axis] = Math.min(low[axis], value);

@@ -11,7 +11,10 @@ interface Tile {
 // `componentOf`: the component of a vertex of a tile; `boxes`: around each component. Returns null if there is no
 // triangle. The time is proportional to the triangles of the components whose boxes are nearer than the result.
 export function nearestComponent(
-  tiles: readonly Tile[], componentOf: (tile: number, vertex: number) => number, boxes: readonly LatticeBox[], place: Point,
+  tiles: readonly Tile[],
+  componentOf: (tile: number, vertex: number) => number,
+  boxes: readonly LatticeBox[],
+  place: Point,
 ): number | null {
   const toBox = boxes.map((box) => distanceToBox(box, place));
   let nearest: number | null = null;
@@ -65,7 +68,11 @@ function distanceToBox(box: LatticeBox, place: Point): number {
 function distanceToTriangle(a: Point, b: Point, c: Point): number {
   const normal = cross(minus(b, a), minus(c, a));
   const length = Math.hypot(...normal);
-  const isInside = [[a, b], [b, c], [c, a]].every(([from, to]) => dot(cross(minus(to, from), from), normal) <= 0);
+  const isInside = [
+    [a, b],
+    [b, c],
+    [c, a],
+  ].every(([from, to]) => dot(cross(minus(to, from), from), normal) <= 0);
   if (length > 0 && isInside) return Math.abs(dot(normal, a)) / length;
   return Math.min(distanceToEdge(a, b), distanceToEdge(b, c), distanceToEdge(c, a));
 }

@@ -11,8 +11,7 @@ export function fieldNormals(world: Float32Array, linear: Linear): Int16Array {
     const x = world[3 * v];
     const y = world[3 * v + 1];
     const z = world[3 * v + 2];
-    const dot = (column: number) =>
-      linear[column] * x + linear[column + 1] * y + linear[column + 2] * z;
+    const dot = (column: number) => linear[column] * x + linear[column + 1] * y + linear[column + 2] * z;
     pack(packed, v, dot(0), dot(3), dot(6));
   }
   return packed;

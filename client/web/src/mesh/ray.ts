@@ -58,12 +58,7 @@ function boxOf(p: Float32Array): Float64Array {
   return box;
 }
 
-function meetsBox(
-  box: Float64Array,
-  origin: readonly number[],
-  direction: readonly number[],
-  before: number,
-): boolean {
+function meetsBox(box: Float64Array, origin: readonly number[], direction: readonly number[], before: number): boolean {
   let from = 0;
   let to = before;
   for (let axis = 0; axis < 3; ++axis) {
@@ -76,14 +71,7 @@ function meetsBox(
 }
 
 // Möller and Trumbore; Infinity without a hit.
-function triangleHit(
-  p: Float32Array,
-  a: number,
-  b: number,
-  c: number,
-  o: readonly number[],
-  d: readonly number[],
-): number {
+function triangleHit(p: Float32Array, a: number, b: number, c: number, o: readonly number[], d: readonly number[]): number {
   const e1x = p[b] - p[a];
   const e1y = p[b + 1] - p[a + 1];
   const e1z = p[b + 2] - p[a + 2];

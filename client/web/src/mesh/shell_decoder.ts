@@ -6,7 +6,7 @@
 // triangles, inside the header's box.
 import { payloadHasher } from "./content_digest";
 import { TileError } from "./tile_error";
-import { type LatticeBox, type LatticeMesh, cubeName, type OctreeCube, type ManifestTile } from "./tile_mesh";
+import { cubeName, type LatticeBox, type LatticeMesh, type ManifestTile, type OctreeCube } from "./tile_mesh";
 
 const quantized = 2;
 
@@ -19,7 +19,7 @@ export interface ShellMode {
 
 // For smoothedSums(): fewer levels give more uneven triangles.
 export function smoothingRounds({ values, levelsPerOctave }: ShellMode): number {
-  return values !== quantized ? 1 : { 1: 4, 2: 3 }[levelsPerOctave] ?? 2;
+  return values !== quantized ? 1 : ({ 1: 4, 2: 3 }[levelsPerOctave] ?? 2);
 }
 
 export interface MarchedTile {
@@ -102,6 +102,5 @@ function headerFault(shell: Exports, expected: ManifestTile, mode: ShellMode, re
 
 function isBoxInside(shell: Exports, cube: OctreeCube, resolution: number): boolean {
   const side = 2 ** (cube.exponent + resolution);
-  return [cube.x, cube.y, cube.z].every((place, axis) =>
-    shell.shell_low(axis) >= place * side && shell.shell_high(axis) <= (place + 1) * side);
+  return [cube.x, cube.y, cube.z].every((place, axis) => shell.shell_low(axis) >= place * side && shell.shell_high(axis) <= (place + 1) * side);
 }

@@ -91,7 +91,7 @@ function marchedEdges({ positions, triangles }: LatticeMesh, box: LatticeBox): E
   for (let t = 0; t < triangles.length; t += 3) {
     for (let corner = 0; corner < 3; ++corner) {
       const from = triangles[t + corner];
-      const to = triangles[t + (corner + 1) % 3];
+      const to = triangles[t + ((corner + 1) % 3)];
       if ((faces[from] & faces[to]) !== 0) open.push(from, to);
     }
   }

@@ -6,8 +6,8 @@
 import { Components } from "./components";
 import { nearestComponent } from "./nearest_component";
 import { PointNumbers } from "./point_numbers";
-import type { LatticeBox } from "./tile_mesh";
 import type { TileBoundary } from "./tile_boundary";
+import type { LatticeBox } from "./tile_mesh";
 
 export type Triangles = Uint16Array | Uint32Array;
 
@@ -56,7 +56,7 @@ export function drawnComponents(tiles: readonly Tile[], { leastDiagonal, hidden 
 
 // Returns the shown component with the longest diagonal, among equals that with the most triangles; -1: none.
 function largestOf(tiles: readonly Tile[], ofTile: readonly Uint32Array[], diagonals: readonly number[], isShown: readonly boolean[]): number {
-  const longest = diagonals.reduce((most, diagonal, i) => (isShown[i] ? Math.max(most, diagonal) : most), -1);
+  const longest = diagonals.reduce((longest, diagonal, i) => (isShown[i] ? Math.max(longest, diagonal) : longest), -1);
   const candidates = [...diagonals.keys()].filter((i) => isShown[i] && diagonals[i] === longest);
   if (candidates.length <= 1) return candidates[0] ?? -1;
   const counts = new Uint32Array(diagonals.length);

@@ -7,7 +7,7 @@ import type { Decoder, DecoderModule } from "draco3d";
 import { hex, type TriangleHasher } from "./content_digest";
 import { PointNumbers } from "./point_numbers";
 import { TileError } from "./tile_error";
-import { type LatticeMesh, cubeName, type OctreeCube, type ManifestTile } from "./tile_mesh";
+import { cubeName, type LatticeMesh, type ManifestTile, type OctreeCube } from "./tile_mesh";
 import { payloadCounts } from "./tile_payload";
 
 export interface TileDecoding {
@@ -18,18 +18,13 @@ export interface TileDecoding {
 }
 
 // Throws TileError.
-export function decodeTile(
-  payload: Uint8Array,
-  expected: ManifestTile,
-  { draco, hasher, resolution, hasNormals }: TileDecoding,
-): LatticeMesh {
+export function decodeTile(payload: Uint8Array, expected: ManifestTile, { draco, hasher, resolution, hasNormals }: TileDecoding): LatticeMesh {
   const damaged = (what: string) => new TileError(`Tile at ${cubeName(expected.cube)}: ${what}.`);
   const counts = payloadCounts(payload);
   if (typeof counts === "string") throw damaged(counts);
   if (counts.triangles !== expected.triangles || counts.vertices < expected.vertices) {
     throw damaged(
-      `it declares ${counts.triangles} triangles and ${counts.vertices} vertices; the manifest ` +
-        `lists ${expected.triangles} and ${expected.vertices}`,
+      `it declares ${counts.triangles} triangles and ${counts.vertices} vertices; the manifest ` + `lists ${expected.triangles} and ${expected.vertices}`,
     );
   }
   const split = dracoDecoded(draco, payload, hasNormals, damaged);
@@ -50,12 +45,7 @@ export function decodeTile(
   return mesh;
 }
 
-function dracoDecoded(
-  draco: DecoderModule,
-  payload: Uint8Array,
-  hasNormals: boolean,
-  damaged: (what: string) => TileError,
-): LatticeMesh {
+function dracoDecoded(draco: DecoderModule, payload: Uint8Array, hasNormals: boolean, damaged: (what: string) => TileError): LatticeMesh {
   const decoder = new draco.Decoder();
   const mesh = new draco.Mesh();
   try {
@@ -78,9 +68,7 @@ function dracoDecoded(
           pointer,
         ),
       );
-    const triangles = fromHeap(draco, 12 * mesh.num_faces(), damaged, (pointer) =>
-      decoder.GetTrianglesUInt32Array(mesh, 12 * mesh.num_faces(), pointer),
-    );
+    const triangles = fromHeap(draco, 12 * mesh.num_faces(), damaged, (pointer) => decoder.GetTrianglesUInt32Array(mesh, 12 * mesh.num_faces(), pointer));
     return {
       positions: new Int32Array(read(position, draco.DT_INT32)),
       triangles: new Uint32Array(triangles),
@@ -92,12 +80,7 @@ function dracoDecoded(
   }
 }
 
-function fromHeap(
-  draco: DecoderModule,
-  bytes: number,
-  damaged: (what: string) => TileError,
-  fill: (pointer: number) => boolean,
-): ArrayBuffer {
+function fromHeap(draco: DecoderModule, bytes: number, damaged: (what: string) => TileError, fill: (pointer: number) => boolean): ArrayBuffer {
   const pointer = draco._malloc(bytes);
   if (pointer === 0) throw damaged(`there is not enough memory for its ${bytes} bytes`);
   try {

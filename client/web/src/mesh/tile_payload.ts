@@ -30,7 +30,7 @@ export function payloadCounts(payload: Uint8Array): PayloadCounts | string {
   };
   const vertices = varint();
   const triangles = varint();
-  if (payload[at++] !== 0) return expected('no attribute with its own connectivity');
+  if (payload[at++] !== 0) return expected("no attribute with its own connectivity");
   const symbols = varint();
   const splits = varint();
   if (!(vertices <= 3 * triangles)) return expected("no more than three vertices a triangle");

@@ -1,9 +1,9 @@
 // Controls for the error or the size of the surface.
 import type { DatasetInfo } from "../protocol/messages";
-import { lengthText, voxelLength } from "../stream/dataset";
-import { qualities } from "../state/url_state";
 import { h } from "../shared/elements";
 import { counted, grouped } from "../shared/quantities";
+import { qualities } from "../state/setting_formats";
+import { lengthText, voxelLength } from "../stream/dataset";
 import { foldedSection } from "./inputs";
 import { type Change, errorScale, type PanelSection } from "./panel_section";
 import { SettingControls } from "./setting_controls";
@@ -18,8 +18,7 @@ export interface AccuracyPart extends PanelSection {
 export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPart {
   let info: DatasetInfo | null = null;
   const controls = new SettingControls(change);
-  const world = (voxels: number) =>
-    info ? ` (${lengthText(voxels * voxelLength(info), info)})` : "";
+  const world = (voxels: number) => (info ? ` (${lengthText(voxels * voxelLength(info), info)})` : "");
   const error = controls.slider("error", {
     label: "Allowed error",
     tip: "Largest distance from the full-resolution surface. Larger errors need fewer triangles.",
@@ -27,8 +26,11 @@ export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPar
     text: (value) => (value === 0 ? "none: full resolution" : counted(value, "voxel") + world(value)),
   });
   const named = [...qualities].map(([word, voxels]) => {
-    const button = h("button", { type: "button", "data-tip": voxels === 0 ? "Full resolution." : `An error of ${counted(voxels, "voxel")}.` },
-      word[0].toUpperCase() + word.slice(1));
+    const button = h(
+      "button",
+      { type: "button", "data-tip": voxels === 0 ? "Full resolution." : `An error of ${counted(voxels, "voxel")}.` },
+      word[0].toUpperCase() + word.slice(1),
+    );
     button.addEventListener("click", () => change({ error: voxels }));
     return { button, voxels };
   });
@@ -52,7 +54,9 @@ export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPar
   const tolerance = controls.slider("topologyTolerance", {
     label: "Features that may vanish",
     tip: "Parts, tunnels and cavities up to this size may be removed. 0 keeps all of them.",
-    min: 0, max: 4, step: 1,
+    min: 0,
+    max: 4,
+    step: 1,
     toPosition: (value) => (value < 1 ? 0 : Math.min(4, Math.log2(value) + 1)),
     fromPosition: (at) => (at === 0 ? 0 : 2 ** (at - 1)),
     text: (value) => (value === 0 ? "none" : `up to ${counted(value, "voxel")}`),
@@ -60,15 +64,16 @@ export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPar
   const budget = controls.slider("maxTriangles", {
     label: "At most",
     tip: "A budget: the server uses the smallest error that fits.",
-    min: 0, max: budgetPositions, step: 1,
-    toPosition: (value) => value === 0 ? budgetPositions : Math.round(((Math.log10(value) - 4) / 3) * (budgetPositions - 1)),
-    fromPosition: (at) => at >= budgetPositions ? 0 : Number((10 ** (4 + (3 * at) / (budgetPositions - 1))).toPrecision(2)),
+    min: 0,
+    max: budgetPositions,
+    step: 1,
+    toPosition: (value) => (value === 0 ? budgetPositions : Math.round(((Math.log10(value) - 4) / 3) * (budgetPositions - 1))),
+    fromPosition: (at) => (at >= budgetPositions ? 0 : Number((10 ** (4 + (3 * at) / (budgetPositions - 1))).toPrecision(2))),
     text: (value) => (value === 0 ? "any number of triangles" : `${grouped(value)} triangles`),
   });
   const simplify = controls.toggle("simplify", {
     label: "Simplify",
-    tip: "Removes triangles that the allowed error does not require: far fewer remain, the bound " +
-      "holds. The server needs more time.",
+    tip: "Removes triangles that the allowed error does not require: far fewer remain, the bound " + "holds. The server needs more time.",
   });
   const follow = controls.toggle("followView", {
     label: "View-dependent detail",
@@ -76,15 +81,15 @@ export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPar
   });
   const followTip = follow.getAttribute("data-tip")!;
   const pixels = controls.slider("pixels", {
-    label: "Error on the screen", tip: "How many pixels an error may cover in the view. The allowed error applies everywhere.",
-    min: 0.5, max: 8, step: 0.5,
+    label: "Error on the screen",
+    tip: "How many pixels an error may cover in the view. The allowed error applies everywhere.",
+    min: 0.5,
+    max: 8,
+    step: 0.5,
     text: (value) => counted(value, "pixel"),
   });
   return {
-    elements: [
-      error, chips, expected, budget, simplify, follow, pixels,
-      foldedSection("More about accuracy", false, bound, rule, tolerance),
-    ],
+    elements: [error, chips, expected, budget, simplify, follow, pixels, foldedSection("More about accuracy", false, bound, rule, tolerance)],
     show: (settings, shown) => {
       info = shown;
       controls.show(settings);

@@ -1,6 +1,7 @@
 // Bookmarked views, stored in this browser.
-import type { Bookmarks } from "../state/bookmarks";
+
 import { h } from "../shared/elements";
+import type { Bookmarks } from "../state/bookmarks";
 
 export interface BookmarksEvents {
   bookmarks: Bookmarks;
@@ -21,17 +22,19 @@ export function bookmarksPart({ bookmarks, currentAddress, visit }: BookmarksEve
     show();
   });
   const show = () =>
-    list.replaceChildren(...bookmarks.list().map(({ name: changes, address }) => {
-      const go = h("button", { type: "button", class: "bookmark" }, changes);
-      go.addEventListener("click", () => visit(address));
-      const cross = h("button", { type: "button", class: "cross", "aria-label": `Forget ${changes}` }, "×");
-      cross.addEventListener("click", () => {
-        bookmarks.remove(changes);
-        show();
-        name.focus();
-      });
-      return h("li", {}, go, cross);
-    }));
+    list.replaceChildren(
+      ...bookmarks.list().map(({ name: changes, address }) => {
+        const go = h("button", { type: "button", class: "bookmark" }, changes);
+        go.addEventListener("click", () => visit(address));
+        const cross = h("button", { type: "button", class: "cross", "aria-label": `Forget ${changes}` }, "×");
+        cross.addEventListener("click", () => {
+          bookmarks.remove(changes);
+          show();
+          name.focus();
+        });
+        return h("li", {}, go, cross);
+      }),
+    );
   show();
   return [list, form];
 }

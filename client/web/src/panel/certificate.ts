@@ -1,8 +1,9 @@
 // Describes what the page has checked of the shown surfaces.
-import type { DrawnSurface, ShownComponents, StepFacts } from "../state/progress";
-import { lengthText } from "../stream/dataset";
+
 import { h } from "../shared/elements";
 import { counted, grouped, inDigits } from "../shared/quantities";
+import type { DrawnSurface, ShownComponents, StepFacts } from "../state/progress";
+import { lengthText } from "../stream/dataset";
 import { componentsText, hidesAny } from "./component_filter";
 import { isFullResolution } from "./expected_text";
 
@@ -81,8 +82,10 @@ export function accuracyInUnits(shown: StepFacts): { value: string; label: strin
 
 export function errorExplanation(shown: StepFacts): string {
   if (shown.spacing > 1) {
-    return `A preview from one sample in ${shown.spacing} along each axis: parts may be missing, and the surface may ` +
-      "deviate by several times that spacing from the full-resolution surface. It has no error bound.";
+    return (
+      `A preview from one sample in ${shown.spacing} along each axis: parts may be missing, and the surface may ` +
+      "deviate by several times that spacing from the full-resolution surface. It has no error bound."
+    );
   }
   if (shown.pixels === null) return errorAnywhere(shown);
   const seen = `In the view, the error may cover ${counted(shown.pixels, "pixel")} of the screen. `;
@@ -93,12 +96,12 @@ function errorAnywhere(shown: StepFacts): string {
   const world = lengthText(shown.errorWorld, shown);
   if (shown.isCertified) {
     const why = isFullResolution(shown) ? " It may be less than allowed: the full resolution arrived sooner than a simplified surface." : "";
-    return `No point of this surface is farther than this (${world}) from the full-resolution ` +
-      `surface, nor vice versa, before coordinates are rounded.${why}`;
+    return (
+      `No point of this surface is farther than this (${world}) from the full-resolution ` + `surface, nor vice versa, before coordinates are rounded.${why}`
+    );
   }
   if (!shown.preservesTopology) {
-    return `The allowed error (${world}); features up to ${inDigits(shown.tolerance, 3)} voxels ` +
-      "may be missing, as requested.";
+    return `The allowed error (${world}); features up to ${inDigits(shown.tolerance, 3)} voxels may be missing, as requested.`;
   }
   return `The error estimate of the original method (${world}); the actual distance may exceed it.`;
 }
@@ -106,15 +109,18 @@ function errorAnywhere(shown: StepFacts): string {
 const maxDetailed = 24; // Surfaces described in full.
 
 export function certificateOf(drawn: readonly DrawnSurface[]): HTMLElement[] {
-  const named = ({ number, shown, label }: DrawnSurface) => h("h3", {}, `Surface ${number}: ${label ?? `isovalue ${inDigits(shown.isovalue, 6)}`}`);
+  const named = ({ number, shown, label }: DrawnSurface) => h("h3", {}, `Surface ${number}: ${label ?? `isovalue ${shown.isovalue}`}`);
   const others = drawn.length - maxDetailed;
   const rest = others > 0 ? [h("p", {}, `${counted(others, "more surface", 12)} ${others === 1 ? "was" : "were"} checked in the same way.`)] : [];
-  return drawn.slice(0, maxDetailed).flatMap((surface) => [
-    ...(drawn.length > 1 ? [named(surface)] : []),
-    h("p", { class: "certified-error" }, h("b", {}, errorHeadline(surface.shown)), ` ${errorExplanation(surface.shown)}`),
-    ...checksOf(surface),
-    ...promisesOf(surface.shown),
-  ]).concat(rest);
+  return drawn
+    .slice(0, maxDetailed)
+    .flatMap((surface) => [
+      ...(drawn.length > 1 ? [named(surface)] : []),
+      h("p", { class: "certified-error" }, h("b", {}, errorHeadline(surface.shown)), ` ${errorExplanation(surface.shown)}`),
+      ...checksOf(surface),
+      ...promisesOf(surface.shown),
+    ])
+    .concat(rest);
 }
 
 function errorHeadline(shown: StepFacts): string {
@@ -131,35 +137,57 @@ function row(name: string, value: string, tip: string): HTMLElement {
 function checksOf({ shown, components }: DrawnSurface): HTMLElement[] {
   const { topology, shell } = shown;
   const rows = [
-    row("Cracks", topology.openEdges === 0 ? "none" : grouped(topology.openEdges),
-      "Every edge belongs to two triangles that agree on the outside, except where the data ends."),
-    row("Ends at the border of the data", topology.borderEdges === 0 ? "nowhere: closed"
-      : `${grouped(topology.borderEdges)} edges`, "The surface ends where the data ends."),
-    row("Folds, degenerate triangles", grouped(topology.nonmanifoldEdges + topology.degenerateTriangles),
-      "Edges with more than two triangles, and triangles with zero area."),
+    row(
+      "Cracks",
+      topology.openEdges === 0 ? "none" : grouped(topology.openEdges),
+      "Every edge belongs to two triangles that agree on the outside, except where the data ends.",
+    ),
+    row(
+      "Ends at the border of the data",
+      topology.borderEdges === 0 ? "nowhere: closed" : `${grouped(topology.borderEdges)} edges`,
+      "The surface ends where the data ends.",
+    ),
+    row(
+      "Folds, degenerate triangles",
+      grouped(topology.nonmanifoldEdges + topology.degenerateTriangles),
+      "Edges with more than two triangles, and triangles with zero area.",
+    ),
     row("Connected components", grouped(topology.components), "Parts of the surface that are not connected to each other."),
-    row("Euler characteristic", String(topology.eulerCharacteristic),
-      "Vertices - edges + triangles: 2 for a sphere, 0 for a torus; each hole subtracts 2."),
-    ...(shown.sameTopologyAs === null ? [] : [row("Topology", `same as in step ${shown.sameTopologyAs + 1}`,
-      "Components and Euler characteristic were compared with those of an earlier step with the same topology.")]),
+    row("Euler characteristic", String(topology.eulerCharacteristic), "Vertices - edges + triangles: 2 for a sphere, 0 for a torus; each hole subtracts 2."),
+    ...(shown.sameTopologyAs === null
+      ? []
+      : [
+          row(
+            "Topology",
+            `same as in step ${shown.sameTopologyAs + 1}`,
+            "Components and Euler characteristic were compared with those of an earlier step with the same topology.",
+          ),
+        ]),
     row("Vertices, edges", `${grouped(topology.vertices)}, ${grouped(topology.edges)}`, "Counted in this browser."),
-    row("Triangles generated", shell ? "in this browser, from samples" : "by the server",
-      shell ? "Received as sample shells, on which this browser ran marching tetrahedra. The digest is that of their bytes."
-        : "Received as Draco meshes. The digest is that of their triangles, as decoded in this browser."),
+    row(
+      "Triangles generated",
+      shell ? "in this browser, from samples" : "by the server",
+      shell
+        ? "Received as sample shells, on which this browser ran marching tetrahedra. The digest is that of their bytes."
+        : "Received as Draco meshes. The digest is that of their triangles, as decoded in this browser.",
+    ),
     row("Digest", shown.digest, "The sum of one hash for each triangle or payload, computed in this browser; equal to the server's."),
   ];
   return [
     ...(hidesAny(components) ? [h("p", {}, `${componentsText(components)}. The following applies to the whole surface.`)] : []),
-    h("h2", {}, "Checked in this browser"), h("dl", {}, ...rows),
+    h("h2", {}, "Checked in this browser"),
+    h("dl", {}, ...rows),
   ];
 }
 
 function promisesOf(shown: StepFacts): HTMLElement[] {
-  const topology = shown.preservesTopology ? "that of the full-resolution surface"
-    : shown.spacing > 1 ? "a preview: parts may be missing" : "small parts may be missing, as requested";
+  const topology = shown.preservesTopology
+    ? "that of the full-resolution surface"
+    : shown.spacing > 1
+      ? "a preview: parts may be missing"
+      : "small parts may be missing, as requested";
   const rows = [
-    row("Error", shown.isCertified ? "a bound, certified" : "no bound",
-      "The server computes the bound from all samples, which this page does not have."),
+    row("Error", shown.isCertified ? "a bound, certified" : "no bound", "The server computes the bound from all samples, which this page does not have."),
     row("Topology", topology, "Whether components, tunnels and cavities are exactly those of the full-resolution surface."),
     row("Samples", "those of the dataset", "The surface belongs to this dataset and isovalue."),
   ];

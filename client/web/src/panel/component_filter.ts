@@ -1,9 +1,10 @@
 // "Hide components smaller than [ ] samples", for one or several surfaces: noise causes thousands of small ones.
-import type { ShownComponents } from "../state/progress";
-import type { HiddenParts } from "../state/hidden_parts";
-import { maxMinComponent } from "../state/surfaces";
+
 import { h } from "../shared/elements";
 import { counted, grouped } from "../shared/quantities";
+import type { HiddenParts } from "../state/hidden_parts";
+import type { ShownComponents } from "../state/progress";
+import { maxMinComponent } from "../state/settings";
 import type { Control } from "./inputs";
 import { numberInput } from "./number_input";
 
@@ -15,21 +16,37 @@ export interface ComponentFilterActions {
 
 // `of`: names the surfaces.
 export function componentFilter(of: string, { hide, showHidden, keepLargest }: ComponentFilterActions): Control<HiddenParts> {
-  const input = numberInput(`Hide components of ${of} smaller than, in samples`,
-    (samples) => hide(Math.min(maxMinComponent, Math.max(0, samples))), () => hide(0));
+  const input = numberInput(
+    `Hide components of ${of} smaller than, in samples`,
+    (samples) => hide(Math.min(maxMinComponent, Math.max(0, samples))),
+    () => hide(0),
+  );
   input.element.setAttribute("min", "0");
   input.element.setAttribute("placeholder", "0");
-  const label = h("label", {
-    "data-tip": "Connected components with a shorter bounding-box diagonal are hidden " +
-      "in the picture, in measurements and in downloads; checks apply to the whole surface.",
-  }, "Hide components smaller than ", input.element, " samples");
+  const label = h(
+    "label",
+    {
+      "data-tip":
+        "Connected components with a shorter bounding-box diagonal are hidden " +
+        "in the picture, in measurements and in downloads; checks apply to the whole surface.",
+    },
+    "Hide components smaller than ",
+    input.element,
+    " samples",
+  );
   const element = h("div", { class: "component-filter" }, label);
   const again = h("button", { type: "button", "aria-label": `Show the hidden parts of ${of}`, hidden: true });
   again.addEventListener("click", showHidden);
-  const largest = h("button", {
-    type: "button", "aria-label": `Keep the largest part of ${of}`, hidden: !keepLargest,
-    "data-tip": "Hides all connected components except the largest, also when the surface changes.",
-  }, "Keep the largest part");
+  const largest = h(
+    "button",
+    {
+      type: "button",
+      "aria-label": `Keep the largest part of ${of}`,
+      hidden: !keepLargest,
+      "data-tip": "Hides all connected components except the largest, also when the surface changes.",
+    },
+    "Keep the largest part",
+  );
   largest.addEventListener("click", () => keepLargest?.(largest.getAttribute("aria-pressed") !== "true"));
   const chips = h("span", { class: "chips" }, largest, again);
   element.append(chips);

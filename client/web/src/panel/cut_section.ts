@@ -1,8 +1,8 @@
 // Cutting the surfaces open with a plane, and cropping them to a box. Display only: exports contain whole surfaces.
 import type { DatasetInfo } from "../protocol/messages";
-import type { Crop } from "../state/settings";
-import { lengthText, type Vec3, worldBox } from "../stream/dataset";
 import { h } from "../shared/elements";
+import type { Crop } from "../state/settings";
+import { coordinateText, type Vec3, worldBox } from "../stream/dataset";
 import { choice } from "./inputs";
 import type { Change, PanelSection } from "./panel_section";
 import { SettingControls } from "./setting_controls";
@@ -19,27 +19,43 @@ export function cutPart(change: Change, shown: () => Crop): CutPart {
   let world: DatasetInfo | null = null;
   let plane = "off";
   const clip = controls.choice("clip", {
-    label: "Clip", tip: "A plane that cuts the surface open. Drag its handles in the picture to move and turn it.",
-    choices: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"], ["oblique", "Oblique", "Faces the camera initially."]],
+    label: "Clip",
+    tip: "A plane that cuts the surface open. Drag its handles in the picture to move and turn it.",
+    choices: [
+      ["off", "Off"],
+      ["x", "x"],
+      ["y", "y"],
+      ["z", "z"],
+      ["oblique", "Oblique", "Faces the camera initially."],
+    ],
   });
   const clipAt = controls.slider("clipAt", {
-    label: "Clip at", tip: "Position of the plane along its normal.",
-    min: 0, max: 1, step: 0.002,
+    label: "Clip at",
+    tip: "Position of the plane along its normal.",
+    min: 0,
+    max: 1,
+    step: 0.002,
     text: (value) => positionText(world, plane, value),
   });
   const face = h("button", { type: "button", "data-tip": "Turns the plane towards the camera." }, "Face the camera");
   face.addEventListener("click", () => change({ clip: "oblique", clipNormal: null }));
   const facing = h("div", { class: "chips" }, face);
   const flip = controls.toggle("clipFlipped", {
-    label: "Keep the other side", tip: "Flips the plane.",
+    label: "Keep the other side",
+    tip: "Flips the plane.",
   });
   const crop = choice<"off" | "box">({
-    label: "Crop", tip: "Hides everything outside of a box. Drag its handles in the picture. Exports contain whole surfaces.",
-    choices: [["off", "Off"], ["box", "Box"]],
+    label: "Crop",
+    tip: "Hides everything outside of a box. Drag its handles in the picture. Exports contain whole surfaces.",
+    choices: [
+      ["off", "Off"],
+      ["box", "Box"],
+    ],
     onChange: (kind) => change({ crop: kind === "box" ? initialCrop(shown()) : null }),
   });
   const filled = controls.toggle("filled", {
-    label: "Fill", tip: "Shows samples where surfaces are clipped or cropped: inside them, or the image of labels.",
+    label: "Fill",
+    tip: "Shows samples where surfaces are clipped or cropped: inside them, or the image of labels.",
   });
   return {
     elements: [clip, clipAt, facing, flip, crop.element, filled],
@@ -50,7 +66,9 @@ export function cutPart(change: Change, shown: () => Crop): CutPart {
       clipAt.hidden = facing.hidden = flip.hidden = settings.clip === "off";
       filled.hidden = !permitsSamples || (settings.clip === "off" && !settings.crop);
     },
-    showPermission: (permits) => { permitsSamples = permits; },
+    showPermission: (permits) => {
+      permitsSamples = permits;
+    },
   };
 }
 
@@ -60,7 +78,7 @@ export function positionText(info: DatasetInfo | null, axis: string, share: numb
   const at = "xyz".indexOf(axis);
   if (!info || at < 0) return `${Math.round(100 * share)} %`;
   const { low, high } = worldBox(info);
-  return lengthText(low[at] + share * (high[at] - low[at]), info, 4);
+  return coordinateText(low[at] + share * (high[at] - low[at]), info);
 }
 
 // Returns a slightly smaller box, so that its effect is visible.

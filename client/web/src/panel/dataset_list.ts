@@ -1,9 +1,9 @@
 // The list of the server's datasets and series, with thumbnails and properties; one is selected.
 import type { DatasetInfo } from "../protocol/messages";
-import type { Entry, Series } from "../state/series";
-import { sampleTypeName } from "../stream/dataset";
 import { h } from "../shared/elements";
 import { grouped, inDigits } from "../shared/quantities";
+import type { Entry, Series } from "../state/series";
+import { assumedPlacement, sampleTypeName, valueText } from "../stream/dataset";
 
 export class DatasetList {
   readonly element = h("div", { class: "datasets" });
@@ -33,8 +33,7 @@ export class DatasetList {
     this.element.replaceChildren(...cards);
     if (list.length === 0) {
       this.element.append(
-        h("p", { class: "hint" }, "This server has no dataset yet. ",
-          h("code", {}, "multitetra-server prepare"), " creates one from a volume file."),
+        h("p", { class: "hint" }, "This server has no dataset yet. ", h("code", {}, "multitetra-server prepare"), " creates one from a volume file."),
       );
     }
     for (const card of cards) this.seen.observe(card);
@@ -59,6 +58,7 @@ export class DatasetList {
     const { info, name, series } = entry;
     const [x, y, z] = info.dims;
     const samples = x * y * z;
+    const assumed = assumedPlacement(info);
     const million = samples >= 1e6 ? `${inDigits(samples / 1e6, 3)} M` : grouped(samples);
     const card = h(
       "button",
@@ -68,14 +68,16 @@ export class DatasetList {
         "aria-pressed": "false",
         "data-tip":
           `${million} samples of type ${sampleTypeName(info.type)}, spacing ` +
-          `${info.spacing.map((s) => inDigits(s, 3)).join(" × ")} ${info.lengthUnit}`.trimEnd() +
-          `${info.assumed ? ` (assumed: ${info.assumed})` : ""}, values ` +
-          `${inDigits(info.min)} to ${inDigits(info.max)}`,
+          `${info.spacing.map((s) => inDigits(s, 3)).join(" × ")}, values ` +
+          `${valueText(info.min, info)} to ${valueText(info.max, info)}${assumed ? `. Assumed, as the file does not state it: ${assumed}` : ""}`,
       },
       h("img", { alt: "", src: blank, width: "64", height: "48" }),
       h("span", { class: "dataset-name" }, name),
-      h("span", { class: "dataset-facts" },
-        `${x} × ${y} × ${z} · ${series ? wordsOf(series) : sampleTypeName(info.type)}`),
+      h(
+        "span",
+        { class: "dataset-facts" },
+        `${x} × ${y} × ${z} · ${series ? wordsOf(series) : sampleTypeName(info.type)}${assumed ? ` · ${assumed} assumed` : ""}`,
+      ),
     );
     card.dataset.name = name;
     card.addEventListener("click", () => this.events.chosen(entry));
@@ -86,8 +88,15 @@ export class DatasetList {
 
 // "12 times, 2 fields".
 function wordsOf({ times, fields, labels }: Series): string {
-  const counts = [[times.length, "times"], [fields.length, "fields"], [labels.length, "labels"]] as const;
-  return counts.filter(([count]) => count > 1).map(([count, noun]) => `${count} ${noun}`).join(", ");
+  const counts = [
+    [times.length, "times"],
+    [fields.length, "fields"],
+    [labels.length, "labels"],
+  ] as const;
+  return counts
+    .filter(([count]) => count > 1)
+    .map(([count, noun]) => `${count} ${noun}`)
+    .join(", ");
 }
 
 // A transparent pixel, until the thumbnail is loaded.

@@ -17,7 +17,9 @@ interface Offer {
 
 // `none`: the text of the first choice, no dataset. `isOffered`: which datasets are.
 export function datasetSelect(
-  label: string, none: string, onChange: (name: string) => void,
+  label: string,
+  none: string,
+  onChange: (name: string) => void,
   isOffered: (one: DatasetInfo, info: DatasetInfo) => boolean = () => true,
 ): DatasetSelect {
   const element = h("select", { class: "select", "aria-label": label });
@@ -38,8 +40,11 @@ export function datasetSelect(
       const key = JSON.stringify([fields, rest]);
       if (key !== offered) {
         offered = key;
-        element.replaceChildren(h("option", { value: "" }, none),
-          ...group("Fields of the same series", fields), ...group(fields.length > 0 ? "Other datasets" : "Datasets", rest));
+        element.replaceChildren(
+          h("option", { value: "" }, none),
+          ...group("Fields of the same series", fields),
+          ...group(fields.length > 0 ? "Other datasets" : "Datasets", rest),
+        );
       }
       element.value = chosen;
       return (count = fields.length + rest.length);
@@ -53,14 +58,14 @@ function group(label: string, offers: readonly Offer[]): HTMLElement[] {
 }
 
 // A field is identified by its first time, so that names do not change with the time.
-export function offersFor(
-  list: readonly DatasetInfo[], info: DatasetInfo, isOffered: (one: DatasetInfo) => boolean,
-): { fields: Offer[]; others: Offer[] } {
+export function offersFor(list: readonly DatasetInfo[], info: DatasetInfo, isOffered: (one: DatasetInfo) => boolean): { fields: Offer[]; others: Offer[] } {
   const series = seriesOf(list, info);
   const fields = series && series.fields.length > 1 ? series.fields : [];
   return {
-    fields: fields.map((field) => ({ info: firstOf(list, info, field), words: field || "(no name)" }))
-      .filter((one) => isOffered(one.info)).map((one) => ({ name: one.info.name, words: one.words })),
+    fields: fields
+      .map((field) => ({ info: firstOf(list, info, field), words: field || "(no name)" }))
+      .filter((one) => isOffered(one.info))
+      .map((one) => ({ name: one.info.name, words: one.words })),
     others: entriesOf(list)
       .filter((one) => isOffered(one.info) && worldDifference(info, one.info) === null && !(fields.length > 0 && isSameSeries(one.info, info)))
       .flatMap((one) => offersOf(list, one)),

@@ -1,5 +1,5 @@
 // Exports: a link, pictures, files.
-import type { MeshFormat } from "../workers/worker_messages";
+import type { MeshFormat } from "../mesh/mesh_file";
 import { h } from "../shared/elements";
 import { grouped, inTriangleRange } from "../shared/quantities";
 import type { SurfaceSize } from "../state/progress";
@@ -29,8 +29,13 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
   ];
   const picture: Parameters<DownloadsEvents["screenshot"]>[0] = { enlargement: 1, isTransparent: false };
   const size = choice({
-    label: "Picture size", tip: "Size of saved pictures: as on the screen, or larger for print.",
-    choices: [["1", "1 ×"], ["2", "2 ×"], ["4", "4 ×"]],
+    label: "Picture size",
+    tip: "Size of saved pictures: as on the screen, or larger for print.",
+    choices: [
+      ["1", "1 ×"],
+      ["2", "2 ×"],
+      ["4", "4 ×"],
+    ],
     onChange: (value) => {
       picture.enlargement = Number(value);
       picture.width = undefined;
@@ -39,28 +44,39 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     },
   });
   size.show("1");
-  const width = numberInput("Width of the picture, in pixels", (pixels) => {
-    picture.width = Math.min(maxPictureWidth, Math.max(16, Math.round(pixels)));
-    width.show(picture.width);
-  }, () => (picture.width = undefined));
+  const width = numberInput(
+    "Width of the picture, in pixels",
+    (pixels) => {
+      picture.width = Math.min(maxPictureWidth, Math.max(16, Math.round(pixels)));
+      width.show(picture.width);
+    },
+    () => (picture.width = undefined),
+  );
   width.element.setAttribute("placeholder", "any");
-  const widthRow = h("label", { class: "control toggle", "data-tip": "Width of saved pictures in pixels, within the limits of the graphics card." },
-    h("span", {}, "Width in pixels"), width.element);
+  const widthRow = h(
+    "label",
+    { class: "control toggle", "data-tip": "Width of saved pictures in pixels, within the limits of the graphics card." },
+    h("span", {}, "Width in pixels"),
+    width.element,
+  );
   const transparent = toggle({
-    label: "Transparent background", tip: "Saves pictures without a background.",
+    label: "Transparent background",
+    tip: "Saves pictures without a background.",
     onChange: (isOn) => (picture.isTransparent = isOn),
   });
-  const actions = h("div", { class: "actions" },
+  const actions = h(
+    "div",
+    { class: "actions" },
     button("Copy link", "The address of this view, with all settings.", events.copyLink),
-    button("Embed", "HTML that shows this view in another page; see the documentation of embedding for its messages.",
-      events.copyEmbedding),
+    button("Embed", "HTML that shows this view in another page; see the documentation of embedding for its messages.", events.copyEmbedding),
     button("Picture", "The current view as PNG, with scale bar, axes, legend and measurement.", () => events.screenshot(picture)),
     button("GLB", "All visible surfaces, simplified if enabled, for Blender, web and office programs.", () => events.download("glb")),
     button("PLY", "The first surface, for ParaView, MeshLab, CloudCompare.", () => events.download("ply")),
     button("STL", "The first surface, for 3D printing.", () => events.download("stl")),
     button("Turn: video", "One full turn of the surface as a video (MP4 or WebM).", () => events.turntable("video")),
     button("Turn: PNGs", "The same as 120 pictures in a ZIP file.", () => events.turntable("pictures")),
-    ...ofTimes);
+    ...ofTimes,
+  );
   const showTimes = (hasTimes: boolean) => ofTimes.forEach((one) => (one.hidden = !hasTimes));
   showTimes(false);
   return { elements: [actions, size.element, widthRow, transparent.element], showTimes };

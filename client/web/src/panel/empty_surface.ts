@@ -1,7 +1,8 @@
 // Explains why nothing of a surface is visible.
-import type { ShownSurface } from "../shown_surface";
+
 import type { Progress } from "../state/progress";
-import { inDigits } from "../shared/quantities";
+import { valueText } from "../stream/dataset";
+import type { ShownSurface } from "../surfaces/shown_surface";
 import { isEmpty } from "./certificate";
 import { componentsText } from "./component_filter";
 
@@ -9,6 +10,5 @@ import { componentsText } from "./component_filter";
 export function emptySurfaceText({ info: of, facts }: ShownSurface, { shown, components, isStreaming }: Progress): string | null {
   if (!shown || isStreaming) return null;
   if (!isEmpty(shown)) return components?.shown === 0 ? `${componentsText(components)}.` : null;
-  return `There is no surface at isovalue ${inDigits(facts.isovalue, 6)}: the values of "${of.name}" range from ` +
-    `${inDigits(of.min, 6)} to ${inDigits(of.max, 6)}.`;
+  return `There is no surface at isovalue ${facts.isovalue}: the values of "${of.name}" range from ` + `${valueText(of.min, of)} to ${valueText(of.max, of)}.`;
 }

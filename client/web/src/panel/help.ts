@@ -41,18 +41,21 @@ export class Help {
 
   constructor() {
     const close = h("button", { type: "button", class: "close", "aria-label": "Close" }, "×");
-    this.element = h("dialog", { class: "help", "aria-label": "How to use it" }, close,
+    this.element = h(
+      "dialog",
+      { class: "help", "aria-label": "How to use it" },
+      close,
       h("h2", {}, "In the picture"),
-      h("table", {},
+      h(
+        "table",
+        {},
         h("tr", {}, h("td"), h("th", {}, "mouse"), h("th", {}, "touch")),
-        ...hands.map(([what, mouse, touch]) =>
-          h("tr", {}, h("td", {}, what), h("td", {}, mouse), h("td", {}, touch)))),
+        ...hands.map(([what, mouse, touch]) => h("tr", {}, h("td", {}, what), h("td", {}, mouse), h("td", {}, touch))),
+      ),
       h("h2", {}, "Keys"),
-      h("table", {}, ...keys.map(([key, act]) =>
-        h("tr", {}, h("td", {}, h("kbd", {}, key)), h("td", {}, act)))),
-      h("p", { class: "hint" },
-        "All other controls have tooltips: hover over a control with the mouse, or reach it with the " +
-        "Tab key."));
+      h("table", {}, ...keys.map(([key, act]) => h("tr", {}, h("td", {}, h("kbd", {}, key)), h("td", {}, act)))),
+      h("p", { class: "hint" }, "All other controls have tooltips: hover over a control with the mouse, or reach it with the " + "Tab key."),
+    );
     close.addEventListener("click", () => this.element.close());
     // A click outside closes it.
     this.element.addEventListener("click", (event) => {

@@ -18,7 +18,12 @@ export interface Isoline {
 
 const integerTypes = 4; // U8, I8, U16 and I16 precede the floats.
 const steps: Record<string, number> = {
-  ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -10, PageUp: 10,
+  ArrowLeft: -1,
+  ArrowDown: -1,
+  ArrowRight: 1,
+  ArrowUp: 1,
+  PageDown: -10,
+  PageUp: 10,
 };
 
 export class HistogramView {
@@ -27,9 +32,7 @@ export class HistogramView {
   private readonly marks = h("div", { class: "isomarks", "aria-hidden": "true" });
   private readonly plot = h("div", {
     class: "histogram-plot",
-    "data-tip":
-      "How often each value occurs in the data. Drag a line to change the isovalue: its surface passes through all " +
-      "places that have this value.",
+    "data-tip": "How often each value occurs in the data. Drag a line to change the isovalue: its surface passes through all " + "places that have this value.",
   });
   private readonly handles: HTMLElement[] = []; // One per line.
   private readonly low = h("span");
@@ -44,8 +47,7 @@ export class HistogramView {
 
   constructor(private readonly events: HistogramEvents) {
     this.plot.append(this.canvas, this.marks, this.pointed);
-    this.element = h("div", { class: "histogram" }, this.plot,
-      h("div", { class: "histogram-ends" }, this.low, this.high));
+    this.element = h("div", { class: "histogram" }, this.plot, h("div", { class: "histogram-ends" }, this.low, this.high));
     this.listen();
     new ResizeObserver(() => this.draw()).observe(this.plot);
   }
@@ -59,8 +61,7 @@ export class HistogramView {
     this.isLog = isLog;
     if (isNew) {
       this.draw();
-      this.marks.replaceChildren(...info.suggestedIsovalues.slice(0, 5).map((value) =>
-        h("span", { style: `left: ${this.percent(value)}` })));
+      this.marks.replaceChildren(...info.suggestedIsovalues.slice(0, 5).map((value) => h("span", { style: `left: ${this.percent(value)}` })));
     }
     this.low.textContent = valueText(range.min, range);
     this.high.textContent = valueText(range.max, range);
@@ -204,8 +205,7 @@ export function columns(info: Pick<DatasetInfo, "histogram">, { min, max }: Valu
   const numbers = counts.map(Number);
   const sorted = [...numbers].sort((a, b) => b - a);
   const largest = isLog ? sorted[0] : Math.max(1, 1.15 * sorted[Math.min(3, sorted.length - 1)]);
-  const scale = (n: number) =>
-    isLog ? Math.log1p(n) / Math.log1p(largest || 1) : Math.min(1.1, n / (largest || 1));
+  const scale = (n: number) => (isLog ? Math.log1p(n) / Math.log1p(largest || 1) : Math.min(1.1, n / (largest || 1)));
   // Columns outside the bins are empty, as when other times have other values.
   const binAt = (x: number) => {
     const value = min + (x / width) * (max - min);

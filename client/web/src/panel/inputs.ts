@@ -43,8 +43,7 @@ export function slider(options: SliderOptions): Control<number> {
   };
   input.addEventListener("input", () => notify(true));
   input.addEventListener("change", () => notify(false));
-  const element = h("label", { class: "control", "data-tip": options.tip },
-    h("span", { class: "control-head" }, h("span", {}, options.label), readout), input);
+  const element = h("label", { class: "control", "data-tip": options.tip }, h("span", { class: "control-head" }, h("span", {}, options.label), readout), input);
   return {
     element,
     show: (value) => {
@@ -83,9 +82,12 @@ export function choice<T extends string>(options: ChoiceOptions<T>): Control<T> 
     });
     return button;
   });
-  const element = h("div", { class: "control", role: "radiogroup", "aria-label": options.label },
+  const element = h(
+    "div",
+    { class: "control", role: "radiogroup", "aria-label": options.label },
     h("span", { class: "control-head", "data-tip": options.tip }, h("span", {}, options.label)),
-    h("div", { class: "choice" }, ...buttons));
+    h("div", { class: "choice" }, ...buttons),
+  );
   return {
     element,
     show: (value) =>
@@ -105,8 +107,7 @@ export interface ToggleOptions {
 export function toggle(options: ToggleOptions): Control<boolean> {
   const input = h("input", { type: "checkbox", role: "switch" });
   input.addEventListener("change", () => options.onChange(input.checked));
-  const element = h("label", { class: "control toggle", "data-tip": options.tip },
-    h("span", {}, options.label), input);
+  const element = h("label", { class: "control toggle", "data-tip": options.tip }, h("span", {}, options.label), input);
   return { element, show: (isOn) => (input.checked = isOn) };
 }
 

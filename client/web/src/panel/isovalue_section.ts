@@ -1,14 +1,14 @@
 // The isovalues: lines in the histogram, the first one's number, and suggested values.
 import type { DatasetInfo } from "../protocol/messages";
-import { hiddenPartsOf } from "../state/hidden_parts";
+import { h } from "../shared/elements";
+import { roundedWithin } from "../shared/quantities";
+import { tissueAtValue } from "../shared/sample_window";
 import { persistentValues } from "../state/browser_storage";
+import { hiddenPartsOf } from "../state/hidden_parts";
 import { rangeOf } from "../state/series";
 import type { Settings } from "../state/settings";
 import { surfacesOf, withSurface } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
-import { h } from "../shared/elements";
-import { roundedWithin } from "../shared/quantities";
-import { tissueAtValue } from "../shared/sample_window";
 import { componentFilter } from "./component_filter";
 import { HistogramView } from "./histogram";
 import { toggle } from "./inputs";
@@ -22,8 +22,7 @@ export interface IsovaluePart extends PanelSection {
 
 export function isovaluePart(change: Change): IsovaluePart {
   const hasDragged = persistentValues.get("hasDragged") !== null; // The hint is not repeated.
-  const hint = h("p", { class: "hint", hidden: hasDragged },
-    "Drag the line: the surface is where the data has this value.");
+  const hint = h("p", { class: "hint", hidden: hasDragged }, "Drag the line: the surface is where the data has this value.");
   let info: DatasetInfo | null = null;
   let list: readonly DatasetInfo[] = [];
   let settings: Settings;
@@ -37,27 +36,29 @@ export function isovaluePart(change: Change): IsovaluePart {
   });
   const input = numberInput("Isovalue", (isovalue) => change({ isovalue }));
   const log = toggle({
-    label: "log", tip: "Logarithmic heights, which show rare values.",
+    label: "log",
+    tip: "Logarithmic heights, which show rare values.",
     onChange: (logScale) => change({ logScale }),
   });
   const filter = componentFilter("the surface", {
-    hide: (minComponent) => change({ minComponent }), showHidden: () => change({ hiddenParts: [] }),
+    hide: (minComponent) => change({ minComponent }),
+    showHidden: () => change({ hiddenParts: [] }),
     keepLargest: (isOn) => change({ minComponent: isOn ? "largest" : 0 }),
   });
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Suggested isovalues" });
   const chip = (value: number, of: DatasetInfo) => {
-    const button = h("button", { type: "button", "data-tip": "A suggested isovalue." },
-      `${roundedWithin(value, of.max - of.min)} ${tissueAtValue(value, of)}`.trim());
+    const button = h(
+      "button",
+      { type: "button", "data-tip": "A suggested isovalue." },
+      `${roundedWithin(value, of.max - of.min)} ${tissueAtValue(value, of)}`.trim(),
+    );
     button.dataset.value = String(value);
     button.addEventListener("click", () => change({ isovalue: value }));
     return button;
   };
   return {
     histogram,
-    elements: [
-      h("div", { class: "section-head" }, h("h2", {}, "Isovalue"), input.element, log.element),
-      histogram.element, chips, hint, filter.element,
-    ],
+    elements: [h("div", { class: "section-head" }, h("h2", {}, "Isovalue"), input.element, log.element), histogram.element, chips, hint, filter.element],
     show: (now, shown) => {
       settings = now;
       log.show(now.logScale);
@@ -66,7 +67,8 @@ export function isovaluePart(change: Change): IsovaluePart {
       if (!shown) return;
       const suggested = suggestedIsovalue(shown);
       const lines = surfacesOf(now).flatMap(({ isovalue, color, dataset }, surface) =>
-        (dataset || shown.name) === shown.name ? [{ surface, isovalue: isovalue ?? suggested, color }] : []);
+        (dataset || shown.name) === shown.name ? [{ surface, isovalue: isovalue ?? suggested, color }] : [],
+      );
       histogram.show(shown, lines, now.logScale, rangeOf(list, shown));
       if (shown !== info) {
         const values = shown.suggestedIsovalues.slice(0, 5).sort((a, b) => a - b);

@@ -1,11 +1,11 @@
 // One label of the table: color, name, size, opacity and visibility.
 import type { Label } from "../protocol/messages";
-import { labelName } from "../state/series";
-import type { Progress } from "../state/progress";
-import { maxNoteLength } from "../state/settings";
-import type { SurfaceSettings } from "../state/surfaces";
 import { h } from "../shared/elements";
 import { grouped } from "../shared/quantities";
+import type { Progress } from "../state/progress";
+import { labelName } from "../state/series";
+import { maxNoteLength } from "../state/settings";
+import type { SurfaceSettings } from "../state/surfaces";
 
 export type LabelLook = Partial<Pick<SurfaceSettings, "color" | "opacity" | "visible">>;
 
@@ -28,7 +28,9 @@ export function labelRow({ change, isolate, click, rename }: LabelRowEvents): La
   const color = h("input", { type: "color" });
   color.addEventListener("input", () => change({ color: color.value }));
   const name = h("button", {
-    type: "button", class: "label-name", "aria-pressed": "false",
+    type: "button",
+    class: "label-name",
+    "aria-pressed": "false",
     "data-tip": "Zooms to the label. Ctrl or Shift: selects several, which are then changed together. Double-click or F2: rename.",
   });
   name.addEventListener("click", click);

@@ -1,8 +1,8 @@
 // Selects the segmentation whose labels are shown beside the surfaces of an image.
 import type { DatasetInfo } from "../protocol/messages";
+import { h } from "../shared/elements";
 import { absentSegmentation, type Segmentation, segmentationsBeside, withSegmentation } from "../state/label_surfaces";
 import type { Settings } from "../state/settings";
-import { h } from "../shared/elements";
 import type { Change } from "./panel_section";
 
 export interface LabelsBeside {
@@ -11,7 +11,11 @@ export interface LabelsBeside {
 }
 
 export function labelsBeside(change: Change): LabelsBeside {
-  const element = h("select", { class: "select", "aria-label": "Labels beside the surfaces", "data-tip": "The segmentation whose labels are shown beside the surfaces." });
+  const element = h("select", {
+    class: "select",
+    "aria-label": "Labels beside the surfaces",
+    "data-tip": "The segmentation whose labels are shown beside the surfaces.",
+  });
   let now: { list: readonly DatasetInfo[]; settings: Settings; info: DatasetInfo | null } | null = null;
   let offers: readonly Segmentation[] = [];
   element.addEventListener("change", () => {
@@ -23,9 +27,11 @@ export function labelsBeside(change: Change): LabelsBeside {
       const absent = info && absentSegmentation(list, settings);
       if (now?.list !== list || now.info !== info || now.settings.labels !== settings.labels) {
         offers = info ? segmentationsBeside(list, info) : [];
-        element.replaceChildren(h("option", { value: "" }, "No labels"),
+        element.replaceChildren(
+          h("option", { value: "" }, "No labels"),
           ...offers.map(({ name, labels }) => h("option", { value: name }, `${name} (${labels.length})`)),
-          ...(absent ? [h("option", { value: absent.name, disabled: "" }, absent.words)] : []));
+          ...(absent ? [h("option", { value: absent.name, disabled: "" }, absent.words)] : []),
+        );
         element.hidden = offers.length === 0 && !absent;
       }
       now = { list, settings, info };

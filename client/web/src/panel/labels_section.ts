@@ -1,16 +1,16 @@
 // The table of the labels of a segmentation. Hidden labels are not loaded. Changes of a selected label apply to all
 // selected ones.
 import type { DatasetInfo, Label } from "../protocol/messages";
-import { maxInitialLabels } from "../state/label_surfaces";
-import { findByName, labelName, labelOf, renamedLabel, withLabelName } from "../state/series";
+import { h } from "../shared/elements";
 import { hiddenPartsOf } from "../state/hidden_parts";
+import { maxInitialLabels } from "../state/label_surfaces";
 import type { Progress } from "../state/progress";
+import { findByName, labelName, labelOf, renamedLabel, withLabelName } from "../state/series";
 import type { Settings } from "../state/settings";
 import { type SurfaceSettings, surfacesOf, withAllSurfaces } from "../state/surfaces";
-import { h } from "../shared/elements";
 import { componentFilter } from "./component_filter";
-import { type LabelsBeside, labelsBeside } from "./labels_beside";
 import { type LabelLook, type LabelRow, labelRow, opacitySlider, showOpacity } from "./label_row";
+import { type LabelsBeside, labelsBeside } from "./labels_beside";
 import type { Change, PanelSection } from "./panel_section";
 import { RowSelection } from "./row_selection";
 
@@ -42,9 +42,16 @@ class LabelsTable implements LabelsPart {
   private readonly list = h("ul", { class: "labels" });
   private readonly count = h("span", { class: "labels-count" });
   private readonly search = h("input", { type: "search", class: "label-search", placeholder: "Search labels", "aria-label": "Search labels" });
-  private readonly table = h("button", { type: "button", "data-tip": "Samples of all labels, volume and area of those displayed, or of several selected ones, as CSV." }, "Table (CSV)");
-  private readonly order = h("select", { class: "label-order", "aria-label": "Order of the labels" },
-    ...labelOrders.map(([word, text]) => h("option", { value: word }, text)));
+  private readonly table = h(
+    "button",
+    { type: "button", "data-tip": "Samples of all labels, volume and area of those displayed, or of several selected ones, as CSV." },
+    "Table (CSV)",
+  );
+  private readonly order = h(
+    "select",
+    { class: "label-order", "aria-label": "Order of the labels" },
+    ...labelOrders.map(([word, text]) => h("option", { value: word }, text)),
+  );
   private readonly limit = h("p", { class: "hint", hidden: true });
   private readonly opacity = opacitySlider("all labels", (opacity) => this.changeAll(() => ({ opacity })));
   private readonly mixed = h("span", { class: "labels-count", hidden: true }, "mixed");
@@ -56,7 +63,10 @@ class LabelsTable implements LabelsPart {
   private readonly beside: LabelsBeside;
   private readonly shown: HTMLElement; // Everything about the labels that are shown or hidden.
 
-  constructor(private readonly change: Change, private readonly events: LabelsEvents) {
+  constructor(
+    private readonly change: Change,
+    private readonly events: LabelsEvents,
+  ) {
     // A single label is selected to look at it, so the table then has all labels.
     this.table.addEventListener("click", () => events.saveLabels(this.selected().length > 1 ? this.selected() : null));
     this.order.addEventListener("change", () => this.showAll());
@@ -64,9 +74,17 @@ class LabelsTable implements LabelsPart {
     this.list.addEventListener("keydown", (event) => this.press(event));
     // Space would click the name.
     this.list.addEventListener("keyup", (event) => event.key === " " && (event.target as Element).matches(".label-name") && event.preventDefault());
-    const head = h("div", { class: "chips labels-head" },
-      this.visibilityButton("All", "Shows every label.", true), this.visibilityButton("None", "Hides every label.", false),
-      this.table, this.count, this.order, this.opacity, this.mixed);
+    const head = h(
+      "div",
+      { class: "chips labels-head" },
+      this.visibilityButton("All", "Shows every label.", true),
+      this.visibilityButton("None", "Hides every label.", false),
+      this.table,
+      this.count,
+      this.order,
+      this.opacity,
+      this.mixed,
+    );
     this.shown = h("div", { class: "labels-table" }, head, this.search, this.limit, this.list, this.filter.element);
     this.beside = labelsBeside(change);
     this.elements = [this.beside.element, this.shown];
@@ -122,7 +140,9 @@ class LabelsTable implements LabelsPart {
   }
 
   private selected(): number[] {
-    return this.listed().filter(({ key }) => this.selection.has(key)).map(({ at }) => at);
+    return this.listed()
+      .filter(({ key }) => this.selection.has(key))
+      .map(({ at }) => at);
   }
 
   // Returns the surfaces that a control in this row changes.
@@ -147,7 +167,11 @@ class LabelsTable implements LabelsPart {
   }
 
   private click(key: string, { ctrlKey, metaKey, shiftKey }: MouseEvent): void {
-    if (shiftKey) return this.selection.extend(key, this.listed().map((one) => one.key));
+    if (shiftKey)
+      return this.selection.extend(
+        key,
+        this.listed().map((one) => one.key),
+      );
     if (ctrlKey || metaKey) return this.selection.toggle(key);
     this.selection.select(key);
     this.events.zoomToLabel(key);
@@ -163,7 +187,12 @@ class LabelsTable implements LabelsPart {
     if (step) {
       const next = names[at + step];
       if (next) rows.get(next.at)!.name.focus();
-      if (next && shiftKey) selection.extend(next.key, names.map((one) => one.key), names[at].key);
+      if (next && shiftKey)
+        selection.extend(
+          next.key,
+          names.map((one) => one.key),
+          names[at].key,
+        );
       else if (next && !ctrlKey && !metaKey) selection.select(next.key);
     } else if (key === " ") selection.toggle(names[at].key);
     else if (key === "a" && (ctrlKey || metaKey)) selection.selectAll(names.map((one) => one.key));
@@ -253,7 +282,11 @@ class LabelsTable implements LabelsPart {
 }
 
 // Keys and display names.
-const labelOrders = [["value", "by number"], ["size", "largest first"], ["name", "by name"]] as const;
+const labelOrders = [
+  ["value", "by number"],
+  ["size", "largest first"],
+  ["name", "by name"],
+] as const;
 
 interface FoundLabel {
   at: number; // The index of its surface.

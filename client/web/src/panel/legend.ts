@@ -1,11 +1,12 @@
 // The color legend over the scene, of a slice or of a field on the surfaces. Dragging horizontally changes the level
 // and vertically the window, as in medical viewers; so do arrow keys, and a double click resets. The values of the
 // first and last color can be typed.
+
+import { scaleOf, windowOf } from "../samples/slices";
 import { gradientOf, type LegendText } from "../shared/color_maps";
-import { scaleOf, windowOf } from "../slices";
-import type { Settings } from "../state/settings";
 import { h } from "../shared/elements";
 import { inDigits, roundedWithin } from "../shared/quantities";
+import type { Settings } from "../state/settings";
 import type { Control } from "./inputs";
 import { numberInput } from "./number_input";
 
@@ -32,13 +33,18 @@ interface Ends {
 }
 
 const keys: Record<string, [number, number]> = {
-  ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1],
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, 1],
+  ArrowDown: [0, -1],
 };
 
 export class Legend {
   readonly element = h("div", { class: "legend", hidden: true, role: "group" });
   private readonly slider = h("div", {
-    class: "legend-slider", tabindex: "0", role: "slider",
+    class: "legend-slider",
+    tabindex: "0",
+    role: "slider",
     "data-tip": "Drag sideways for the level, up and down for the window; a double click resets them.",
   });
   private readonly name = h("span", { class: "legend-name" });
@@ -93,13 +99,17 @@ export class Legend {
 
   // An input for the value of the first or last color. Rejects ends in the wrong order.
   private endInput(which: string, entered: (value: number, ends: Ends) => Ends): Control<number | null> {
-    return numberInput(`Value of the ${which} color of ${this.names.label}`, (value) => {
-      const { settings, info } = this;
-      if (!settings || !info) return;
-      const { low, high } = entered(value, this.scale(settings, info));
-      if (low < high) this.turn({ [this.names.level]: (low + high) / 2, [this.names.width]: high - low }, false);
-      else this.show(settings, info, this.name.textContent ?? "");
-    }, () => this.reset());
+    return numberInput(
+      `Value of the ${which} color of ${this.names.label}`,
+      (value) => {
+        const { settings, info } = this;
+        if (!settings || !info) return;
+        const { low, high } = entered(value, this.scale(settings, info));
+        if (low < high) this.turn({ [this.names.level]: (low + high) / 2, [this.names.width]: high - low }, false);
+        else this.show(settings, info, this.name.textContent ?? "");
+      },
+      () => this.reset(),
+    );
   }
 
   private scale(settings: Settings, info: LegendValues): Ends & { isLog: boolean } {

@@ -3,9 +3,10 @@
 //
 // The focused element stays in the page while the reason is the same, even over failed attempts to connect. When the
 // reason is resolved, focus moves to the scene.
-import type { Progress } from "../state/progress";
+
 import { h } from "../shared/elements";
 import { inBytes, inTriangleRange } from "../shared/quantities";
+import type { Progress } from "../state/progress";
 import { TokenForm } from "./token_form";
 
 export interface NoticeActions {
@@ -13,9 +14,10 @@ export interface NoticeActions {
   useToken: (token: string) => void;
   confirmSize: () => void; // Requests the surface in full size.
   focusScene: () => void; // Moves the focus to the scene.
+  showAgain?: () => void; // Begins again, where nothing can be drawn any more.
 }
 
-type Kind = "lost" | "later" | "token" | "words" | "size" | "nothing";
+type Kind = "lost" | "later" | "token" | "words" | "size" | "blank" | "nothing";
 
 export class Notices {
   readonly element = h("div", { class: "notice", role: "alert", hidden: true });
@@ -25,13 +27,17 @@ export class Notices {
   private countdown = 0;
   private progress: Progress | null = null;
   private empty: string | null = null;
+  private blank: string | null = null;
   private kind: Kind = "nothing"; // The kind being shown; its elements are reused while it is the same.
   private readonly seconds = h("span", { "aria-hidden": "true" }); // Changes twice a second, so hidden from screen readers.
   private readonly words = h("span");
   private form: TokenForm | null = null;
 
   // `isElsewhere`: the page is not the server's own.
-  constructor(private readonly actions: NoticeActions, private readonly isElsewhere = false) {}
+  constructor(
+    private readonly actions: NoticeActions,
+    private readonly isElsewhere = false,
+  ) {}
 
   // Stays until clear(); a temporary notice stays as long as it takes to read, or until nothing is visible.
   announce(text: string, isTemporary = false): void {
@@ -55,8 +61,20 @@ export class Notices {
     this.draw();
   }
 
+  // Nothing can be drawn any more, for this reason.
+  showBlank(text: string): void {
+    this.blank = text;
+    this.draw();
+  }
+
   private draw(): void {
     clearTimeout(this.countdown);
+    const { showAgain } = this.actions;
+    this.element.classList.toggle("is-blank", this.blank !== null);
+    if (this.blank !== null) {
+      this.words.textContent = `${this.blank} `;
+      return this.showKind("blank", () => (showAgain ? [this.words, button("Show it again", showAgain)] : [this.words]));
+    }
     const { progress } = this;
     const failure = progress?.failure;
     const isTrying = progress?.phase === "connecting" || progress?.phase === "greeting";
@@ -76,9 +94,7 @@ export class Notices {
       this.drawPostponed(progress.postponed);
     } else if (progress?.sizeToConfirm) {
       const { triangles, budget, bytes } = progress.sizeToConfirm;
-      this.words.textContent =
-        `The complete surface has ${inTriangleRange(triangles, budget)} (about ${inBytes(bytes)}); this is the finest surface with ` +
-        "fewer. ";
+      this.words.textContent = `The complete surface has ${inTriangleRange(triangles, budget)} (about ${inBytes(bytes)}); this is the finest surface with fewer. `;
       this.showKind("size", () => [this.words, button("Show the complete surface", this.actions.confirmSize)]);
     } else {
       this.showKind("nothing", () => []);
@@ -106,15 +122,8 @@ export class Notices {
   private drawLost(progress: Progress): void {
     this.countDown("Retrying", progress.retryAt);
     const permission = this.isElsewhere ? ` and allows this page (--allow-origin ${location.origin})` : "";
-    this.words.textContent = progress.shown
-      ? "The picture stays; the missing parts follow. "
-      : `Check that the server is running${permission}. `;
-    this.showKind("lost", () => [
-      h("b", {}, "No connection to the server. "),
-      this.words,
-      this.seconds,
-      button("Try now", this.actions.connectNow),
-    ]);
+    this.words.textContent = progress.shown ? "The picture stays; the missing parts follow. " : `Check that the server is running${permission}. `;
+    this.showKind("lost", () => [h("b", {}, "No connection to the server. "), this.words, this.seconds, button("Try now", this.actions.connectNow)]);
   }
 
   private showKind(kind: Kind, parts: () => Node[]): void {

@@ -1,27 +1,27 @@
 // The side panel: all settings, in the order in which they are needed.
 import type { DatasetInfo } from "../protocol/messages";
-import type { Progress, StepFacts, SurfaceSize } from "../state/progress";
+import { h } from "../shared/elements";
 import { settingsOfEntry } from "../state/label_surfaces";
+import type { Progress, StepFacts, SurfaceSize } from "../state/progress";
 import { seriesOf, timesOf } from "../state/series";
 import { type Crop, defaults, type Settings } from "../state/settings";
 import type { Store } from "../state/store";
 import { type AccuracyPart, accuracyPart } from "./accuracy_section";
-import { bookmarksPart, type BookmarksEvents } from "./bookmarks_section";
-import { h } from "../shared/elements";
-import { expectedText } from "./expected_text";
-import type { HistogramView } from "./histogram";
-import { type SeriesPart, seriesPart } from "./series_section";
-import { type FieldPart, fieldPart } from "./field_section";
+import { type BookmarksEvents, bookmarksPart } from "./bookmarks_section";
 import { type CutPart, cutPart } from "./cut_section";
+import { type DownloadsEvents, type DownloadsPart, downloadsPart } from "./downloads_section";
+import { expectedText } from "./expected_text";
+import { type FieldPart, fieldPart } from "./field_section";
+import type { HistogramView } from "./histogram";
 import { foldedSection, section } from "./inputs";
 import { type IsovaluePart, isovaluePart } from "./isovalue_section";
 import { type LabelsEvents, type LabelsPart, labelsPart } from "./labels_section";
 import { lookPart } from "./look_section";
 import type { Change, PanelSection } from "./panel_section";
 import { regionPart } from "./region_section";
+import { type SeriesPart, seriesPart } from "./series_section";
 import { type SlicePart, slicePart } from "./slice_section";
 import { type SurfacesPart, surfacesPart } from "./surfaces_section";
-import { type DownloadsPart, downloadsPart, type DownloadsEvents } from "./downloads_section";
 
 export interface PanelEvents extends DownloadsEvents, BookmarksEvents, LabelsEvents {
   reset: () => void;
@@ -46,8 +46,10 @@ export class Panel {
   private readonly ofValues: HTMLElement; // Does not apply to labels alone.
   private readonly surfacesElement: HTMLElement;
   private readonly labelsElement: HTMLElement;
-  private readonly expected = h("p", { class: "expected", "data-tip":
-    "The server's estimate for these settings. The view shows the full resolution instead where that arrives sooner." });
+  private readonly expected = h("p", {
+    class: "expected",
+    "data-tip": "The server's estimate for these settings. The view shows the full resolution instead where that arrives sooner.",
+  });
   private size: SurfaceSize | null = null;
   private shown: StepFacts | null = null; // The shown step of the first surface.
   private info: DatasetInfo | null = null;
@@ -58,7 +60,11 @@ export class Panel {
     events: PanelEvents,
     datasets: HTMLElement,
   ) {
-    const resetAll = h("button", { type: "button", class: "action reset-all", "data-tip": "All settings except the dataset and the theme." }, "Reset all settings");
+    const resetAll = h(
+      "button",
+      { type: "button", class: "action reset-all", "data-tip": "All settings except the dataset and the theme." },
+      "Reset all settings",
+    );
     resetAll.addEventListener("click", () => {
       const { dataset, theme } = settings.get();
       const series = this.info?.member?.label ? seriesOf(this.list, this.info) : null;
@@ -81,7 +87,9 @@ export class Panel {
     this.downloads = downloadsPart(events);
     this.histogram = isovalue.histogram;
     this.parts = [series, isovalue, surfaces, labels, accuracy, region, field, cut, slice, look];
-    this.element = h("aside", { class: "panel", "aria-label": "Controls" },
+    this.element = h(
+      "aside",
+      { class: "panel", "aria-label": "Controls" },
       h("header", {}, h("h1", {}, "Multi-Tetra"), h("p", {}, "surfaces of volume data, streamed")),
       section("Dataset", datasets, ...series.elements),
       this.labelsElement,

@@ -1,25 +1,29 @@
 // A region with another error: a box or a ball with handles in the scene.
 import type { DatasetInfo } from "../protocol/messages";
-import type { Region } from "../state/settings";
-import { type Vec3, worldBox } from "../stream/dataset";
 import { h } from "../shared/elements";
 import { counted } from "../shared/quantities";
+import type { Region } from "../state/settings";
+import { type Vec3, worldBox } from "../stream/dataset";
 import { choice, slider } from "./inputs";
 import { type Change, errorScale, type PanelSection } from "./panel_section";
 
 export function regionPart(change: Change): PanelSection {
   let info: DatasetInfo | null = null;
   let region: Region | null = null;
-  const regionOf = (kind: "none" | Region["kind"]) =>
-    kind === "none" || !info ? null : regionInTheMiddle(kind, info, region?.error ?? 0);
+  const regionOf = (kind: "none" | Region["kind"]) => (kind === "none" || !info ? null : regionInTheMiddle(kind, info, region?.error ?? 0));
   const shape = choice({
     label: "Region",
     tip: "A region with its own allowed error. Drag its handles in the picture.",
-    choices: [["none", "None"], ["box", "Box"], ["ball", "Ball"]],
+    choices: [
+      ["none", "None"],
+      ["box", "Box"],
+      ["ball", "Ball"],
+    ],
     onChange: (kind) => change({ region: regionOf(kind) }),
   });
   const error = slider({
-    label: "Error inside", tip: "The error allowed in the region.",
+    label: "Error inside",
+    tip: "The error allowed in the region.",
     ...errorScale,
     text: (value) => (value === 0 ? "none: full resolution" : counted(value, "voxel")),
     onChange: (value, isDragging) => {
@@ -45,7 +49,6 @@ function regionInTheMiddle(kind: Region["kind"], info: DatasetInfo, error: numbe
   const center = low.map((value, axis) => (value + high[axis]) / 2) as Vec3;
   const size = low.map((value, axis) => high[axis] - value);
   if (kind === "ball") return { kind, center, radius: Math.min(...size) / 5, error };
-  const corner = (sign: number) =>
-    center.map((value, axis) => value + (sign * size[axis]) / 6) as Vec3;
+  const corner = (sign: number) => center.map((value, axis) => value + (sign * size[axis]) / 6) as Vec3;
   return { kind, low: corner(-1), high: corner(1), error };
 }

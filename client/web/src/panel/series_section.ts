@@ -1,8 +1,8 @@
 // Selects the field of a series, or its labels.
 import type { DatasetInfo } from "../protocol/messages";
-import { settingsOfEntry } from "../state/label_surfaces";
-import { type Series, channelColor, memberOfField, seriesOf } from "../state/series";
 import { h } from "../shared/elements";
+import { settingsOfEntry } from "../state/label_surfaces";
+import { channelColor, memberOfField, type Series, seriesOf } from "../state/series";
 import type { Change, PanelSection } from "./panel_section";
 
 const labelsOption = "/labels"; // No field has this name.
@@ -33,7 +33,7 @@ export function seriesPart(change: Change): SeriesPart {
         choice.replaceChildren(...offers.map(([value, words]) => h("option", { value }, words)));
       }
       const isOfLabels = shown?.member?.label && offers.some(([value]) => value === labelsOption);
-      choice.value = isOfLabels ? labelsOption : shown?.member?.field ?? "";
+      choice.value = isOfLabels ? labelsOption : (shown?.member?.field ?? "");
     },
     showDatasets: (now) => {
       list = now;

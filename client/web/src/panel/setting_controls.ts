@@ -1,8 +1,6 @@
 // Controls for one setting each: each changes its setting, and show() updates all of them.
 import type { Settings } from "../state/settings";
-import {
-  choice, type ChoiceOptions, type Control, slider, type SliderOptions, toggle, type ToggleOptions,
-} from "./inputs";
+import { type ChoiceOptions, type Control, choice, type SliderOptions, slider, type ToggleOptions, toggle } from "./inputs";
 import type { Change } from "./panel_section";
 
 type NamesOf<T> = { [K in keyof Settings]: Settings[K] extends T ? K : never }[keyof Settings];

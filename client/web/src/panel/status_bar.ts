@@ -1,10 +1,11 @@
 // One line about the shown surfaces and the progress, starting with the error. The certificate has the details.
 // Progress is that of the first visible surface, totals are of all; the state is complete only when all are.
-import type { DrawnSurface, SurfacesStatus } from "../state/progress";
-import { accuracyInUnits, certificateOf, errorExplanation, isEmpty, leastAccurate, certificateSummary, trianglesOf, errorSummary } from "./certificate";
-import { isFullResolution } from "./expected_text";
+
 import { h } from "../shared/elements";
 import { grouped, inBytes, inSeconds } from "../shared/quantities";
+import type { DrawnSurface, SurfacesStatus } from "../state/progress";
+import { accuracyInUnits, certificateOf, certificateSummary, errorExplanation, errorSummary, isEmpty, leastAccurate, trianglesOf } from "./certificate";
+import { isFullResolution } from "./expected_text";
 
 // A value with its name below; the elements stay while the text changes.
 class Fact {
@@ -40,15 +41,15 @@ export function timeLeft(milliseconds: number, received: number, toCome: number)
 export class StatusBar {
   readonly element: HTMLElement;
   private readonly meter = h("div", { class: "meter" });
-  private readonly state = new Fact("state",
-    "The surface arrives in steps, each complete and without cracks; a step replaces the previous one " +
-      "when all of its tiles have arrived.");
+  private readonly state = new Fact(
+    "state",
+    "The surface arrives in steps, each complete and without cracks; a step replaces the previous one " + "when all of its tiles have arrived.",
+  );
   private readonly triangles = new Fact("triangles", "Of all surfaces shown.");
   private readonly error = new Fact("error", "");
   private readonly bytes = new Fact("bytes", "");
   private readonly firstTile = new Fact("first-tile", "From the request to the first tile.");
-  private readonly complete = new Fact("complete",
-    "From the request until its final surface was checked and displayed.");
+  private readonly complete = new Fact("complete", "From the request until its final surface was checked and displayed.");
   private readonly certificateButton: HTMLButtonElement;
   private readonly certificates = h("div");
   private readonly certificate = h("div", { class: "certificate", id: "certificate", hidden: true, tabindex: "0" });
@@ -70,9 +71,15 @@ export class StatusBar {
     const came = [this.bytes, this.firstTile, this.complete].map(({ element }) => element);
     this.certificate.append(this.certificates, h("h2", { class: "is-promise" }, "How it was received"), h("div", { class: "came" }, ...came));
     const facts = [this.state, this.error, this.triangles];
-    this.element = h("footer", { class: "bar" }, this.meter, this.certificate,
+    this.element = h(
+      "footer",
+      { class: "bar" },
+      this.meter,
+      this.certificate,
       h("div", { class: "facts", role: "group", "aria-label": "The surface in numbers", tabindex: "0" }, ...facts.map(({ element }) => element)),
-      this.spoken, this.certificateButton);
+      this.spoken,
+      this.certificateButton,
+    );
   }
 
   // Closes the certificate; returns false if it was not open.
@@ -104,8 +111,7 @@ export class StatusBar {
       accuracy?.label ?? "",
       coarsest ? (drawn.length > 1 ? "Of the coarsest surface. " : "") + errorExplanation(coarsest) : undefined,
     );
-    const [bytes, tiles, heldTiles] = (["bytes", "tiles", "heldTiles"] as const)
-      .map((what) => drawn.reduce((sum, { shown }) => sum + shown[what], 0));
+    const [bytes, tiles, heldTiles] = (["bytes", "tiles", "heldTiles"] as const).map((what) => drawn.reduce((sum, { shown }) => sum + shown[what], 0));
     this.bytes.show(
       coarsest && inBytes(bytes),
       `in ${grouped(tiles)} ${tiles === 1 ? "tile" : "tiles"}`,
@@ -122,7 +128,7 @@ export class StatusBar {
   private showState(status: SurfacesStatus): void {
     const { progress, drawn, done, visible } = status;
     const { shown, isStreaming, step, tilesReceived, tilesToCome } = progress;
-    const left = this.timeLeft(status);
+    const timeLeft = this.timeLeft(status);
     if (waitsForOthers(status)) {
       this.say(`${done} of ${visible}`, "surfaces complete");
       return;
@@ -131,9 +137,13 @@ export class StatusBar {
     if (!isStreaming) return this.say(progress.phase === "ready" ? atRest : "Not connected", shown ? errorSummary(drawn) || `step ${shown.step + 1}` : "");
     const isFirst = progress.firstSurface === null;
     const share = `${Math.round((100 * tilesReceived) / Math.max(1, tilesToCome))} %`;
-    const tiles = tilesToCome > 0 ? left ? `${share}, ${left}` : `${share} of step ${step + 1}` : "waiting for the server";
+    const tiles = tilesToCome > 0 ? (timeLeft ? `${share}, ${timeLeft}` : `${share} of step ${step + 1}`) : "waiting for the server";
     // Until the first step of the new surface, the previous surface is shown, and the badge applies to it.
-    this.say(!isFirst ? "Refining…" : drawn.length > 0 ? "Updating…" : "First preview…", tiles, `${isFirst ? "The first preview" : `Step ${step + 1}`} is loading`);
+    this.say(
+      !isFirst ? "Refining…" : drawn.length > 0 ? "Updating…" : "First preview…",
+      tiles,
+      `${isFirst ? "The first preview" : `Step ${step + 1}`} is loading`,
+    );
   }
 
   private timeLeft({ progress: { isStreaming, step, tilesReceived, tilesToCome } }: SurfacesStatus): string {
@@ -159,14 +169,19 @@ export class StatusBar {
   private showCertificate(drawn: DrawnSurface[]): void {
     this.certificateButton.hidden = drawn.length === 0;
     if (drawn.length === 0) this.open(false);
-    const isKnown = drawn.length === this.certified.length && drawn.every(({ number, shown, components }, at) => {
-      const known = this.certified[at];
-      return number === known.number && shown === known.shown && components === known.components;
-    });
+    const isKnown =
+      drawn.length === this.certified.length &&
+      drawn.every(({ number, shown, components }, at) => {
+        const known = this.certified[at];
+        return number === known.number && shown === known.shown && components === known.components;
+      });
     if (isKnown || drawn.length === 0) return;
     this.certified = drawn;
     this.certificateButton.textContent = certificateSummary(drawn);
-    this.certificateButton.classList.toggle("is-quiet", drawn.every(({ components }) => components?.shown === 0));
+    this.certificateButton.classList.toggle(
+      "is-quiet",
+      drawn.every(({ components }) => components?.shown === 0),
+    );
     this.certificates.replaceChildren(...certificateOf(drawn));
   }
 }

@@ -1,20 +1,27 @@
 // The list of surfaces: color, isovalue, opacity, error, visibility and state. Their lines are in the histogram.
 import type { DatasetInfo } from "../protocol/messages";
+import { h } from "../shared/elements";
+import { grouped, roundedWithin } from "../shared/quantities";
+import { mainTissues, tissueAtValue, type WindowedDataset } from "../shared/sample_window";
 import { hiddenPartsOf } from "../state/hidden_parts";
-import type { Progress } from "../state/progress";
 import { imageBeside, withImage } from "../state/label_surfaces";
+import type { Progress } from "../state/progress";
 import { channelColor, findByName, isSameSeries, labelOf } from "../state/series";
 import { materials, type Settings } from "../state/settings";
 import {
-  maxSurfaces, type SurfaceSettings, surfacesOf, withAddedSurface, withMaterial, withOtherDataset, withoutSurface, withSurface,
+  maxSurfaces,
+  type SurfaceSettings,
+  surfacesOf,
+  withAddedSurface,
+  withMaterial,
+  withOtherDataset,
+  withoutSurface,
+  withSurface,
 } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
 import { accuracyOf } from "./certificate";
-import { h } from "../shared/elements";
-import { grouped } from "../shared/quantities";
-import { mainTissues, tissueAtValue, type WindowedDataset } from "../shared/sample_window";
+import { componentFilter, componentsText, hidesAny } from "./component_filter";
 import { datasetSelect } from "./dataset_select";
-import { componentsText, componentFilter, hidesAny } from "./component_filter";
 import type { Control } from "./inputs";
 import { numberInput } from "./number_input";
 import type { Change, PanelSection } from "./panel_section";
@@ -31,9 +38,15 @@ export function surfacesPart(change: Change): SurfacesPart {
   let datasets: readonly DatasetInfo[] = [];
   const rows = new Map<number, Row>(); // Labels have their own list.
   const list = h("ul", { class: "surfaces" });
-  const add = h("button", {
-    type: "button", class: "action", "data-tip": "Skin around bone, for example, or another channel.",
-  }, "Add a surface");
+  const add = h(
+    "button",
+    {
+      type: "button",
+      class: "action",
+      "data-tip": "Skin around bone, for example, or another channel.",
+    },
+    "Add a surface",
+  );
   let image: DatasetInfo | null = null; // The image beside labels that are shown alone.
   const isLabel = ({ dataset }: SurfaceSettings) => labelOf(datasets, dataset || settings.dataset) !== null;
   add.addEventListener("click", () => {
@@ -41,17 +54,27 @@ export function surfacesPart(change: Change): SurfacesPart {
     else if (info) change(withAddedSurface(settings, unusedIsovalue(info), suggestedIsovalue(info), isLabel));
   });
   const unusedIsovalue = (of: DatasetInfo) =>
-    nextIsovalue(surfacesOf(settings).filter(({ dataset }) => !dataset).map(({ isovalue }) => isovalue ?? suggestedIsovalue(of)), of);
+    nextIsovalue(
+      surfacesOf(settings)
+        .filter(({ dataset }) => !dataset)
+        .map(({ isovalue }) => isovalue ?? suggestedIsovalue(of)),
+      of,
+    );
   const rowAt = (at: number) => {
     const changeRow = (changes: Partial<SurfaceSettings>, isDragging?: boolean) => change(withSurface(settings, at, changes), isDragging);
-    const row = surfaceRow(at, changeRow, (name) => {
-      if (!name && info) return changeRow({ dataset: "", isovalue: unusedIsovalue(info) });
-      const other = findByName(datasets, name);
-      if (other) change(withOtherDataset(settings, at, { dataset: name, isovalue: suggestedIsovalue(other), ...channelColor(other) }));
-    }, () => {
-      change(withoutSurface(settings, at));
-      add.focus(); // The focused button was removed.
-    });
+    const row = surfaceRow(
+      at,
+      changeRow,
+      (name) => {
+        if (!name && info) return changeRow({ dataset: "", isovalue: unusedIsovalue(info) });
+        const other = findByName(datasets, name);
+        if (other) change(withOtherDataset(settings, at, { dataset: name, isovalue: suggestedIsovalue(other), ...channelColor(other) }));
+      },
+      () => {
+        change(withoutSurface(settings, at));
+        add.focus(); // The focused button was removed.
+      },
+    );
     list.append(row.element);
     rows.set(at, row);
     return row;
@@ -92,7 +115,7 @@ export function surfacesPart(change: Change): SurfacesPart {
 // Returns, for bodies, the first suggested value of skin or bone if not shown; otherwise, the suggested value farthest
 // from the used ones, of tissue rather than air; without suggestions, a value between the last used one and the maximum.
 export function nextIsovalue(used: readonly number[], info: WindowedDataset & Pick<DatasetInfo, "suggestedIsovalues">): number {
-  const { suggestedIsovalues, max } = info;
+  const { suggestedIsovalues, min, max } = info;
   const distance = (value: number) => Math.min(...used.map((other) => Math.abs(other - value)));
   const shownTissues = used.map((value) => tissueAtValue(value, info));
   const rank = (value: number) => {
@@ -104,7 +127,7 @@ export function nextIsovalue(used: readonly number[], info: WindowedDataset & Pi
   const best = Math.max(...unused.map(rank));
   const fresh = unused.filter((value) => rank(value) === best);
   if (best === 2) return fresh[0];
-  if (fresh.length === 0) return Number(((Math.max(...used) + max) / 2).toPrecision(5));
+  if (fresh.length === 0) return roundedWithin((Math.max(...used) + max) / 2, max - min);
   return fresh.reduce((best, value) => (distance(value) > distance(best) ? value : best));
 }
 
@@ -124,8 +147,11 @@ function surfaceRow(
   const color = h("input", { type: "color", "aria-label": `Color of ${name}` });
   color.addEventListener("input", () => change({ color: color.value }));
   const isovalue = numberInput(`Isovalue of ${name}`, (value) => change({ isovalue: value }));
-  const error = numberInput(`Allowed error of ${name}, in voxels`,
-    (value) => change({ error: Math.max(0, value) }), () => change({ error: null }));
+  const error = numberInput(
+    `Allowed error of ${name}, in voxels`,
+    (value) => change({ error: Math.max(0, value) }),
+    () => change({ error: null }),
+  );
   error.element.setAttribute("data-tip", "The allowed error in voxels; empty: the error of the first surface.");
   error.element.setAttribute("placeholder", "error");
   const opacity = h("input", { type: "range", min: "0", max: "1", step: "0.01", "aria-label": `Opacity of ${name}` });
@@ -136,11 +162,15 @@ function surfaceRow(
   eye.addEventListener("click", () => change({ visible: !isVisible }));
   const cross = h("button", { type: "button", class: "cross", "aria-label": `Remove ${name}` }, "×");
   cross.addEventListener("click", remove);
-  const material = h("select", { "aria-label": `Material of ${name}`, class: "material", "data-tip": "How it reflects light." },
-    ...materials.map((word) => h("option", { value: word }, word[0].toUpperCase() + word.slice(1))));
+  const material = h(
+    "select",
+    { "aria-label": `Material of ${name}`, class: "material", "data-tip": "How it reflects light." },
+    ...materials.map((word) => h("option", { value: word }, word[0].toUpperCase() + word.slice(1))),
+  );
   material.addEventListener("change", () => change(withMaterial({ color: color.value }, materials.find((word) => word === material.value)!)));
   const filter = componentFilter(name, {
-    hide: (minComponent) => change({ minComponent }), showHidden: () => change({ hiddenParts: [] }),
+    hide: (minComponent) => change({ minComponent }),
+    showHidden: () => change({ hiddenParts: [] }),
     keepLargest: (isOn) => change({ minComponent: isOn ? "largest" : 0 }),
   });
   const state = h("span", { class: "surface-state" });
@@ -148,7 +178,20 @@ function surfaceRow(
   dataset.element.classList.add("surface-dataset");
   dataset.element.setAttribute("data-tip", "Another channel or field, or another dataset in the same world.");
   let ofDataset = "";
-  const element = h("li", { class: "surface-row" }, dataset.element, color, isovalue.element, opacity, eye, cross, state, error.element, filter.element, material);
+  const element = h(
+    "li",
+    { class: "surface-row" },
+    dataset.element,
+    color,
+    isovalue.element,
+    opacity,
+    eye,
+    cross,
+    state,
+    error.element,
+    filter.element,
+    material,
+  );
   return {
     element,
     show: (surface, isOneOfSeveral) => {

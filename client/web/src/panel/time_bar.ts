@@ -1,9 +1,10 @@
 // The time controls over the scene: play, slider, current time, speed and loop.
-import type { Settings } from "../state/settings";
-import { timeText } from "../state/series";
-import type { PlaybackRate } from "../time_player";
+
 import { h } from "../shared/elements";
 import { inDigits } from "../shared/quantities";
+import { timeText } from "../state/series";
+import type { Settings } from "../state/settings";
+import type { PlaybackRate } from "../viewer/time_player";
 
 export interface ShownTimes {
   all: readonly number[];
@@ -48,11 +49,11 @@ export class TimeBar {
     this.slider.max = String(all.length - 1);
     this.slider.value = String(at);
     this.slider.style.setProperty("--share", `${(100 * at) / (all.length - 1)}%`);
-    const text = timeText(now, unit);
+    const text = timeText(now, unit, all);
     this.slider.setAttribute("aria-valuetext", text);
     this.time.textContent = text;
     // The width of the longest text, so that nothing moves during playback.
-    this.time.style.minWidth = `${Math.max(...all.map((time) => timeText(time, unit).length))}ch`;
+    this.time.style.minWidth = `${Math.max(...all.map((time) => timeText(time, unit, all).length))}ch`;
     this.play.textContent = settings.playing ? "❚❚" : "▶";
     this.play.setAttribute("aria-label", settings.playing ? "Pause" : "Play");
     this.loop.setAttribute("aria-pressed", String(settings.loop));

@@ -4,8 +4,13 @@ import { h } from "../shared/elements";
 export class TokenForm {
   readonly element: HTMLFormElement;
   private readonly input = h("input", {
-    type: "password", placeholder: "Token", "aria-label": "Token", "aria-describedby": "token-words",
-    autocomplete: "off", spellcheck: "false", required: true,
+    type: "password",
+    placeholder: "Token",
+    "aria-label": "Token",
+    "aria-describedby": "token-words",
+    autocomplete: "off",
+    spellcheck: "false",
+    required: true,
   });
   private readonly send = h("button", { type: "submit" }, "Connect");
   private readonly words = h("p", { id: "token-words" });

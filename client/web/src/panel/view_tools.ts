@@ -1,6 +1,7 @@
 // Buttons over the scene: fit, reset and views along the axes.
-import type { Settings } from "../state/settings";
+
 import { h } from "../shared/elements";
+import type { Settings } from "../state/settings";
 import { noSamples } from "./slice_section";
 
 export interface ViewActions {
@@ -34,14 +35,18 @@ export function viewTools(actions: ViewActions): ViewTools {
   const slices = button("Slices", "Slices beside the surface", tip, actions.toggleSlices);
   const full = button("Full", "Fullscreen", "Show only the picture (Z).", actions.fullScreen);
   full.append(h("span", { class: "wide" }, "screen")); // Hidden in narrow views.
-  const element = h("nav", { class: "tools", "aria-label": "View" },
+  const element = h(
+    "nav",
+    { class: "tools", "aria-label": "View" },
     button("Fit", "Fit the surface", "Fit the whole surface in the picture (F).", actions.fit),
     button("Reset", "Reset view", "The initial view (R).", actions.reset),
     ...directions.map(([word, x, y, z]) =>
-      button(word, `${word} view`, `View from the ${word.toLowerCase()}, with the current up direction.`, () => actions.lookUpright([x, y, z]))),
+      button(word, `${word} view`, `View from the ${word.toLowerCase()}, with the current up direction.`, () => actions.lookUpright([x, y, z])),
+    ),
     slices,
     full,
-    button("?", "How to use it", "Mouse, fingers and keys (?).", actions.help));
+    button("?", "How to use it", "Mouse, fingers and keys (?).", actions.help),
+  );
   return {
     element,
     show: ({ layout }) => slices.setAttribute("aria-pressed", String(layout === "four")),

@@ -2,12 +2,7 @@
 // proto/README.md documents.
 import { create, fromBinary, toBinary } from "@bufbuild/protobuf";
 
-import {
-  type ClientMessage,
-  ClientMessageSchema,
-  type ServerMessage,
-  ServerMessageSchema,
-} from "./generated/multitetra/v1/conversation_pb";
+import { type ClientMessage, ClientMessageSchema, type ServerMessage, ServerMessageSchema } from "./generated/multitetra/v1/conversation_pb";
 
 export { create } from "@bufbuild/protobuf";
 export * from "./generated/multitetra/v1/conversation_pb";

@@ -5,7 +5,7 @@ import { Zip, ZipPassThrough } from "three/examples/jsm/libs/fflate.module.js";
 import { gpuFinished } from "./gpu_fence";
 import { pngOf } from "./png";
 import type { Stage } from "./stage";
-import { startVideo, type Recording, type Video } from "./video";
+import { type Recording, startVideo, type Video } from "./video";
 
 export interface Animation {
   name: string; // File name prefix of the pictures.
@@ -63,12 +63,7 @@ export async function recordVideo(stage: Stage, animation: Animation, draw: Draw
   }
 }
 
-async function run(
-  stage: Stage,
-  { frames, show }: Animation,
-  draw: Draw,
-  use: (canvas: HTMLCanvasElement, at: number) => Promise<void>,
-): Promise<void> {
+async function run(stage: Stage, { frames, show }: Animation, draw: Draw, use: (canvas: HTMLCanvasElement, at: number) => Promise<void>): Promise<void> {
   for (let at = 0; at < frames; ++at) {
     await show(at);
     await new Promise(requestAnimationFrame); // The overlays follow the scene.

@@ -42,7 +42,13 @@ const axisColors = ["#d9534f", "#5cb85c", "#4f8fd9"];
 const measured = "#ffd24a";
 
 // `ratio`: canvas pixels per CSS pixel; `ink` and `paper`: colors of text and its outline.
-export function annotate(context: CanvasRenderingContext2D, { scale, numbers, axes, legends, points, words, surfaces }: Annotations, ratio: number, ink: string, paper: string): void {
+export function annotate(
+  context: CanvasRenderingContext2D,
+  { scale, numbers, axes, legends, points, words, surfaces }: Annotations,
+  ratio: number,
+  ink: string,
+  paper: string,
+): void {
   context.save();
   context.scale(ratio, ratio);
   const [width, height] = [context.canvas.width / ratio, context.canvas.height / ratio];
@@ -64,7 +70,11 @@ export function annotate(context: CanvasRenderingContext2D, { scale, numbers, ax
     context.strokeStyle = ink;
     context.lineWidth = 1.5;
     context.beginPath();
-    for (const [x1, y1, x2, y2] of [[left, bottom - 8, left, bottom], [left, bottom - 4, right, bottom - 4], [right, bottom - 8, right, bottom]]) {
+    for (const [x1, y1, x2, y2] of [
+      [left, bottom - 8, left, bottom],
+      [left, bottom - 4, right, bottom - 4],
+      [right, bottom - 8, right, bottom],
+    ]) {
       context.moveTo(x1, y1);
       context.lineTo(x2, y2);
     }
@@ -86,7 +96,10 @@ export function annotate(context: CanvasRenderingContext2D, { scale, numbers, ax
 }
 
 function drawLegend(
-  context: CanvasRenderingContext2D, { name, low, high, map }: LegendText, x: number, bottom: number,
+  context: CanvasRenderingContext2D,
+  { name, low, high, map }: LegendText,
+  x: number,
+  bottom: number,
   write: (text: string, x: number, y: number, align: CanvasTextAlign) => void,
 ): void {
   const colors = gradientOf(map).match(/#[0-9a-f]{6}/g)!;

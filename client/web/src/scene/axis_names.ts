@@ -9,17 +9,18 @@ export interface AxisName {
 }
 
 const patient = {
-  L: "the patient's left", R: "the patient's right", P: "behind the patient", A: "the patient's front",
-  S: "above the patient", I: "below the patient",
+  L: "the patient's left",
+  R: "the patient's right",
+  P: "behind the patient",
+  A: "the patient's front",
+  S: "above the patient",
+  I: "below the patient",
 } as const;
 type Side = keyof typeof patient;
 
 // Returns the ends of x, y and z, the positive end of each first.
 export function axisNames({ space }: Pick<DatasetInfo, "space">): AxisName[] {
-  const sides: Side[] | null =
-    space === WorldSpace.LPS ? ["L", "R", "P", "A", "S", "I"]
-    : space === WorldSpace.RAS ? ["R", "L", "A", "P", "S", "I"]
-    : null;
+  const sides: Side[] | null = space === WorldSpace.LPS ? ["L", "R", "P", "A", "S", "I"] : space === WorldSpace.RAS ? ["R", "L", "A", "P", "S", "I"] : null;
   return [0, 1, 2].flatMap((axis) =>
     [1, -1].map((sign, end) => {
       const side = sides?.[2 * axis + end];

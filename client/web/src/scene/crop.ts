@@ -28,9 +28,13 @@ export function cropPlanes(crop: Crop | null): THREE.Plane[] {
 export function cropFaces(crop: Crop | null, info: DatasetInfo): CropFace[] {
   if (!crop) return [];
   const { low, high } = worldBox(info);
-  return facesOf(crop).map(({ axis, at }, number) => ({
-    number, normal: axisNormal("xyz"[axis] as "x" | "y" | "z"), at: (at - low[axis]) / (high[axis] - low[axis]),
-  })).filter(({ at }) => at > 0 && at < 1);
+  return facesOf(crop)
+    .map(({ axis, at }, number) => ({
+      number,
+      normal: axisNormal("xyz"[axis] as "x" | "y" | "z"),
+      at: (at - low[axis]) / (high[axis] - low[axis]),
+    }))
+    .filter(({ at }) => at > 0 && at < 1);
 }
 
 // Returns the part of a box inside the crop; the whole box if none is inside.
@@ -46,5 +50,8 @@ export function boxBetween({ low, high }: Crop): THREE.Box3 {
 
 // The sign is that of the normal, which points to the inside.
 function facesOf({ low, high }: Crop): { axis: number; sign: 1 | -1; at: number }[] {
-  return [0, 1, 2].flatMap((axis) => [{ axis, sign: 1 as const, at: low[axis] }, { axis, sign: -1 as const, at: high[axis] }]);
+  return [0, 1, 2].flatMap((axis) => [
+    { axis, sign: 1 as const, at: low[axis] },
+    { axis, sign: -1 as const, at: high[axis] },
+  ]);
 }

@@ -85,17 +85,24 @@ export class CutHandles {
   // Keeps the central handle close to its previous place.
   private follow(shown: Shown, info: DatasetInfo, isNew: boolean): void {
     const { low, high } = worldBox(info);
-    if (isNew) this.middle.set(...low).add(new THREE.Vector3(...high)).multiplyScalar(0.5);
+    if (isNew)
+      this.middle
+        .set(...low)
+        .add(new THREE.Vector3(...high))
+        .multiplyScalar(0.5);
     const plane = clipPlane({ ...shown, clipFlipped: false }, info)!;
     plane.projectPoint(this.middle.clone(), this.middle);
     const normal = plane.normal.toArray();
     const corners = cutCorners(low, high, normal, -plane.constant);
     const [right, down] = perpendicularTo(normal).map((side) => new THREE.Vector3(...side));
     const center = corners.reduce((sum, corner) => sum.add(new THREE.Vector3(...corner)), new THREE.Vector3()).divideScalar(Math.max(1, corners.length));
-    const around = corners.map((corner) => new THREE.Vector3(...corner)).map((place) => {
-      const from = place.clone().sub(center);
-      return { place, angle: Math.atan2(from.dot(down), from.dot(right)) };
-    }).sort((a, b) => a.angle - b.angle);
+    const around = corners
+      .map((corner) => new THREE.Vector3(...corner))
+      .map((place) => {
+        const from = place.clone().sub(center);
+        return { place, angle: Math.atan2(from.dot(down), from.dot(right)) };
+      })
+      .sort((a, b) => a.angle - b.angle);
     this.outline = around.flatMap(({ place }, i) => [place, around[(i + 1) % around.length].place]);
   }
 
@@ -113,15 +120,20 @@ export class CutHandles {
     this.turner.position.copy(this.middle).addScaledVector(side.normalize(), armLength * perPixel(this.middle));
     for (const mesh of [this.mover, this.turner]) mesh.scale.setScalar(7 * perPixel(mesh.position));
     this.lines.geometry.dispose();
-    this.lines.geometry = new THREE.BufferGeometry().setFromPoints([...this.outline, this.mover.position, this.turner.position]);
+    // The GPU's 32-bit numbers count from the plane's center.
+    const places = [...this.outline, this.mover.position, this.turner.position].map((place) => place.clone().sub(this.middle));
+    this.lines.position.copy(this.middle);
+    this.lines.geometry = new THREE.BufferGeometry().setFromPoints(places);
   }
 
   private handleAt(x: number, y: number): THREE.Mesh | null {
     if (!this.shown) return null;
-    const near = [this.mover, this.turner].map((mesh) => {
-      const at = this.stage.project(mesh.position);
-      return { mesh, distance: at ? Math.hypot(at.x - x, at.y - y) : Infinity };
-    }).sort((a, b) => a.distance - b.distance);
+    const near = [this.mover, this.turner]
+      .map((mesh) => {
+        const at = this.stage.project(mesh.position);
+        return { mesh, distance: at ? Math.hypot(at.x - x, at.y - y) : Infinity };
+      })
+      .sort((a, b) => a.distance - b.distance);
     return near[0].distance < reach ? near[0].mesh : null;
   }
 
@@ -132,8 +144,12 @@ export class CutHandles {
     (event.target as Element).setPointerCapture(event.pointerId);
     this.stage.controls.enabled = false;
     this.grabbed = {
-      isTurning: mesh === this.turner, x: event.offsetX, y: event.offsetY, normal: new THREE.Vector3(...cutNormal(this.shown)!),
-      middle: this.middle.clone(), isFlipped: this.shown.clipFlipped,
+      isTurning: mesh === this.turner,
+      x: event.offsetX,
+      y: event.offsetY,
+      normal: new THREE.Vector3(...cutNormal(this.shown)!),
+      middle: this.middle.clone(),
+      isFlipped: this.shown.clipFlipped,
     };
   }
 
@@ -161,9 +177,9 @@ export class CutHandles {
   // Returns the distance along the normal for a pointer movement. When looking along the normal, up is away.
   private along({ normal, middle }: Grabbed, x: number, y: number): number {
     const unit = this.stage.worldLengthOf(1);
-    const here = this.stage.project(middle);
-    const there = this.stage.project(middle.clone().addScaledVector(normal, 20 * unit));
-    const [u, v] = here && there ? [(there.x - here.x) / 20, (there.y - here.y) / 20] : [0, 0];
+    const from = this.stage.project(middle);
+    const to = this.stage.project(middle.clone().addScaledVector(normal, 20 * unit));
+    const [u, v] = from && to ? [(to.x - from.x) / 20, (to.y - from.y) / 20] : [0, 0];
     if (Math.hypot(u, v) >= 0.25) return (unit * (x * u + y * v)) / (u * u + v * v);
     const ahead = this.stage.camera.getWorldDirection(new THREE.Vector3());
     return -y * unit * Math.sign(ahead.dot(normal) || 1);
@@ -172,6 +188,12 @@ export class CutHandles {
 
 // Rotates a direction like a trackball around the axes `right` and `up`, for a movement in CSS pixels right and down.
 export function trackballRotation(direction: Vec3, right: Vec3, up: Vec3, x: number, y: number): Vec3 {
-  const axis = new THREE.Vector3(...up).multiplyScalar(x).addScaledVector(new THREE.Vector3(...right), y).normalize();
-  return new THREE.Vector3(...direction).applyAxisAngle(axis, Math.hypot(x, y) / 120).normalize().toArray();
+  const axis = new THREE.Vector3(...up)
+    .multiplyScalar(x)
+    .addScaledVector(new THREE.Vector3(...right), y)
+    .normalize();
+  return new THREE.Vector3(...direction)
+    .applyAxisAngle(axis, Math.hypot(x, y) / 120)
+    .normalize()
+    .toArray();
 }

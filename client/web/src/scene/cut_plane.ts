@@ -43,7 +43,9 @@ export function rotatedCut(normal: Vec3, place: Vec3, isFlipped: boolean, info: 
 // Returns additional changes when clipping begins, unless specified: the part behind the plane remains, so that the cut
 // is visible; an oblique plane without a normal faces the camera.
 export function initialCut(
-  change: Partial<Settings>, before: Settings, { eye, target }: { eye: readonly number[]; target: readonly number[] },
+  change: Partial<Settings>,
+  before: Settings,
+  { eye, target }: { eye: readonly number[]; target: readonly number[] },
 ): Partial<Settings> {
   const clip: Cut = change.clip ?? "off";
   if (clip === "off") return {};

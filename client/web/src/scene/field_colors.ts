@@ -1,7 +1,7 @@
 // Maps the values of a second field to colors on surfaces; shared by all surfaces of a view.
 import * as THREE from "three";
 
-import { type ColorMap, colorRow, type ColorScale, endsOf, fractionInShader } from "../shared/color_maps";
+import { type ColorMap, type ColorScale, colorRow, endsOf, fractionInShader } from "../shared/color_maps";
 
 export class FieldColors {
   readonly uniforms = {
@@ -46,15 +46,19 @@ export class FieldColors {
       .replace("#include <common>", "#include <common>\nattribute float scalar;\nvarying float vScalar;")
       .replace("#include <begin_vertex>", "#include <begin_vertex>\nvScalar = scalar;");
     shader.fragmentShader = shader.fragmentShader
-      .replace("#include <common>",
+      .replace(
+        "#include <common>",
         "#include <common>\nuniform sampler2D fieldColors;\nuniform vec2 fieldRange;\nuniform vec2 fieldEnds;\n" +
-        `uniform bool fieldIsLog;\nuniform vec3 fieldNoValue;\nvarying float vScalar;\n${fractionInShader}`)
-      .replace("#include <color_fragment>",
+          `uniform bool fieldIsLog;\nuniform vec3 fieldNoValue;\nvarying float vScalar;\n${fractionInShader}`,
+      )
+      .replace(
+        "#include <color_fragment>",
         "#include <color_fragment>\n" +
           "if (vScalar >= 0.999) {\n" +
           "  float fieldValue = mix(fieldRange.x, fieldRange.y, vScalar - 1.0);\n" +
           "  float fieldShare = fractionOf(fieldValue, fieldEnds, fieldIsLog);\n" +
           "  diffuseColor.rgb = texture2D(fieldColors, vec2((fieldShare * 255.0 + 0.5) / 256.0, 0.5)).rgb;\n" +
-          "} else if (vScalar != 0.0) diffuseColor.rgb = fieldNoValue;");
+          "} else if (vScalar != 0.0) diffuseColor.rgb = fieldNoValue;",
+      );
   }
 }

@@ -13,9 +13,14 @@ export class Handles {
 
   constructor(stage: Stage, canvas: HTMLCanvasElement, changed: (changes: Partial<Settings>, isDragging: boolean) => void) {
     this.region = new RegionHandles(stage, canvas, (region, isDragging) => changed({ region }, isDragging));
-    this.cropBox = new RegionHandles(stage, canvas, (region, isDragging) => {
-      if (region.kind === "box") changed({ crop: { low: region.low, high: region.high } }, isDragging);
-    }, false);
+    this.cropBox = new RegionHandles(
+      stage,
+      canvas,
+      (region, isDragging) => {
+        if (region.kind === "box") changed({ crop: { low: region.low, high: region.high } }, isDragging);
+      },
+      false,
+    );
     this.cut = new CutHandles(stage, canvas, changed);
   }
 

@@ -1,6 +1,7 @@
 // Shows the name of the label under the pointer. Only one query runs at a time, followed by one for the last place.
-import { h } from "../shared/elements";
+
 import type { Label } from "../protocol/messages";
+import { h } from "../shared/elements";
 import type { Picked } from "./picking";
 
 export class LabelHover {
@@ -31,7 +32,7 @@ export class LabelHover {
   private async findLabel(): Promise<void> {
     if (this.isFinding) return;
     this.isFinding = true;
-    for (let requested: LabelHover["pointer"] = null; this.pointer && this.pointer !== requested;) {
+    for (let requested: LabelHover["pointer"] = null; this.pointer && this.pointer !== requested; ) {
       requested = this.pointer;
       const found = await this.find(requested.x, requested.y).catch(() => null);
       this.show(found);

@@ -7,11 +7,7 @@ export class Lights {
   readonly group = new THREE.Group();
 
   constructor() {
-    this.group.add(
-      light(0xfff4e6, 2.3, [-0.6, 0.85, 1]),
-      light(0xdbe7ff, 0.75, [0.95, 0.05, 0.7]),
-      light(0xffffff, 0.55, [0.3, 0.7, -1]),
-    );
+    this.group.add(light(0xfff4e6, 2.3, [-0.6, 0.85, 1]), light(0xdbe7ff, 0.75, [0.95, 0.05, 0.7]), light(0xffffff, 0.55, [0.3, 0.7, -1]));
     const sky = new THREE.HemisphereLight(0xdfe8f5, 0x2a2622, 0.8);
     sky.position.set(0, 0, 1); // World coordinates: z is up.
     this.group.add(sky);

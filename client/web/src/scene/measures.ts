@@ -1,7 +1,8 @@
 // Lengths, angles, areas and volumes, as numbers and text.
+
+import { inDigits, withBound } from "../shared/quantities";
 import type { MeasuredPlace } from "../state/settings";
 import type { Vec3 } from "../stream/dataset";
-import { inDigits, withBound } from "../shared/quantities";
 
 export function distanceOf(a: Vec3, b: Vec3): number {
   return Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
@@ -23,8 +24,7 @@ export function areaText(area: number, { lengthUnit }: { lengthUnit: string }, i
 
 // `bound`: the largest error of the volume; null: unknown. Above 1000 cubic millimeters also gives milliliters.
 export function volumeText(volume: number, { lengthUnit }: { lengthUnit: string }, bound: number | null): string {
-  const text = (factor: number) =>
-    bound === null ? `about ${inDigits(volume * factor, 2)}` : withBound(volume * factor, bound * factor);
+  const text = (factor: number) => (bound === null ? `about ${inDigits(volume * factor, 2)}` : withBound(volume * factor, bound * factor));
   const millilitres = lengthUnit === "mm" && volume >= 1000 ? ` = ${text(1e-3)} ml` : "";
   return `${text(1)} ${lengthUnit || "unit"}³${millilitres}`;
 }

@@ -2,17 +2,28 @@
 // area and volume of the part picked last, which can be hidden. Each place may have a note. A fourth place starts over.
 // Numbers have bounds and only significant digits.
 import * as THREE from "three";
-
-import { angleAt, areaText, distanceOf, lengthBetween, volumeText } from "./measures";
-import { h } from "../shared/elements";
-import { grouped, inDigits } from "../shared/quantities";
 import type { MassProperties } from "../mesh/mass_properties";
 import type { DatasetInfo, Label, ProbedPlace } from "../protocol/messages";
-import { boundOf, type ShownTiles } from "../shown_surface";
+import { h } from "../shared/elements";
+import { grouped, inDigits } from "../shared/quantities";
 import { type MeasuredPlace, maxNoteLength, maxPlaces } from "../state/settings";
-import { applied, inverse, latticeToWorld, roundedCoordinate, type Vec3, voxelLength, worldDifference, worldName } from "../stream/dataset";
+import {
+  applied,
+  assumedPlacement,
+  coordinateResolution,
+  inverse,
+  latticeToWorld,
+  placeText,
+  type Vec3,
+  valueText,
+  voxelLength,
+  worldDifference,
+  worldName,
+} from "../stream/dataset";
+import { boundOf, type ShownTiles } from "../surfaces/shown_surface";
 import type { TilePool } from "../workers/tile_pool";
 import type { MeasuredPart } from "../workers/worker_messages";
+import { angleAt, areaText, distanceOf, lengthBetween, volumeText } from "./measures";
 import type { Picked } from "./picking";
 import type { Stage } from "./stage";
 
@@ -47,7 +58,7 @@ export class Measuring {
     private readonly probe: (info: DatasetInfo, world: Vec3) => Promise<ProbedPlace>,
     private readonly changed: (places: readonly MeasuredPlace[]) => void,
     private readonly leave: () => void, // Moves the focus to the scene.
-    private readonly hidePart: (surface: number, world: Vec3) => void,
+    private readonly hidePart: (surface: number, world: Vec3, info: DatasetInfo) => void,
     private readonly nameOf: (label: Label) => string,
   ) {
     this.drawing.append(this.line);
@@ -93,7 +104,9 @@ export class Measuring {
       const known = this.places.find((one) => isAt(place, one));
       // Another time or field of the data has another value there.
       const isReplaced = known?.info.name === before?.name;
-      return known ? { ...known, info: isReplaced ? info : known.info, note: place.note } : { ...place, info, index: applied(toIndex, place.world), surface: null };
+      return known
+        ? { ...known, info: isReplaced ? info : known.info, note: place.note }
+        : { ...place, info, index: applied(toIndex, place.world), surface: null };
     });
     this.write();
   }
@@ -124,15 +137,22 @@ export class Measuring {
   }
 
   private writeDots(): void {
-    this.dots.splice(0, Infinity, ...this.places.map(({ note }, i) =>
-      h("span", { class: "dot" }, names[i], ...(note ? [h("span", { class: "dot-note" }, note)] : []))));
+    this.dots.splice(
+      0,
+      Infinity,
+      ...this.places.map(({ note }, i) => h("span", { class: "dot" }, names[i], ...(note ? [h("span", { class: "dot-note" }, note)] : []))),
+    );
     this.labels.replaceChildren(this.drawing, ...this.dots);
   }
 
   // For the place picked last.
   private noteInput(i: number): HTMLElement {
     const input = h("input", {
-      type: "text", class: "note", placeholder: "Note", maxlength: String(maxNoteLength), "aria-label": `Note on ${names[i]}`,
+      type: "text",
+      class: "note",
+      placeholder: "Note",
+      maxlength: String(maxNoteLength),
+      "aria-label": `Note on ${names[i]}`,
     });
     input.value = this.places[i].note ?? "";
     input.addEventListener("change", () => {
@@ -153,13 +173,24 @@ export class Measuring {
     });
     const last = places[places.length - 1];
     const label = last.surface?.tiles.shown.info.member?.label;
-    this.element.replaceChildren(close, ...(label ? [h("p", { class: "picked-label" }, h("b", {}, this.nameOf(label)))] : []),
+    this.element.replaceChildren(
+      close,
+      ...(label ? [h("p", { class: "picked-label" }, h("b", {}, this.nameOf(label)))] : []),
       ...places.map(({ world, index }, i) =>
-        h("p", {}, h("b", {}, names[i]), ` ${worldName(info)} ${world.map((v) => inDigits(roundedCoordinate(v, info), 5)).join(", ")}`,
-          h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`))),
+        h(
+          "p",
+          {},
+          h("b", {}, names[i]),
+          ` ${worldName(info)} ${placeText(world, info)}`,
+          h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`),
+        ),
+      ),
       ...(label ? [] : [this.fieldAt(last.info, last.world)]), // A label's field adds nothing to its name.
-      ...[...this.lengths(), ...this.angle()].map((text) => h("p", { class: "distance" }, text)));
+      ...[...this.lengths(), ...this.angle()].map((text) => h("p", { class: "distance" }, text)),
+    );
     const click = this.element.closest(".has-slices") ? "Click (in slices: double-click)" : "Click";
+    const assumed = assumedPlacement(info);
+    if (assumed) this.element.append(h("p", { class: "assumed" }, `Assumed, as the file does not state it: ${assumed}.`));
     const next = [`${click} another point to measure.`, `${click} a third point for the angle.`][places.length - 1];
     if (next) this.element.append(h("p", { class: "hint" }, next));
     this.element.append(this.noteInput(places.length - 1));
@@ -205,7 +236,10 @@ export class Measuring {
   }
 
   private async measurePart(surface: NonNullable<Place["surface"]>): Promise<void> {
-    const { tiles: { shown, drawn }, part } = surface;
+    const {
+      tiles: { shown, drawn },
+      part,
+    } = surface;
     this.isPartMeasured = true;
     const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
     const found = await this.pool.measure(drawn, toWorld, part).catch(() => null);
@@ -218,7 +252,7 @@ export class Measuring {
     const button = h("button", { type: "button", class: "hide-part" }, "Hide this part");
     button.addEventListener("click", () => {
       this.clear();
-      this.hidePart(tiles.at, world);
+      this.hidePart(tiles.at, world, tiles.shown.info);
       this.leave();
     });
     return button;
@@ -236,8 +270,8 @@ export class Measuring {
 }
 
 // Compares with the precision of addresses.
-function isAt(place: MeasuredPlace, known: MeasuredPlace): boolean {
-  return place.world.every((value, axis) => Math.abs(value - known.world[axis]) <= 1e-5 * Math.max(1, Math.abs(value)));
+function isAt(place: MeasuredPlace, known: Place): boolean {
+  return place.world.every((value, axis) => Math.abs(value - known.world[axis]) <= coordinateResolution(known.info));
 }
 
 function fieldWords({ value, gradient }: ProbedPlace, info: DatasetInfo): (Node | string)[] {
@@ -245,13 +279,11 @@ function fieldWords({ value, gradient }: ProbedPlace, info: DatasetInfo): (Node 
   const unit = info.valueUnit ? ` ${info.valueUnit}` : "";
   const slope = gradient.length === 3 ? Math.hypot(...gradient) : null;
   const words = slope === null ? "" : `, gradient ${inDigits(slope, 3)}${unit} per ${info.lengthUnit || "unit"}`;
-  return [h("b", {}, `Value ${inDigits(value, 4)}${unit}`), h("span", {}, words)];
+  return [h("b", {}, `Value ${valueText(value, info)}${unit}`), h("span", {}, words)];
 }
 
 // `bound`: the surface's error in world units; null: unknown.
-function partWords(
-  found: MassProperties | null, info: { lengthUnit: string }, bound: number | null, isFullResolution: boolean,
-): (Node | string)[] {
+function partWords(found: MassProperties | null, info: { lengthUnit: string }, bound: number | null, isFullResolution: boolean): (Node | string)[] {
   if (!found) return ["The surface has changed in the meantime; pick again."];
   const { area, volume, triangles, isCapped } = found;
   const off = bound === null ? null : bound * area;

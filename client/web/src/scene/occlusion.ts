@@ -2,7 +2,7 @@
 // pattern has 5 by 5 pixels; average over that area.
 import * as THREE from "three";
 import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
-import { generateMagicSquareNoise, GTAOShader } from "three/examples/jsm/shaders/GTAOShader.js";
+import { GTAOShader, generateMagicSquareNoise } from "three/examples/jsm/shaders/GTAOShader.js";
 
 import { exactDepths } from "./exact_depths";
 import { layers } from "./layers";
@@ -10,11 +10,15 @@ import { layers } from "./layers";
 export class Occlusion {
   // The field's normals, as used for shading: depths alone would show every triangle.
   private readonly shape = new THREE.WebGLRenderTarget(1, 1, {
-    minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter, depthTexture: exactDepths(),
+    minFilter: THREE.NearestFilter,
+    magFilter: THREE.NearestFilter,
+    depthTexture: exactDepths(),
   });
   private readonly normals = new THREE.MeshNormalMaterial({ side: THREE.DoubleSide });
   private readonly target = new THREE.WebGLRenderTarget(1, 1, {
-    depthBuffer: false, minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter,
+    depthBuffer: false,
+    minFilter: THREE.NearestFilter,
+    magFilter: THREE.NearestFilter,
   });
   private readonly material = new THREE.ShaderMaterial({
     defines: { ...GTAOShader.defines, NORMAL_VECTOR_TYPE: 1, SAMPLES: 16 },
@@ -38,7 +42,10 @@ export class Occlusion {
 
   // Returns 1 where light arrives from everywhere, less in hollows narrower than `radius`, in world units.
   texture(
-    renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: SceneCamera, { radius, clip }: OcclusionOptions,
+    renderer: THREE.WebGLRenderer,
+    scene: THREE.Scene,
+    camera: SceneCamera,
+    { radius, clip }: OcclusionOptions,
     { width, height }: { width: number; height: number },
   ): THREE.Texture {
     this.shape.setSize(width, height);

@@ -1,15 +1,21 @@
 // The axes of the world in their current orientation, with the patient's letters if the space is known. Each end is a
 // button for the view from there. If the space is unknown, another button shows and switches the up axis.
 import * as THREE from "three";
-
-import { h } from "../shared/elements";
 import { type DatasetInfo, WorldSpace } from "../protocol/messages";
+import { h } from "../shared/elements";
 import type { Vec3 } from "../stream/dataset";
 import type { AxisArm } from "./annotations";
 import { type AxisName, axisNames } from "./axis_names";
 import type { Stage } from "./stage";
 
-const upOrder: readonly Vec3[] = [[0, 0, 1], [0, 0, -1], [0, 1, 0], [0, -1, 0], [1, 0, 0], [-1, 0, 0]];
+const upOrder: readonly Vec3[] = [
+  [0, 0, 1],
+  [0, 0, -1],
+  [0, 1, 0],
+  [0, -1, 0],
+  [1, 0, 0],
+  [-1, 0, 0],
+];
 
 export class Orientation {
   readonly element = h("div", { class: "orientation", role: "group", "aria-label": "Look from a side", hidden: true });
@@ -30,9 +36,16 @@ export class Orientation {
     this.names = axisNames(info);
     this.turner.hidden = info.space !== WorldSpace.UNSPECIFIED;
     this.ends = this.names.map(({ letter, word, direction }, i) => {
-      const button = h("button", {
-        type: "button", class: `end axis-${"xyz"[i >> 1]}`, "aria-label": `Look from ${word}`, "data-tip": `Look from ${word}.`,
-      }, letter);
+      const button = h(
+        "button",
+        {
+          type: "button",
+          class: `end axis-${"xyz"[i >> 1]}`,
+          "aria-label": `Look from ${word}`,
+          "data-tip": `Look from ${word}.`,
+        },
+        letter,
+      );
       const towards = new THREE.Vector3(...direction);
       button.addEventListener("click", () => this.lookFrom(towards));
       return { button, arm: h("span", { class: `arm axis-${"xyz"[i >> 1]}` }), direction: towards };

@@ -4,10 +4,8 @@ import type * as THREE from "three";
 
 import type { HalfSpace } from "../mesh/ray";
 import type { DatasetInfo } from "../protocol/messages";
-import type { ShownTiles } from "../shown_surface";
-import {
-  type Affine, applied, inverse, latticeToIndex, latticeToWorld, type Vec3,
-} from "../stream/dataset";
+import { type Affine, applied, inverse, latticeToIndex, latticeToWorld, type Vec3 } from "../stream/dataset";
+import type { ShownTiles } from "../surfaces/shown_surface";
 import type { TilePool } from "../workers/tile_pool";
 import type { Hit } from "../workers/worker_messages";
 import type { Stage } from "./stage";
@@ -77,9 +75,14 @@ export class Picking {
     const direction = ahead.map((value, axis) => value - origin[axis]);
     const halfSpaces = clip.map((plane) => halfSpaceInLattice(plane, toWorld));
     const hit = await this.pool.pick(tiles.drawn, { origin, direction, clip: halfSpaces }).catch(() => null);
-    return hit && {
-      world: applied(toWorld, hit.point), index: applied(latticeToIndex(info, resolution), hit.point), info, surface: { tiles, hit },
-    };
+    return (
+      hit && {
+        world: applied(toWorld, hit.point),
+        index: applied(latticeToIndex(info, resolution), hit.point),
+        info,
+        surface: { tiles, hit },
+      }
+    );
   }
 }
 

@@ -1,6 +1,6 @@
 // Compiles GPU programs before they are needed. A frame with a program that is not ready blocks the page, for some
 // tenths of a second with software rendering.
-import * as THREE from "three";
+import type * as THREE from "three";
 
 import { gpuFinished } from "./gpu_fence";
 
@@ -25,6 +25,11 @@ export class Programs {
     if (this.ready.has(kind)) return true;
     if (!this.compiling.has(kind)) void this.compile(kind, object);
     return false;
+  }
+
+  // Call when all programs are lost.
+  forget(): void {
+    this.ready.clear();
   }
 
   private async compile(kind: string, object: THREE.Object3D): Promise<void> {

@@ -65,19 +65,13 @@ export class RegionHandles {
     disposeTree(this.group);
     this.handles = [];
     if (!this.region) return;
-    const shape =
-      this.region.kind === "box"
-        ? new THREE.BoxGeometry(1, 1, 1)
-        : new THREE.SphereGeometry(1, 48, 32);
+    const shape = this.region.kind === "box" ? new THREE.BoxGeometry(1, 1, 1) : new THREE.SphereGeometry(1, 48, 32);
     const glass = new THREE.Mesh(
       shape,
       new THREE.MeshBasicMaterial({ color: color, transparent: true, opacity: 0.1, depthWrite: false, side: THREE.DoubleSide }),
     );
     glass.renderOrder = 2;
-    const edges =
-      this.region.kind === "box"
-        ? new THREE.LineSegments(new THREE.EdgesGeometry(shape), lineMaterial())
-        : rings();
+    const edges = this.region.kind === "box" ? new THREE.LineSegments(new THREE.EdgesGeometry(shape), lineMaterial()) : rings();
     edges.renderOrder = 3;
     glass.layers.set(layers.marks);
     edges.layers.set(this.isFilled ? layers.marks : layers.overlay);
@@ -178,8 +172,7 @@ function boxHandles(): Handle[] {
         dragged: (region, to) => {
           if (region.kind !== "box") return region;
           const moved = [...region[side]] as Vec3;
-          moved[axis] =
-            side === "low" ? Math.min(to[axis], region.high[axis]) : Math.max(to[axis], region.low[axis]);
+          moved[axis] = side === "low" ? Math.min(to[axis], region.high[axis]) : Math.max(to[axis], region.low[axis]);
           return { ...region, [side]: moved };
         },
       });
@@ -215,10 +208,7 @@ function ballHandles(): Handle[] {
         const [x, y, z] = centerOf(region);
         return [x + (region.kind === "ball" ? region.radius : 0), y, z];
       },
-      dragged: (region, to) =>
-        region.kind === "ball"
-          ? { ...region, radius: Math.max(0, to[0] - region.center[0]) }
-          : region,
+      dragged: (region, to) => (region.kind === "ball" ? { ...region, radius: Math.max(0, to[0] - region.center[0]) } : region),
     },
   ];
 }

@@ -1,11 +1,9 @@
 // The surroundings of the surfaces: the box of the data, numbers along three of its edges, and a scale bar, in the unit
 // of the dataset's spacing.
 import * as THREE from "three";
-
-import { applied, lengthText, type Vec3 } from "../stream/dataset";
 import type { DatasetInfo } from "../protocol/messages";
 import { h } from "../shared/elements";
-import { inDigits } from "../shared/quantities";
+import { applied, lengthText, type Vec3 } from "../stream/dataset";
 import type { AxisNumber } from "./annotations";
 import { disposeTree } from "./dispose_tree";
 import type { Stage } from "./stage";
@@ -27,8 +25,7 @@ interface Edge {
 }
 
 export class SceneDecorations {
-  readonly scaleBar = h("div", { class: "scale-bar", "data-tip":
-    "A length at the depth of the center of the picture, in the unit of the dataset's spacing." });
+  readonly scaleBar = h("div", { class: "scale-bar", "data-tip": "A length at the depth of the center of the picture, in the unit of the dataset's spacing." });
   readonly numbers = h("div", { class: "axis-numbers", "aria-hidden": "true" });
   private readonly box = new THREE.Group();
   private readonly labels: HTMLElement[] = [];
@@ -49,11 +46,18 @@ export class SceneDecorations {
     disposeTree(this.box);
     this.dataset = info;
     const corner = (bits: number): Vec3 =>
-      applied(info.indexToWorld, info.dims.map((n, axis) => (bits & (1 << axis) ? n - 1 : 0)));
-    this.middle.set(...corner(0)).add(new THREE.Vector3(...corner(7))).multiplyScalar(0.5);
+      applied(
+        info.indexToWorld,
+        info.dims.map((n, axis) => (bits & (1 << axis) ? n - 1 : 0)),
+      );
+    this.middle
+      .set(...corner(0))
+      .add(new THREE.Vector3(...corner(7)))
+      .multiplyScalar(0.5);
     this.edges = [0, 1, 2].map((axis) =>
-      [0, 1, 2, 3, 4, 5, 6, 7].filter((bits) => !(bits & (1 << axis))).map((bits) =>
-        edgeOf(new THREE.Vector3(...corner(bits)), new THREE.Vector3(...corner(bits | (1 << axis))))),
+      [0, 1, 2, 3, 4, 5, 6, 7]
+        .filter((bits) => !(bits & (1 << axis)))
+        .map((bits) => edgeOf(new THREE.Vector3(...corner(bits)), new THREE.Vector3(...corner(bits | (1 << axis))))),
     );
     for (const [axis, edges] of this.edges.entries()) {
       edges.forEach(({ from, to }, i) => this.box.add(lineOf(from, to, i === 0 ? axisColors[axis] : null)));
@@ -108,11 +112,11 @@ export class SceneDecorations {
       // Perpendicular to the edge, away from the box's center.
       const side = Math.sign((b.x - a.x) * (center!.y - a.y) - (b.y - a.y) * (center!.x - a.x)) || 1;
       const [nx, ny] = [(side * (b.y - a.y)) / length, (-side * (b.x - a.x)) / length];
-      for (const value of ticks(Math.min(low, high), Math.max(low, high), Math.min(6, length / apart))) {
+      for (const { value, text } of ticks(Math.min(low, high), Math.max(low, high), Math.min(6, length / apart))) {
         const share = (value - low) / (high - low);
         const x = a.x + share * (b.x - a.x) + outwards * nx;
         const y = a.y + share * (b.y - a.y) + outwards * ny;
-        this.write(inDigits(value, 6), x, y, isFree);
+        this.write(text, x, y, isFree);
       }
     }
     for (const label of this.labels.slice(this.written.length)) label.hidden = true;
@@ -125,7 +129,9 @@ export class SceneDecorations {
     return (x, y, halfWidth, halfHeight) => {
       const [left, right, top, bottom] = [x - halfWidth, x + halfWidth, y - halfHeight, y + halfHeight];
       if (left < 0 || right > frame.width || top < 0 || bottom > frame.height) return false;
-      return covers.every((box) => frame.left + left > box.right || frame.left + right < box.left || frame.top + top > box.bottom || frame.top + bottom < box.top);
+      return covers.every(
+        (box) => frame.left + left > box.right || frame.left + right < box.left || frame.top + top > box.bottom || frame.top + bottom < box.top,
+      );
     };
   }
 
@@ -155,13 +161,13 @@ interface Place {
 // behind its numbers. -1: not all are in front of the eye.
 function outermost(seen: (readonly [Place | null, Place | null])[], center: Place): number {
   let best = -1;
-  let most = -Infinity;
+  let farthest = -Infinity;
   seen.forEach(([a, b], i) => {
     if (!a || !b) return;
     const [x, y] = [(a.x + b.x) / 2 - center.x, (a.y + b.y) / 2 - center.y];
     const far = Math.hypot(x, y) + 0.4 * y - 0.1 * x;
-    if (far <= most) return;
-    most = far;
+    if (far <= farthest) return;
+    farthest = far;
     best = i;
   });
   return best;

@@ -8,7 +8,7 @@ import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 
 import { exactDepths } from "./exact_depths";
 import { layers } from "./layers";
-import { type SceneCamera, Occlusion, type OcclusionOptions } from "./occlusion";
+import { Occlusion, type OcclusionOptions, type SceneCamera } from "./occlusion";
 import { Translucency } from "./translucency";
 
 export interface FrameOptions {
@@ -61,7 +61,9 @@ const compositeShader = /* glsl */ `
 
 export class SceneRenderer {
   private readonly solid = new THREE.WebGLRenderTarget(1, 1, {
-    samples: 4, type: THREE.HalfFloatType, depthTexture: exactDepths(),
+    samples: 4,
+    type: THREE.HalfFloatType,
+    depthTexture: exactDepths(),
   });
   private readonly uploadTarget = new THREE.WebGLRenderTarget(1, 1, { type: THREE.HalfFloatType }); // The target of uploads.
   private readonly occlusion = new Occlusion();
@@ -69,9 +71,13 @@ export class SceneRenderer {
   private readonly composite = new FullScreenQuad(
     new THREE.ShaderMaterial({
       uniforms: {
-        solid: { value: null }, occlusion: { value: null }, translucent: { value: null }, depths: { value: null },
+        solid: { value: null },
+        occlusion: { value: null },
+        translucent: { value: null },
+        depths: { value: null },
         shape: { value: null },
-        hasOcclusion: { value: false }, hasTranslucent: { value: false },
+        hasOcclusion: { value: false },
+        hasTranslucent: { value: false },
       },
       vertexShader: "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
       fragmentShader: compositeShader,

@@ -42,10 +42,16 @@ export function drawLines(context: CanvasRenderingContext2D, lines: readonly Cut
 
 // Draws the places that lie on the plane, and the lines between two of them with their lengths.
 export function drawPlaces(
-  context: CanvasRenderingContext2D, write: Write, places: readonly (MeasuredPlace & { isOnPlane: boolean })[], info: DatasetInfo,
+  context: CanvasRenderingContext2D,
+  write: Write,
+  places: readonly (MeasuredPlace & { isOnPlane: boolean })[],
+  info: DatasetInfo,
   toScreen: ToScreen,
 ): void {
-  const sides = places.slice(1).map((to, i) => ({ from: places[i], to })).filter(({ from, to }) => from.isOnPlane && to.isOnPlane);
+  const sides = places
+    .slice(1)
+    .map((to, i) => ({ from: places[i], to }))
+    .filter(({ from, to }) => from.isOnPlane && to.isOnPlane);
   for (const { from, to } of sides) {
     context.strokeStyle = measured;
     context.lineWidth = 2;
@@ -75,7 +81,10 @@ export function drawScaleBar(context: CanvasRenderingContext2D, write: Write, pe
   if (!(length > 0) || !Number.isFinite(length)) return;
   const [end, y] = [width - 8, 12];
   const begin = end - length * perUnit;
-  for (const [color, thickness] of [["#000000", 4], ["#ffffff", 2]] as const) {
+  for (const [color, thickness] of [
+    ["#000000", 4],
+    ["#ffffff", 2],
+  ] as const) {
     context.strokeStyle = color;
     context.lineWidth = thickness;
     context.beginPath();

@@ -15,7 +15,12 @@ export interface SliceActions {
 const wheelStep = 60; // Wheel pixels per sample.
 const zoomStep = 1.25; // Per key.
 const steps: Record<string, Parameters<SliceActions["step"]>> = {
-  ArrowRight: ["right", 1], ArrowLeft: ["right", -1], ArrowDown: ["down", 1], ArrowUp: ["down", -1], PageUp: ["normal", 1], PageDown: ["normal", -1],
+  ArrowRight: ["right", 1],
+  ArrowLeft: ["right", -1],
+  ArrowDown: ["down", 1],
+  ArrowUp: ["down", -1],
+  PageUp: ["normal", 1],
+  PageDown: ["normal", -1],
 };
 
 interface Place {
@@ -72,21 +77,28 @@ function pinch(actions: SliceActions, before: Place, now: Place, other: Place | 
 
 function listenToWheel(canvas: HTMLCanvasElement, actions: SliceActions): void {
   let scrolled = 0;
-  canvas.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    const pixels = event.deltaMode === 0 ? event.deltaY : wheelStep * Math.sign(event.deltaY);
-    if (event.ctrlKey || event.metaKey) return actions.zoom(Math.exp(-pixels / 300), event.offsetX, event.offsetY);
-    scrolled += pixels;
-    const samples = Math.trunc(scrolled / wheelStep);
-    scrolled -= samples * wheelStep;
-    if (samples !== 0) actions.step("normal", -samples);
-  }, { passive: false });
+  canvas.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      const pixels = event.deltaMode === 0 ? event.deltaY : wheelStep * Math.sign(event.deltaY);
+      if (event.ctrlKey || event.metaKey) return actions.zoom(Math.exp(-pixels / 300), event.offsetX, event.offsetY);
+      scrolled += pixels;
+      const samples = Math.trunc(scrolled / wheelStep);
+      scrolled -= samples * wheelStep;
+      if (samples !== 0) actions.step("normal", -samples);
+    },
+    { passive: false },
+  );
 }
 
 function listenToKeys(canvas: HTMLCanvasElement, actions: SliceActions): void {
   const zoom = (factor: number) => actions.zoom(factor, canvas.clientWidth / 2, canvas.clientHeight / 2);
   const acts: Record<string, () => void> = {
-    "+": () => zoom(zoomStep), "=": () => zoom(zoomStep), "-": () => zoom(1 / zoomStep), f: () => actions.resetZoom(),
+    "+": () => zoom(zoomStep),
+    "=": () => zoom(zoomStep),
+    "-": () => zoom(1 / zoomStep),
+    f: () => actions.resetZoom(),
     m: () => actions.mark(null),
   };
   canvas.addEventListener("keydown", (event) => {

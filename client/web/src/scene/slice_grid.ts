@@ -48,7 +48,11 @@ export function planeGrid(low: Vec3, high: Vec3, plane: PlaneAxes, at: number, s
 // Returns the part of the box around `center` of which a plane's view shows the shares `seen` to the right and downwards,
 // and half as much around it. It is whole along sides whose samples are all pixels.
 export function seenPart(
-  box: { low: Vec3; high: Vec3 }, { right, down }: PlaneAxes, center: Vec3, seen: readonly [number, number], spacing: Vec3,
+  box: { low: Vec3; high: Vec3 },
+  { right, down }: PlaneAxes,
+  center: Vec3,
+  seen: readonly [number, number],
+  spacing: Vec3,
 ): { low: Vec3; high: Vec3 } {
   const [low, high]: Vec3[] = [[...box.low], [...box.high]];
   for (const [i, { axis }] of [right, down].entries()) {
@@ -78,7 +82,7 @@ export function gridCorners({ origin, right, down, width, height }: SliceGrid): 
 // Returns the least and greatest distance of the box along a unit vector.
 export function extentAlong(low: Vec3, high: Vec3, normal: Vec3): { from: number; to: number } {
   const ends = normal.map((part, axis) => [part * low[axis], part * high[axis]].sort((a, b) => a - b));
-  return { from: ends.reduce((sum, [least]) => sum + least, 0), to: ends.reduce((sum, [, most]) => sum + most, 0) };
+  return { from: ends.reduce((sum, [least]) => sum + least, 0), to: ends.reduce((sum, [, greatest]) => sum + greatest, 0) };
 }
 
 // Returns the corners, in any order, of the polygon in which the plane normal * place = `distance` cuts the box.

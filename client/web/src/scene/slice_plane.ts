@@ -2,10 +2,9 @@
 // filled cut shows it only where the field is above an isovalue.
 import * as THREE from "three";
 import type { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
-
+import { type ColorMap, type ColorScale, colorRow, endsOf, fractionInShader } from "../shared/color_maps";
 import type { Affine, Vec3 } from "../stream/dataset";
 import type { SliceValues } from "../stream/dataset_queries";
-import { type ColorMap, colorRow, type ColorScale, endsOf, fractionInShader } from "../shared/color_maps";
 import { layers } from "./layers";
 import { gridCorners, valueAt } from "./slice_grid";
 import { wideLines } from "./wide_lines";
@@ -69,8 +68,11 @@ const fragment = /* glsl */ `
 export class SlicePlane {
   private readonly material = new THREE.ShaderMaterial({
     uniforms: {
-      values: { value: null }, colors: { value: null }, above: { value: 0 },
-      ends: { value: new THREE.Vector2(0, 1) }, isLog: { value: false },
+      values: { value: null },
+      colors: { value: null },
+      above: { value: 0 },
+      ends: { value: new THREE.Vector2(0, 1) },
+      isLog: { value: false },
     },
     vertexShader: vertex,
     fragmentShader: fragment,
@@ -87,7 +89,10 @@ export class SlicePlane {
   private map: ColorMap | null = null;
   private clip: THREE.Plane[] = [];
 
-  constructor(scene: THREE.Scene, private readonly invalidate: () => void) {
+  constructor(
+    scene: THREE.Scene,
+    private readonly invalidate: () => void,
+  ) {
     this.quad.visible = false;
     this.quad.layers.set(layers.marks);
     this.quad.geometry.setAttribute("position", new THREE.Float32BufferAttribute(new Float32Array(12), 3));
@@ -137,7 +142,9 @@ export class SlicePlane {
       const line = wideLines(segments, { color, width: 1.5 });
       line.material.clippingPlanes = this.clip;
       line.matrixAutoUpdate = false;
-      line.matrix.set(m[0], m[3], m[6], m[9], m[1], m[4], m[7], m[10], m[2], m[5], m[8], m[11], 0, 0, 0, 1);
+      line.matrix
+        .set(m[0], m[3], m[6], m[9], m[1], m[4], m[7], m[10], m[2], m[5], m[8], m[11], 0, 0, 0, 1)
+        .multiply(new THREE.Matrix4().setPosition(line.position));
       this.lines.add(line);
     }
     this.invalidate();
@@ -157,7 +164,9 @@ export class SlicePlane {
 
   private place({ grid, values }: SliceValues): void {
     const position = this.quad.geometry.getAttribute("position") as THREE.BufferAttribute;
-    position.array.set(gridCorners(grid).flat());
+    const { origin } = grid; // The GPU's 32-bit numbers count from here.
+    position.array.set(gridCorners(grid).flatMap((corner) => corner.map((value, axis) => value - origin[axis])));
+    this.quad.position.set(...origin);
     position.needsUpdate = true;
     const texture = new THREE.DataTexture(values as Float32Array<ArrayBuffer>, grid.width, grid.height, THREE.RedFormat, THREE.FloatType);
     texture.needsUpdate = true;

@@ -1,14 +1,14 @@
 // One of three linked slices: the samples on a plane perpendicular to a world axis, the lines where it cuts the
 // surfaces, and a crosshair where the other planes meet it.
 import { type DatasetInfo, WorldSpace } from "../protocol/messages";
-import { colorRow, type ColorScale, fractionOf } from "../shared/color_maps";
+import { type ColorScale, colorRow, fractionOf } from "../shared/color_maps";
 import { h } from "../shared/elements";
 import type { MeasuredPlace } from "../state/settings";
-import { lengthText, nearestSample, roundedCoordinate, type Vec3, worldBox, worldSpacing } from "../stream/dataset";
+import { coordinateText, nearestSample, type Vec3, worldBox, worldSpacing } from "../stream/dataset";
 import type { SliceGrid, SliceValues } from "../stream/dataset_queries";
 import { axisNames } from "./axis_names";
-import { listenToSlice } from "./slice_gestures";
 import { drawLines, drawPlaces, drawScaleBar, labelsAt, type ToScreen, type Write, writerOn } from "./slice_drawing";
+import { listenToSlice } from "./slice_gestures";
 import { type Direction, gridCorners, type PlaneAxes, planeGrid, seenPart } from "./slice_grid";
 import type { CutLines } from "./slice_plane";
 
@@ -83,8 +83,10 @@ export class SliceView {
   }
 
   private describe(info: DatasetInfo): void {
-    this.canvas.setAttribute("aria-label",
-      `${planeName(info, this.axis)} slice, ${this.placeText()}. Click to move the crosshair, scroll to change the slice; arrow keys, Page up and Page down do the same. Plus and minus zoom. Double-click to measure, or M at the crosshair.`);
+    this.canvas.setAttribute(
+      "aria-label",
+      `${planeName(info, this.axis)} slice, ${this.placeText()}. Click to move the crosshair, scroll to change the slice; arrow keys, Page up and Page down do the same. Plus and minus zoom. Double-click to measure, or M at the crosshair.`,
+    );
   }
 
   showSlice(slice: SliceValues | null): void {
@@ -252,7 +254,13 @@ export class SliceView {
     drawLines(context, this.lines, toScreen);
     this.drawCross(context, this.seen);
     const write = writerOn(context);
-    drawPlaces(context, write, this.places.map((one) => ({ ...one, isOnPlane: this.isOnPlane(one.world) })), this.info, toScreen);
+    drawPlaces(
+      context,
+      write,
+      this.places.map((one) => ({ ...one, isOnPlane: this.isOnPlane(one.world) })),
+      this.info,
+      toScreen,
+    );
     this.drawWords(context, write, this.seen);
   }
 
@@ -291,7 +299,7 @@ export class SliceView {
     const { clientWidth, clientHeight } = this.canvas;
     const info = this.info!;
     const names = axisNames(info);
-    const letter = ({ axis, sign }: Direction, isEnd: boolean) => names[2 * axis + ((sign > 0) === isEnd ? 0 : 1)].letter;
+    const letter = ({ axis, sign }: Direction, isEnd: boolean) => names[2 * axis + (sign > 0 === isEnd ? 0 : 1)].letter;
     const { right, down } = this.sides;
     const [name, place] = [planeName(info, this.axis), this.placeText()];
     // Letters above and below the data if there is space; not on a text, in narrow views.
@@ -309,7 +317,7 @@ export class SliceView {
 
   // "z 12.5 mm: 345 HU, Liver"
   private placeText(): string {
-    const place = `${"xyz"[this.axis]} ${lengthText(roundedCoordinate(this.cross[this.axis], this.info!), this.info!, 5)}`;
+    const place = `${"xyz"[this.axis]} ${coordinateText(this.cross[this.axis], this.info!)}`;
     const found = [this.value, ...this.labels].filter((text) => text !== "").join(", ");
     return found ? `${place}: ${found}` : place;
   }

@@ -6,14 +6,15 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 import type { Vec3 } from "../stream/dataset";
 import type { View } from "../stream/request";
+import { ContextKeeper } from "./context_keeper";
 import { boxBetween } from "./crop";
 import { areSamePlanes } from "./cut_plane";
 import { nudgedFromUp, snappedToAxis } from "./directions";
 import { gpuFinished } from "./gpu_fence";
 import { Lights } from "./lights";
 import type { SceneCamera } from "./occlusion";
-import { SceneRenderer } from "./scene_renderer";
 import { Programs } from "./programs";
+import { SceneRenderer } from "./scene_renderer";
 
 export interface StageLook {
   isOrthographic: boolean;
@@ -27,7 +28,7 @@ const restAfter = 180; // Milliseconds without a change.
 const delays = { picture: 500, work: 100 }; // Milliseconds.
 const maxMotionCost = 20; // Milliseconds of GPU time: acceptable during motion.
 const maxOcclusionCost = 4000; // Milliseconds: a frame this slow is not drawn at all.
-const peels = { moving: 3, resting: 6, most: 12 };
+const peels = { moving: 3, resting: 6, limit: 12 };
 
 export class Stage {
   readonly scene = new THREE.Scene();
@@ -35,6 +36,7 @@ export class Stage {
   readonly renderer: THREE.WebGLRenderer;
   readonly controls: OrbitControls;
   private readonly orthographicCamera = new THREE.OrthographicCamera(); // Follows `camera`.
+  readonly context: ContextKeeper;
   private readonly lights = new Lights();
   private readonly sceneRenderer: SceneRenderer;
   readonly programs: Programs;
@@ -53,10 +55,15 @@ export class Stage {
   private isDataPending = () => false;
   private readonly resizing = new ResizeObserver(() => this.resize());
 
-  constructor(private readonly canvas: HTMLCanvasElement) {
+  // `contextGone`: the browser took the scene's context away for good.
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    contextGone: () => void,
+  ) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.setClearColor(0x000000, 0);
+    this.renderer.debug.checkShaderErrors = import.meta.env.DEV; // It waits for the GPU, and fails without a context.
     this.renderer.localClippingEnabled = true; // Materials have clip planes.
     this.camera.up.set(0, 0, 1);
     this.orthographicCamera.up.copy(this.camera.up);
@@ -64,6 +71,13 @@ export class Stage {
     this.programs = new Programs(this.renderer, this.scene, this.camera, this.sceneRenderer.targets, () => this.invalidate());
     // Queried now, while nothing is being drawn: later it would block the page until drawing is done.
     for (const name of extensions) this.renderer.extensions.has(name);
+    this.context = new ContextKeeper(this.renderer, canvas, {
+      gone: contextGone,
+      restored: () => {
+        this.programs.forget();
+        this.invalidate();
+      },
+    });
     this.scene.add(this.lights.group);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.dampingFactor = 0.12;
@@ -177,11 +191,7 @@ export class Stage {
     const slope = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2)) * 0.9;
     let distance = 0;
     for (let corner = 0; corner < 8; ++corner) {
-      const p = new THREE.Vector3(
-        corner & 1 ? box.max.x : box.min.x,
-        corner & 2 ? box.max.y : box.min.y,
-        corner & 4 ? box.max.z : box.min.z,
-      ).sub(target);
+      const p = new THREE.Vector3(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y, corner & 4 ? box.max.z : box.min.z).sub(target);
       const across = Math.abs(p.dot(right)) / (slope * this.camera.aspect);
       const upwards = Math.abs(p.dot(up)) / slope;
       distance = Math.max(distance, p.dot(direction) + Math.max(across, upwards));
@@ -202,10 +212,7 @@ export class Stage {
   // Rotates around the target by radians and moves closer by a factor.
   rotate(azimuth: number, elevation: number, factor = 1): void {
     const offset = this.camera.position.clone().sub(this.controls.target);
-    const upright = new THREE.Quaternion().setFromUnitVectors(
-      this.camera.up,
-      new THREE.Vector3(0, 1, 0),
-    );
+    const upright = new THREE.Quaternion().setFromUnitVectors(this.camera.up, new THREE.Vector3(0, 1, 0));
     const s = new THREE.Spherical().setFromVector3(offset.applyQuaternion(upright));
     s.theta += azimuth;
     s.phi = Math.min(Math.PI - 0.02, Math.max(0.02, s.phi - elevation));
@@ -236,10 +243,7 @@ export class Stage {
 
   // Returns the ray through a place on the canvas, in CSS pixels from its corner.
   rayAt(x: number, y: number): THREE.Ray {
-    const ndc = new THREE.Vector2(
-      (2 * x) / this.canvas.clientWidth - 1,
-      1 - (2 * y) / this.canvas.clientHeight,
-    );
+    const ndc = new THREE.Vector2((2 * x) / this.canvas.clientWidth - 1, 1 - (2 * y) / this.canvas.clientHeight);
     const caster = new THREE.Raycaster();
     caster.setFromCamera(ndc, this.activeCamera);
     return caster.ray;
@@ -259,8 +263,8 @@ export class Stage {
   // `enlargement` times the screen size, within the GPU's limits.
   picture(background: string | null, enlargement = 1): HTMLCanvasElement {
     const ratio = this.renderer.getPixelRatio();
-    const most = this.renderer.capabilities.maxTextureSize / Math.max(1, this.canvas.width, this.canvas.height);
-    if (enlargement !== 1) this.renderer.setPixelRatio(ratio * Math.min(enlargement, Math.max(1, most)));
+    const maxEnlargement = this.renderer.capabilities.maxTextureSize / Math.max(1, this.canvas.width, this.canvas.height);
+    if (enlargement !== 1) this.renderer.setPixelRatio(ratio * Math.min(enlargement, Math.max(1, maxEnlargement)));
     this.draw(true, false);
     const copy = document.createElement("canvas");
     copy.width = this.canvas.width;
@@ -289,6 +293,7 @@ export class Stage {
     this.isDue = this.isChanged = true; // Prevents further frames.
     this.controls.dispose();
     this.resizing.disconnect();
+    this.context.dispose();
     this.renderer.dispose();
     this.renderer.forceContextLoss();
   }
@@ -348,7 +353,8 @@ export class Stage {
     const isOccluded = this.look.hasOcclusion && (isAtRest ? cost < maxOcclusionCost : this.isQuick());
     this.sceneRenderer.draw(this.scene, this.activeCamera, {
       occlusion: isOccluded ? { radius: Math.min(0.12 * radius, this.worldLengthOf(90)), clip: this.look.clip } : null,
-      peels: this.peels(isAtRest), hasHandles,
+      peels: this.peels(isAtRest),
+      hasHandles,
     });
   }
 
@@ -356,14 +362,19 @@ export class Stage {
   private peels(isAtRest: boolean): number {
     const { translucent } = this.look;
     if (translucent === 0) return 0;
-    return isAtRest ? Math.min(peels.most, Math.max(peels.resting, 2 * translucent)) : peels.moving;
+    return isAtRest ? Math.min(peels.limit, Math.max(peels.resting, 2 * translucent)) : peels.moving;
   }
 
   // Matches the orthographic camera to the perspective one at the distance of the target.
   private updateOrthographicCamera(distance: number, radius: number): void {
     const half = this.worldLengthOf(this.canvas.clientHeight) / 2;
     const { orthographicCamera, camera } = this;
-    [orthographicCamera.left, orthographicCamera.right, orthographicCamera.top, orthographicCamera.bottom] = [-half * camera.aspect, half * camera.aspect, half, -half];
+    [orthographicCamera.left, orthographicCamera.right, orthographicCamera.top, orthographicCamera.bottom] = [
+      -half * camera.aspect,
+      half * camera.aspect,
+      half,
+      -half,
+    ];
     orthographicCamera.near = distance - 2.5 * radius; // Includes what is beside or behind the eye.
     orthographicCamera.far = distance + 2.5 * radius;
     orthographicCamera.position.copy(camera.position);
@@ -385,6 +396,10 @@ export class Stage {
 }
 
 function isSameLook(one: StageLook, other: StageLook): boolean {
-  return one.isOrthographic === other.isOrthographic && one.hasOcclusion === other.hasOcclusion &&
-    one.translucent === other.translucent && areSamePlanes(one.clip, other.clip);
+  return (
+    one.isOrthographic === other.isOrthographic &&
+    one.hasOcclusion === other.hasOcclusion &&
+    one.translucent === other.translucent &&
+    areSamePlanes(one.clip, other.clip)
+  );
 }

@@ -6,8 +6,8 @@
 import * as THREE from "three";
 
 import type { LatticeBox } from "../mesh/tile_mesh";
-import type { Affine } from "../stream/dataset";
 import type { Coloring, Settings } from "../state/settings";
+import type { Affine } from "../stream/dataset";
 import type { DecodedTile, Selection } from "../workers/worker_messages";
 import { areSamePlanes } from "./cut_plane";
 import type { FieldColors } from "./field_colors";
@@ -25,15 +25,11 @@ interface SurfaceTile {
 
 const bytesPerFrame = 3_000_000; // Uploaded per frame, so that the page stays responsive.
 export const maxTriangles = 12_000_000; // The approximate limit of all surfaces of a view, including the shown ones.
-const palette = [
-  "#d8b48f", "#7fb3d5", "#8fc9a3", "#e3a6a1", "#b7a3d9", "#e6cf7c",
-  "#79c7c5", "#d99bc4", "#a9bf6f", "#c7a17a", "#8fa8d8", "#d6d0c4",
-];
+const palette = ["#d8b48f", "#7fb3d5", "#8fc9a3", "#e3a6a1", "#b7a3d9", "#e6cf7c", "#79c7c5", "#d99bc4", "#a9bf6f", "#c7a17a", "#8fa8d8", "#d6d0c4"];
 const stepPalette = ["#c75146", "#dd8a4a", "#e3c567", "#a7c17a", "#5ea58b", "#4d87b0", "#7b6fb3"];
 
 // The settings that determine a surface's look.
-export type SurfaceLook =
-  Pick<Settings, "wireframe" | "shading" | "color" | "opacity" | "visible" | "colorBy" | "material"> & { coloring: Coloring };
+export type SurfaceLook = Pick<Settings, "wireframe" | "shading" | "color" | "opacity" | "visible" | "colorBy" | "material"> & { coloring: Coloring };
 
 export class Surface {
   budget = maxTriangles; // Triangles kept of this surface.
@@ -54,7 +50,16 @@ export class Surface {
     opacity: 0.24,
     depthWrite: false,
   });
-  private look: SurfaceLook = { coloring: "plain", wireframe: false, shading: "field", color: "#e0cdb4", opacity: 1, visible: true, colorBy: "", material: "neutral" };
+  private look: SurfaceLook = {
+    coloring: "plain",
+    wireframe: false,
+    shading: "field",
+    color: "#e0cdb4",
+    opacity: 1,
+    visible: true,
+    colorBy: "",
+    material: "neutral",
+  };
   private clip: THREE.Plane[] = [];
 
   constructor(
@@ -78,10 +83,22 @@ export class Surface {
     const mesh = new THREE.Mesh(geometry);
     mesh.matrixAutoUpdate = false;
     mesh.matrix.set(
-      toWorld[0], toWorld[3], toWorld[6], toWorld[9],
-      toWorld[1], toWorld[4], toWorld[7], toWorld[10],
-      toWorld[2], toWorld[5], toWorld[8], toWorld[11],
-      0, 0, 0, 1,
+      toWorld[0],
+      toWorld[3],
+      toWorld[6],
+      toWorld[9],
+      toWorld[1],
+      toWorld[4],
+      toWorld[7],
+      toWorld[10],
+      toWorld[2],
+      toWorld[5],
+      toWorld[8],
+      toWorld[11],
+      0,
+      0,
+      0,
+      1,
     );
     mesh.frustumCulled = false; // Until it is uploaded.
     mesh.userData.triangles = tile.triangles.length / 3;
@@ -202,9 +219,7 @@ export class Surface {
     let triangles = [...this.tiles.values()].reduce((n, tile) => n + tile.triangles, 0);
     if (triangles <= this.budget) return;
     const inUse = new Set([this.shown, ...this.tilesByUser.values()].flatMap((ids) => [...ids]));
-    const unused = [...this.tiles.entries()]
-      .filter(([id]) => !inUse.has(id))
-      .sort(([, a], [, b]) => a.lastUse - b.lastUse);
+    const unused = [...this.tiles.entries()].filter(([id]) => !inUse.has(id)).sort(([, a], [, b]) => a.lastUse - b.lastUse);
     const dropped: string[] = [];
     for (const [id, tile] of unused) {
       if (triangles <= this.budget) break;

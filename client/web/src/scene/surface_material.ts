@@ -1,8 +1,7 @@
 // The materials of surfaces. The inside, visible at ends and cuts, has another color.
 import * as THREE from "three";
-
-import type { FieldColors } from "./field_colors";
 import type { Material } from "../state/settings";
+import type { FieldColors } from "./field_colors";
 import { addPeeling } from "./translucency";
 
 interface Finish {
@@ -37,9 +36,7 @@ export function setFinish(material: THREE.MeshStandardMaterial, name: Material):
 }
 
 // With `field`, vertices that have values of a second field show its colors.
-export function surfaceMaterial(
-  color: string, isTranslucent = false, field: FieldColors | null = null,
-): THREE.MeshStandardMaterial {
+export function surfaceMaterial(color: string, isTranslucent = false, field: FieldColors | null = null): THREE.MeshStandardMaterial {
   const material = new THREE.MeshStandardMaterial({
     color: color,
     metalness: 0,
@@ -60,8 +57,7 @@ export function surfaceMaterial(
       .replace("#include <opaque_fragment>", finishShader);
     shader.fragmentShader = shader.fragmentShader.replace(
       "#include <color_fragment>",
-      "#include <color_fragment>\n" +
-        "if (!gl_FrontFacing) diffuseColor.rgb = diffuseColor.rgb * vec3(0.62, 0.50, 0.47);",
+      "#include <color_fragment>\n" + "if (!gl_FrontFacing) diffuseColor.rgb = diffuseColor.rgb * vec3(0.62, 0.50, 0.47);",
     );
     field?.addToShader(shader);
     if (isTranslucent) addPeeling(shader);

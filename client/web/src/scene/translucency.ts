@@ -23,18 +23,21 @@ export const peel = {
 export function addPeeling(shader: THREE.WebGLProgramParametersWithUniforms): void {
   Object.assign(shader.uniforms, { peelBefore: peel.before, peelSolid: peel.solid, peelIsFirst: peel.isFirst });
   shader.fragmentShader = shader.fragmentShader
-    .replace("#include <common>",
-      "#include <common>\nuniform highp sampler2D peelBefore;\nuniform highp sampler2D peelSolid;\nuniform bool peelIsFirst;")
-    .replace("#include <clipping_planes_fragment>",
+    .replace("#include <common>", "#include <common>\nuniform highp sampler2D peelBefore;\nuniform highp sampler2D peelSolid;\nuniform bool peelIsFirst;")
+    .replace(
+      "#include <clipping_planes_fragment>",
       "#include <clipping_planes_fragment>\n" +
         "ivec2 peelAt = ivec2(gl_FragCoord.xy);\n" +
         "if (gl_FragCoord.z >= texelFetch(peelSolid, peelAt, 0).r) discard;\n" +
-        "if (!peelIsFirst && gl_FragCoord.z <= texelFetch(peelBefore, peelAt, 0).r) discard;")
+        "if (!peelIsFirst && gl_FragCoord.z <= texelFetch(peelBefore, peelAt, 0).r) discard;",
+    )
     // Increases the opacity at grazing angles.
-    .replace("#include <premultiplied_alpha_fragment>",
+    .replace(
+      "#include <premultiplied_alpha_fragment>",
       "float peelRim = 1.0 - abs(dot(normal, geometryViewDir));\n" +
         "gl_FragColor.a += (1.0 - gl_FragColor.a) * gl_FragColor.a * peelRim * peelRim * peelRim;\n" +
-        "gl_FragColor.rgb *= gl_FragColor.a;");
+        "gl_FragColor.rgb *= gl_FragColor.a;",
+    );
 }
 
 export class Translucency {
@@ -44,8 +47,7 @@ export class Translucency {
     new THREE.ShaderMaterial({
       uniforms: { layer: { value: null } },
       vertexShader: passthrough,
-      fragmentShader:
-        "uniform sampler2D layer; varying vec2 vUv; void main() { gl_FragColor = texture2D(layer, vUv); }",
+      fragmentShader: "uniform sampler2D layer; varying vec2 vUv; void main() { gl_FragColor = texture2D(layer, vUv); }",
       depthTest: false,
       depthWrite: false,
       transparent: true,
@@ -56,9 +58,7 @@ export class Translucency {
   );
 
   // Draws all translucent surfaces in front of `solid`: premultiplied, linear.
-  texture(
-    renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: SceneCamera, solid: THREE.DepthTexture, passes: number,
-  ): THREE.Texture {
+  texture(renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: SceneCamera, solid: THREE.DepthTexture, passes: number): THREE.Texture {
     const { width, height } = solid.image as { width: number; height: number };
     for (const target of [...this.targets, this.sum]) target.setSize(width, height);
     renderer.setRenderTarget(this.sum);

@@ -12,10 +12,13 @@ export interface LineLook {
   opacity?: number; // 1 by default.
 }
 
-// `segments`: the coordinates of both ends of each segment.
+// `segments`: the coordinates of both ends of each segment. The GPU's 32-bit numbers count from the first end, which may be far
+// from the origin.
 export function wideLines(segments: Float32Array | number[], { color, width, opacity = 1 }: LineLook): LineSegments2 {
   const material = new LineMaterial({ color, linewidth: width, opacity, transparent: opacity < 1, clipping: true });
-  const lines = new LineSegments2(new LineSegmentsGeometry().setPositions(segments), material);
+  const origin = [segments[0] ?? 0, segments[1] ?? 0, segments[2] ?? 0] as const;
+  const lines = new LineSegments2(new LineSegmentsGeometry().setPositions(Array.from(segments, (value, i) => value - origin[i % 3])), material);
+  lines.position.set(...origin);
   lines.layers.set(layers.marks);
   return lines;
 }

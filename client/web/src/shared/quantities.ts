@@ -1,4 +1,5 @@
 // Formats numbers for display.
+import { resolutionWithin, rounded } from "./numbers";
 
 // 1234567 -> "1 234 567", with thin no-break spaces.
 export function grouped(count: number): string {
@@ -17,9 +18,9 @@ export const maxEstimateFactor = 1.5;
 
 // 15000 -> "11 000 to 23 000 triangles". `budget`: the largest allowed number of triangles; 0: unlimited.
 export function inTriangleRange(estimate: number, budget = 0): string {
-  const most = maxEstimateFactor * estimate;
-  const isLimited = budget > 0 && budget < most;
-  const to = isLimited ? budget : inTwoDigits(most, Math.ceil);
+  const maxTriangles = maxEstimateFactor * estimate;
+  const isLimited = budget > 0 && budget < maxTriangles;
+  const to = isLimited ? budget : inTwoDigits(maxTriangles, Math.ceil);
   const from = Math.min(to, inTwoDigits(minEstimateFactor * estimate, Math.floor));
   if (from === to) return inTriangles(to);
   if (from >= 999_500) return `${inDigits(from / 1e6, 2)} to ${inTriangles(to)}`;
@@ -44,9 +45,7 @@ export function inBytes(bytes: number): string {
 }
 
 export function inSeconds(milliseconds: number): string {
-  return milliseconds < 995
-    ? `${Math.max(1, Math.round(milliseconds))} ms`
-    : `${(milliseconds / 1000).toFixed(milliseconds < 9950 ? 2 : 1)} s`;
+  return milliseconds < 995 ? `${Math.max(1, Math.round(milliseconds))} ms` : `${(milliseconds / 1000).toFixed(milliseconds < 9950 ? 2 : 1)} s`;
 }
 
 // Formats a value with at most `digits` significant digits.
@@ -54,11 +53,9 @@ export function inDigits(value: number, digits = 4): string {
   return String(Number(value.toPrecision(digits)));
 }
 
-// Rounds a value among others that span `span`: to at least four digits, and three digits of the span.
+// Rounds a value among others that span `span`.
 export function roundedWithin(value: number, span: number): number {
-  const decade = (of: number) => Math.floor(Math.log10(Math.abs(of)));
-  const digits = value === 0 || !(span > 0) ? 4 : decade(value) - decade(span) + 3;
-  return Number(value.toPrecision(Math.min(15, Math.max(4, digits))));
+  return rounded(value, resolutionWithin(value, span));
 }
 
 // "1 voxel", "2 voxels".
@@ -66,9 +63,9 @@ export function counted(value: number, noun: string, digits = 3): string {
   return `${inDigits(value, digits)} ${noun}${value === 1 ? "" : "s"}`;
 }
 
-// "12.34 ± 0.05": the significant digits of a value with an error of at most `bound`; at most `most` digits if exact.
-export function withBound(value: number, bound: number, most = 5): string {
-  if (!(bound > 0)) return inDigits(value, most);
+// "12.34 ± 0.05": the significant digits of a value with an error of at most `bound`; at most `maxDigits` digits if exact.
+export function withBound(value: number, bound: number, maxDigits = 5): string {
+  if (!(bound > 0)) return inDigits(value, maxDigits);
   const decade = Math.floor(Math.log10(bound));
   const step = 10 ** (bound / 10 ** decade < 3 ? decade - 1 : decade); // One or two digits of the bound.
   const decimals = Math.max(0, -Math.round(Math.log10(step)));

@@ -4,6 +4,7 @@
 // display window or else the histogram decides: a peak at the low end that holds a large share of all samples is background, and the colors span most of the
 // other samples.
 import type { DatasetInfo } from "../protocol/messages";
+import { rounded } from "./numbers";
 
 export interface SampleWindow {
   name: string;
@@ -22,8 +23,11 @@ const ctWindows: readonly SampleWindow[] = [
 ];
 const ctAir = -500;
 const tissues = [
-  { from: 2000, name: "enamel, metal" }, { from: 130, name: "bone" }, { from: -150, name: "soft tissue" },
-  { from: -500, name: "skin" }, { from: -Infinity, name: "" },
+  { from: 2000, name: "enamel, metal" },
+  { from: 130, name: "bone" },
+  { from: -150, name: "soft tissue" },
+  { from: -500, name: "skin" },
+  { from: -Infinity, name: "" },
 ];
 export const mainTissues: readonly string[] = ["skin", "bone"]; // The surfaces viewed most.
 const spread = { low: 0.01, high: 0.995 }; // Shares of the samples that are not background.
@@ -62,7 +66,8 @@ function sourceWindow({ displayWindow }: WindowedDataset): Range | null {
 function windowOfMost(info: WindowedDataset): Range {
   const [low, high] = [percentile(info, spread.low), percentile(info, spread.high)];
   if (!(high > low)) return { level: (info.min + info.max) / 2, width: info.max - info.min };
-  return { level: Number(((low + high) / 2).toPrecision(6)), width: Number((high - low).toPrecision(6)) };
+  const resolution = (high - low) / 1e5;
+  return { level: rounded((low + high) / 2, resolution), width: rounded(high - low, resolution) };
 }
 
 // Samples below this value are air or background; -Infinity: none are, or so many (in fluorescence) that planes without

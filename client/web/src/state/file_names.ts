@@ -23,5 +23,8 @@ export function seriesName([first]: readonly NamedSurface[]): string {
 }
 
 function fileWord(words: readonly unknown[]): string {
-  return words.filter((word) => word !== null && word !== undefined && word !== "").join("_").replace(/[^\p{L}\p{N}.+_-]+/gu, "-");
+  return words
+    .filter((word) => word !== null && word !== undefined && word !== "")
+    .join("_")
+    .replace(/[^\p{L}\p{N}.+_-]+/gu, "-");
 }

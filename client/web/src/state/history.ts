@@ -1,11 +1,13 @@
 // Undo and redo of settings. Rapid changes of the same setting, as when dragging a slider, count as one. Camera, time
 // and measurements are excluded.
-import type { Settings } from "./settings";
+import { type Settings, settingNames, settingTable } from "./settings";
 
 const maxEntries = 100;
 const together = 700; // Milliseconds.
 
-type Undoable = Omit<Settings, "eye" | "target" | "up" | "places" | "cross" | "theme" | "t" | "playing">;
+type Undoable = Partial<Settings>;
+
+const undoableNames = settingNames.filter((name) => !settingTable[name].isOfView);
 
 export class History {
   private readonly before: Undoable[] = [];
@@ -49,11 +51,10 @@ export class History {
   }
 }
 
-function undoable({ eye: _eye, target: _target, up: _up, places: _places, cross: _cross, theme: _theme, t: _t, playing: _playing, ...rest }: Settings): Undoable {
-  return rest;
+function undoable(settings: Settings): Undoable {
+  return Object.fromEntries(undoableNames.map((name) => [name, settings[name]]));
 }
 
 function changed(now: Settings, before: Settings): string {
-  const names = Object.keys(undoable(now)) as (keyof Undoable)[];
-  return names.filter((name) => now[name] !== before[name]).join(" ");
+  return undoableNames.filter((name) => now[name] !== before[name]).join(" ");
 }

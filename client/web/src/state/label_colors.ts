@@ -29,5 +29,7 @@ function oklch(lightness: number, chroma: number, hue: number): string {
 function byteOf(light: number): string {
   const inside = Math.min(1, Math.max(0, light));
   const coded = inside <= 0.0031308 ? 12.92 * inside : 1.055 * inside ** (1 / 2.4) - 0.055;
-  return Math.round(255 * coded).toString(16).padStart(2, "0");
+  return Math.round(255 * coded)
+    .toString(16)
+    .padStart(2, "0");
 }

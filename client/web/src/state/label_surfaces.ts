@@ -27,8 +27,21 @@ export function settingsOfEntry({ info, series }: Entry, named: string | null = 
 // The settings when the user chooses an entry: also its default view.
 export function settingsOfChoice(entry: Entry): Partial<Settings> {
   return {
-    ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], eye: null, target: null,
-    up: defaults.up, clip: "off", clipNormal: null, crop: null, places: [], cross: null, samplesOf: "",
+    ...settingsOfEntry(entry),
+    t: null,
+    playing: false,
+    region: null,
+    minComponent: 0,
+    hiddenParts: [],
+    eye: null,
+    target: null,
+    up: defaults.up,
+    clip: "off",
+    clipNormal: null,
+    crop: null,
+    places: [],
+    cross: null,
+    samplesOf: "",
   };
 }
 
@@ -40,8 +53,7 @@ export function segmentationsBeside(list: readonly DatasetInfo[], info: DatasetI
     const name = one.member?.label ? one.member.series || one.name : "";
     if (name && !firsts.has(name)) firsts.set(name, one);
   }
-  return [...firsts].filter(([, one]) => worldDifference(info, one) === null)
-    .map(([name, one]) => ({ name, labels: seriesOf(list, one)?.labels ?? [one] }));
+  return [...firsts].filter(([, one]) => worldDifference(info, one) === null).map(([name, one]) => ({ name, labels: seriesOf(list, one)?.labels ?? [one] }));
 }
 
 // Returns what the selection says of a segmentation that the address names and that cannot be shown; null: there is none.
@@ -73,10 +85,17 @@ export function withSegmentation(list: readonly DatasetInfo[], settings: Setting
 // Shows the surface of an image beside the labels that are shown alone.
 export function withImage(settings: Settings, image: DatasetInfo): Partial<Settings> {
   const labels = surfacesOf(settings).map((one) => ({
-    ...one, isovalue: one.isovalue ?? labelIsovalue, dataset: one.dataset || settings.dataset, error: null,
+    ...one,
+    isovalue: one.isovalue ?? labelIsovalue,
+    dataset: one.dataset || settings.dataset,
+    error: null,
   }));
   return {
-    ...firstOnly(defaults), ...channelColor(image), dataset: image.name, isovalue: null, opacity: outerOpacity,
+    ...firstOnly(defaults),
+    ...channelColor(image),
+    dataset: image.name,
+    isovalue: null,
+    opacity: outerOpacity,
     surfaces: labels.map(withoutDefaults),
   };
 }
@@ -113,9 +132,7 @@ function changesOfImage(list: readonly DatasetInfo[], found: DatasetInfo, { colo
 // Adds to a change of settings what follows for labels: named labels replace all shown surfaces, or the labels beside
 // those of an image, and surfaces and their look do not stay between labels and another dataset. `shown`: the current
 // dataset.
-export function withLabelChanges(
-  list: readonly DatasetInfo[], shown: DatasetInfo | null, now: Settings, change: Partial<Settings>,
-): Partial<Settings> {
+export function withLabelChanges(list: readonly DatasetInfo[], shown: DatasetInfo | null, now: Settings, change: Partial<Settings>): Partial<Settings> {
   const after = change.dataset ? findByName(list, change.dataset) : shown;
   const [was, is] = [shown?.member?.label !== undefined, after?.member?.label !== undefined];
   const isOther = shown && after && (isSameSeries(shown, after) ? was !== is : was || is);
@@ -132,7 +149,10 @@ export function withShortLabels(list: readonly DatasetInfo[], settings: Settings
   if (!info) return settings;
   if (info.member?.label) {
     const surfaces = surfacesOf(settings).map((one, at) => ({
-      ...one, isovalue: one.isovalue ?? labelIsovalue, dataset: one.dataset || info.name, error: at > 0 ? one.error : null,
+      ...one,
+      isovalue: one.isovalue ?? labelIsovalue,
+      dataset: one.dataset || info.name,
+      error: at > 0 ? one.error : null,
     }));
     const labels = seriesOf(list, info)?.labels ?? [];
     const short = labels.length > 1 ? shortened(labels, surfaces) : null;
@@ -152,7 +172,7 @@ export function withShortLabels(list: readonly DatasetInfo[], settings: Settings
 // labels, or text cannot name the labels.
 function shortened(labels: readonly DatasetInfo[], surfaces: readonly AdditionalSurface[]): { ranges: string; changed: AdditionalSurface[] } | null {
   if (labels.length !== surfaces.length || labels.some(({ name }, at) => name !== surfaces[at].dataset)) return null;
-  const values = labels.map(valueOf);
+  const values = labels.map(labelValue);
   const ranges = labelRanges(values, new Set(values.filter((_, at) => surfaces[at].visible)));
   const changed = surfaces.filter((one, at) => lookOf(one) !== lookOf(surfaceOfLabel(labels[at], one.visible)));
   return ranges === null ? null : { ranges, changed };
@@ -161,9 +181,9 @@ function shortened(labels: readonly DatasetInfo[], surfaces: readonly Additional
 // Returns the surfaces that shortened() shortened.
 function restored(labels: readonly DatasetInfo[], text: string, changed: readonly AdditionalSurface[]): AdditionalSurface[] {
   const ranges = parseLabels(text)?.ranges ?? "";
-  const shown = labelsOfRanges(ranges, labels.map(valueOf));
+  const shown = labelsOfRanges(ranges, labels.map(labelValue));
   const others = new Map(changed.map((one) => [one.dataset, one]));
-  return labels.map((one, at) => others.get(one.name) ?? surfaceOfLabel(one, ranges ? shown.has(valueOf(one)) : at < maxInitialLabels));
+  return labels.map((one, at) => others.get(one.name) ?? surfaceOfLabel(one, ranges ? shown.has(labelValue(one)) : at < maxInitialLabels));
 }
 
 function initialSurfaces(labels: readonly DatasetInfo[], named: string | null = null): AdditionalSurface[] {
@@ -175,7 +195,7 @@ function surfaceOfLabel({ name: dataset, member }: DatasetInfo, visible: boolean
   return { dataset, isovalue: labelIsovalue, error: null, color: labelColor(value, color), opacity: defaults.opacity, visible };
 }
 
-function valueOf({ member }: DatasetInfo): number {
+function labelValue({ member }: DatasetInfo): number {
   return member!.label!.value;
 }
 
@@ -189,7 +209,9 @@ function firstOnly({ color, opacity, visible, minComponent, hiddenParts, materia
 // Leaves out optional fields with default values, as parsed addresses do.
 function withoutDefaults({ minComponent, hiddenParts = [], material = "neutral", ...surface }: AdditionalSurface): AdditionalSurface {
   return {
-    ...surface, ...(minComponent ? { minComponent } : {}), ...(material !== "neutral" ? { material } : {}),
+    ...surface,
+    ...(minComponent ? { minComponent } : {}),
+    ...(material !== "neutral" ? { material } : {}),
     ...(hiddenParts.length > 0 ? { hiddenParts } : {}),
   };
 }

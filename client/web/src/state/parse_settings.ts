@@ -2,7 +2,7 @@
 // values are skipped and their names returned. Missing fields of a surface have defaults.
 import { type AdditionalSurface, defaults, type Settings } from "./settings";
 import { surfaceColors } from "./surfaces";
-import { fromAddress, toAddress } from "./url_state";
+import { checkedSetting } from "./url_state";
 
 export interface ParsedSettings {
   settings: Partial<Settings>;
@@ -23,14 +23,13 @@ export function parseSettings(given: unknown): ParsedSettings {
   return found;
 }
 
-// Addresses omit defaults; other values are written to an address and parsed again, which checks their range.
-function settingFrom<K extends keyof Settings>(name: K, value: unknown): Partial<Settings> | undefined {
+// Values are written as in an address and read again, which checks their range.
+function settingFrom(name: keyof Settings, value: unknown): Partial<Settings> | undefined {
   const usual = defaults[name];
-  const isUsual = value === usual || (Array.isArray(value) && JSON.stringify(value) === JSON.stringify(usual));
-  if (isUsual) return { [name]: usual };
+  if (value === usual || (Array.isArray(value) && JSON.stringify(value) === JSON.stringify(usual))) return { [name]: usual };
   try {
-    const read = fromAddress(toAddress({ ...defaults, [name]: value }));
-    return Object.hasOwn(read, name) ? { [name]: read[name] } : undefined;
+    const read = checkedSetting(name, value);
+    return read === undefined ? undefined : { [name]: read };
   } catch {
     return undefined; // Malformed settings.
   }
@@ -54,7 +53,15 @@ function surfacesFrom(entries: readonly unknown[], ignored: string[]): Additiona
 }
 
 const surfaceFields: Required<AdditionalSurface> = {
-  isovalue: 0, error: null, color: surfaceColors[0], opacity: 1, visible: true, dataset: "", minComponent: 0, hiddenParts: [], material: "neutral",
+  isovalue: 0,
+  error: null,
+  color: surfaceColors[0],
+  opacity: 1,
+  visible: true,
+  dataset: "",
+  minComponent: 0,
+  hiddenParts: [],
+  material: "neutral",
 };
 
 function surfaceFieldFrom(name: string, value: unknown): Partial<AdditionalSurface> | undefined {

@@ -2,9 +2,10 @@
 // member (view, errors, regions) apply to all.
 import type { DatasetInfo, Label } from "../protocol/messages";
 import { nearestName } from "../shared/nearest_name";
+import { inResolution } from "../shared/numbers";
+import { hasSameGrid, isPartOf } from "../stream/dataset";
 import { labelColor } from "./label_colors";
 import type { LabelName, Settings } from "./settings";
-import { hasSameGrid, isPartOf } from "../stream/dataset";
 
 export interface Series {
   name: string;
@@ -79,9 +80,7 @@ export function atTime(list: readonly DatasetInfo[], info: DatasetInfo, time: nu
 
 // Adds to a change of the dataset the time that follows: that of the named dataset; the same time if the change names a
 // series or field of the shown dataset.
-export function withTimeOfDataset(
-  list: readonly DatasetInfo[], shown: DatasetInfo | null, now: Settings, change: Partial<Settings>,
-): Partial<Settings> {
+export function withTimeOfDataset(list: readonly DatasetInfo[], shown: DatasetInfo | null, now: Settings, change: Partial<Settings>): Partial<Settings> {
   const { dataset } = change;
   if (!dataset || now.t === null || change.t !== undefined) return change;
   const found = findByName(list, dataset);
@@ -134,9 +133,13 @@ export function isSameSeries(a: DatasetInfo, b: DatasetInfo): boolean {
   return a.name === b.name || (!!a.member && a.member.series === b.member?.series);
 }
 
-// "0.25 s"; "time 3" without a unit.
-export function timeText(time: number, unit: string): string {
-  const number = String(Number(time.toPrecision(6)));
+// "0.25 s"; "time 3" without a unit. `times`: those of the series, of which every two differ in the text.
+export function timeText(time: number, unit: string, times: readonly number[]): string {
+  const gaps = times
+    .slice(1)
+    .map((one, i) => Math.abs(one - times[i]))
+    .filter((gap) => gap > 0);
+  const number = inResolution(time, gaps.length > 0 ? Math.min(...gaps) / 100 : Math.abs(time) / 1e12);
   return unit ? `${number} ${unit}` : `time ${number}`;
 }
 
@@ -181,15 +184,15 @@ export function unknownDatasetText(list: readonly DatasetInfo[], dataset: string
 
 function firstOf({ members, labels }: Series): DatasetInfo {
   const first = labels[0] ?? members[0];
-  const like = members.filter(({ member }) =>
-    member!.field === first.member!.field && member!.label?.value === first.member!.label?.value);
+  const like = members.filter(({ member }) => member!.field === first.member!.field && member!.label?.value === first.member!.label?.value);
   return like.reduce((best, one) => ((timeOf(one) ?? 0) < (timeOf(best) ?? 0) ? one : best), first);
 }
 
 // Returns the members that differ only in time.
 function sameFieldAndLabel(list: readonly DatasetInfo[], { member }: DatasetInfo): DatasetInfo[] {
   if (!member) return [];
-  return list.filter((one) =>
-    one.member?.series === member.series && one.member.field === member.field &&
-    one.member.label?.value === member.label?.value && timeOf(one) !== null);
+  return list.filter(
+    (one) =>
+      one.member?.series === member.series && one.member.field === member.field && one.member.label?.value === member.label?.value && timeOf(one) !== null,
+  );
 }

@@ -1,205 +1,119 @@
-// All settings of a user as one plain value: the request and its display. The page's address contains all of them.
-import type { ColorMap } from "../shared/color_maps";
+// All settings of a user as one plain value: the request and its display. One table says for each its first value, how
+// it is written in the page's address, and what else depends on it.
+import { colorMaps } from "../shared/color_maps";
+import * as format from "./setting_formats";
+import { materials } from "./setting_types";
 
-export interface BoxRegion {
-  kind: "box";
-  low: [number, number, number]; // World coordinates.
-  high: [number, number, number];
-  error: number; // Voxels.
-}
-export interface BallRegion {
-  kind: "ball";
-  center: [number, number, number];
-  radius: number;
-  error: number;
-}
-export type Region = BoxRegion | BallRegion;
+export * from "./setting_types";
 
-// A box in world coordinates.
-export type Crop = Pick<BoxRegion, "low" | "high">;
-
-export type Shading = "field" | "smooth" | "facets";
-export type Coloring = "plain" | "tiles" | "steps";
-export type Axis = "off" | "x" | "y" | "z";
-export type Cut = Axis | "oblique";
-export type Projection = "perspective" | "orthographic";
-export const materials = ["neutral", "skin", "bone", "glossy", "matcap"] as const;
-export type Material = (typeof materials)[number];
-export type Layout = "surface" | "four";
-export type Theme = "auto" | "dark" | "light";
-
-export const maxHiddenParts = 64; // Per surface.
-export const maxNoteLength = 80; // Characters of a note or a label's name.
-export const maxPlaces = 3; // Measured at a time: two lengths and an angle.
-
-// In samples: components whose bounding box has a shorter diagonal are hidden; or all but the one with the longest.
-export type MinComponent = number | "largest";
-
-// A place that the user picked to measure.
-export interface MeasuredPlace {
-  world: [number, number, number];
-  bound: number | null; // The largest distance from the intended place, in world units; null: unknown.
-  note?: string; // The user's note.
+interface Setting<T> {
+  initial: T;
+  format: format.Format<NonNullable<T>>;
+  isRequested: boolean; // A change needs another request.
+  isOfView: boolean; // Undo leaves it as it is: the camera, the time, what was measured.
 }
 
-// A further surface, of the same dataset or another one in the same world.
-export interface AdditionalSurface {
-  dataset?: string; // Empty or absent: that of the first surface.
-  isovalue: number;
-  error: number | null; // Voxels; null: that of the first surface.
-  color: string; // "#rrggbb"
-  opacity: number; // 0 to 1 (opaque).
-  visible: boolean;
-  minComponent?: MinComponent; // See Settings; default: 0.
-  hiddenParts?: readonly [number, number, number][]; // See Settings; default: none.
-  material?: Material; // Default: neutral.
+type Roles = Partial<Pick<Setting<unknown>, "isRequested" | "isOfView">>;
+
+function setting<T>(written: format.Format<T>, initial: NoInfer<T>, roles: Roles = {}): Setting<T> {
+  return { initial, format: written as format.Format<NonNullable<T>>, isRequested: false, isOfView: false, ...roles };
 }
 
-export interface LabelName {
-  label: number;
-  name: string;
+// At first null: not set.
+function optional<T extends object | number>(written: format.Format<T>, roles: Roles = {}): Setting<T | null> {
+  return setting<T | null>(written as format.Format<T | null>, null, roles);
 }
 
-export interface Settings {
+const requested = { isRequested: true };
+const ofView = { isOfView: true };
+const onOff = (initial: boolean, roles?: Roles) => setting(format.onOff, initial, roles);
+const share = (initial: number) => setting(format.number(0, 1), initial); // 0 to 1 along a normal or an axis.
+
+export const settingTable = {
   // The request.
-  dataset: string; // Or a series of datasets: its first member.
-  t: number | null; // The time within a series; the nearest one is shown. Null: the dataset's own.
-  isovalue: number | null; // Null: the dataset's own suggestion.
-  error: number; // Voxels.
-  bound: "certified" | "paper";
-  topologyRule: "exact" | "paper";
-  topologyTolerance: number; // Voxels.
-  region: Region | null;
-  followView: boolean; // Reduces the error where it exceeds `pixels` on the screen.
-  pixels: number; // Allowed error on the screen, with followView.
-  maxTriangles: number; // 0: no limit.
-  simplify: boolean; // Removes triangles that the error does not require.
-  surfaces: readonly AdditionalSurface[]; // All but the first; state/surfaces.ts has all as one list.
-  labels: string; // The visible labels of a segmentation, in a form of label_ranges.ts, until they become surfaces; then empty.
-  labelNames: readonly LabelName[]; // Names given by the user.
+  dataset: setting(format.text, ""), // Or a series of datasets: its first member.
+  labels: setting(format.labels, ""), // The visible labels of a segmentation (label_ranges.ts), until they become surfaces; then empty.
+  t: optional(format.anyNumber, ofView), // The time within a series; the nearest one is shown. Null: the dataset's own.
+  isovalue: optional(format.anyNumber, requested), // Null: the dataset's own suggestion.
+  error: setting(format.number(0, 1e6), 0.25, requested), // Voxels.
+  bound: setting(format.oneOf("certified", "paper"), "certified", requested),
+  topologyRule: setting(format.oneOf("exact", "paper"), "exact", requested),
+  topologyTolerance: setting(format.number(0, 1e6), 0, requested), // Voxels.
+  region: optional(format.region, requested),
+  followView: onOff(true, requested), // Reduces the error where it exceeds `pixels` on the screen.
+  pixels: setting(format.number(0.1, 100), 1), // Allowed error on the screen, with followView.
+  maxTriangles: setting(format.number(0, 1e9), 0, requested), // 0: no limit.
+  simplify: onOff(true, requested), // Removes triangles that the error does not require.
+  surfaces: setting(format.surfaces, []), // All but the first; surfaces.ts has all as one list.
+  labelNames: setting(format.labelNames, []), // Names given by the user.
+  // The first surface.
+  color: setting(format.color, "#e0cdb4"),
+  material: setting(format.oneOf(...materials), "neutral"),
+  opacity: share(1),
+  visible: onOff(true, requested),
+  minComponent: setting(format.minComponent, 0), // 0: none is hidden.
+  hiddenParts: setting(format.hiddenParts, []),
   // Display.
-  color: string; // This and the next five are of the first surface.
-  material: Material;
-  opacity: number;
-  visible: boolean;
-  minComponent: MinComponent; // 0: none is hidden.
-  hiddenParts: readonly [number, number, number][]; // World coordinates: the component nearest to each is hidden.
-  colorBy: string; // The dataset whose values color the surfaces; empty: none.
-  colors: ColorMap; // This and the next four: the color scale of those values.
-  fieldLevel: number | null;
-  fieldWindow: number | null;
-  fieldLog: boolean; // Logarithmic color scale.
-  noValueColor: string; // The color where the field has no value.
-  shading: Shading;
-  wireframe: boolean;
-  coloring: Coloring;
-  clip: Cut;
-  clipAt: number; // 0 to 1 along the plane's normal.
-  // The normal of an oblique cut, a unit vector in world coordinates; null: none chosen.
-  clipNormal: [number, number, number] | null;
-  clipFlipped: boolean;
-  crop: Crop | null; // The box outside of which everything is hidden; null: nothing is.
-  filled: boolean; // Fills the cut and the crop's faces with the samples inside the surfaces.
-  slice: Axis; // A plane of samples in the scene.
-  samplesOf: string; // The dataset whose samples planes show; empty: the first surface's, or the image of a segmentation.
-  transparentAir: boolean; // Hides samples of air.
-  sliceAt: number; // 0 to 1 along the axis.
-  layout: Layout; // The surface alone, or with three orthogonal slices.
-  // The point where the three slices intersect, in world coordinates; null: the center of the data.
-  cross: [number, number, number] | null;
-  sliceColors: ColorMap; // The colors of samples.
-  // The center and the length of the sample colors' range; null: a range that shows most of the data.
-  level: number | null;
-  windowWidth: number | null;
-  samplesLog: boolean;
-  axes: boolean;
-  projection: Projection;
-  occlusion: boolean; // Darkens hollows.
-  logScale: boolean;
-  theme: Theme;
-  playing: boolean; // Plays the times.
-  speed: number; // Times per second, 0.1 to 60.
-  loop: boolean; // Restarts after the last time.
-  up: [number, number, number]; // The up direction, a unit vector in world coordinates.
-  eye: [number, number, number] | null; // World coordinates; null: the default view.
-  target: [number, number, number] | null;
-  places: readonly MeasuredPlace[]; // At most three.
-}
-
-export const defaults: Settings = {
-  dataset: "",
-  t: null,
-  isovalue: null,
-  error: 0.25,
-  bound: "certified",
-  topologyRule: "exact",
-  topologyTolerance: 0,
-  region: null,
-  followView: true,
-  pixels: 1,
-  maxTriangles: 0,
-  simplify: true,
-  surfaces: [],
-  labels: "",
-  labelNames: [],
-  color: "#e0cdb4",
-  material: "neutral",
-  opacity: 1,
-  visible: true,
-  minComponent: 0,
-  hiddenParts: [],
-  colorBy: "",
-  colors: "viridis",
-  fieldLevel: null,
-  fieldWindow: null,
-  fieldLog: false,
-  noValueColor: "#808080",
-  shading: "smooth",
-  wireframe: false,
-  coloring: "plain",
-  clip: "off",
-  clipAt: 0.5,
-  clipNormal: null,
-  clipFlipped: false,
-  crop: null,
-  filled: true,
-  slice: "off",
-  samplesOf: "",
-  transparentAir: true,
-  sliceAt: 0.5,
-  layout: "surface",
-  cross: null,
-  sliceColors: "gray",
-  level: null,
-  windowWidth: null,
-  samplesLog: false,
-  axes: true,
-  projection: "perspective",
-  occlusion: true,
-  logScale: true,
-  theme: "auto",
-  playing: false,
-  speed: 10,
-  loop: true,
-  up: [0, 0, 1],
-  eye: null,
-  target: null,
-  places: [],
+  colorBy: setting(format.text, "", requested), // The dataset whose values color the surfaces; empty: none.
+  colors: setting(format.oneOf(...colorMaps), "viridis"), // This and the next four: the color scale of those values.
+  fieldLevel: optional(format.anyNumber),
+  fieldWindow: optional(format.number(0, Number.MAX_VALUE)),
+  fieldLog: onOff(false), // Logarithmic color scale.
+  noValueColor: setting(format.color, "#808080"), // The color where the field has no value.
+  shading: setting(format.oneOf("field", "smooth", "facets"), "smooth"),
+  wireframe: onOff(false),
+  coloring: setting(format.oneOf("plain", "tiles", "steps"), "plain"),
+  clip: setting(format.oneOf("off", "x", "y", "z", "oblique"), "off"),
+  clipAt: share(0.5),
+  clipNormal: optional(format.direction), // The normal of an oblique cut, a unit vector; null: none chosen.
+  clipFlipped: onOff(false),
+  crop: optional(format.box), // The box outside of which everything is hidden; null: nothing is.
+  filled: onOff(true), // Fills the cut and the crop's faces with the samples inside the surfaces.
+  slice: setting(format.oneOf("off", "x", "y", "z"), "off"), // A plane of samples in the scene.
+  samplesOf: setting(format.text, ""), // The dataset whose samples planes show; empty: the first surface's, or the image of a segmentation.
+  transparentAir: onOff(true), // Hides samples of air.
+  sliceAt: share(0.5),
+  layout: setting(format.oneOf("surface", "four"), "surface"), // The surface alone, or with three orthogonal slices.
+  cross: optional(format.place, ofView), // The point where the three slices intersect; null: the center of the data.
+  sliceColors: setting(format.oneOf(...colorMaps), "gray"), // The colors of samples.
+  level: optional(format.anyNumber), // The center and the length of the sample colors' range; null: a range that shows most of the data.
+  windowWidth: optional(format.number(0, Number.MAX_VALUE)),
+  samplesLog: onOff(false),
+  axes: onOff(true),
+  projection: setting(format.oneOf("perspective", "orthographic"), "perspective"),
+  occlusion: onOff(true), // Darkens hollows.
+  logScale: onOff(true),
+  theme: setting(format.oneOf("auto", "dark", "light"), "auto", ofView),
+  gestures: setting(format.oneOf("auto", "cooperative", "all"), "auto"), // Cooperative ones leave the wheel and one finger to the page around.
+  playing: onOff(false, ofView), // Plays the times.
+  speed: setting(format.number(0.1, 60), 10), // Times per second.
+  loop: onOff(true), // Restarts after the last time.
+  up: setting(format.direction, [0, 0, 1], ofView), // The up direction, a unit vector in world coordinates.
+  eye: optional(format.place, ofView), // Null: the default view.
+  target: optional(format.place, ofView),
+  places: setting(format.places, [], ofView), // At most three.
 };
+
+type Table = typeof settingTable;
+export type Settings = { [Name in keyof Table]: Table[Name] extends Setting<infer T> ? T : never };
+
+export type Cut = Settings["clip"];
+export type Coloring = Settings["coloring"];
+
+export const settingNames = Object.keys(settingTable) as (keyof Settings)[];
+export const defaults = Object.fromEntries(settingNames.map((name) => [name, settingTable[name].initial])) as Settings;
 
 // Returns whether a new request is needed now. Not for another dataset or time: these are requested when the dataset is
 // available. Surfaces other than the first are requested when they become visible.
 export function isOtherRequest(now: Settings, before: Settings): boolean {
   if (now.dataset !== before.dataset || now.t !== before.t) return false;
-  const hasNormals = (s: Settings) => s.shading === "field";
   const isOther = (name: keyof Settings) => now[name] !== before[name];
-  const further = ({ surfaces }: Settings) => surfaces.map(({ dataset, isovalue, error, visible }) => `${dataset ?? ""} ${isovalue} ${error} ${visible}`).join();
+  const further = ({ surfaces }: Settings) =>
+    surfaces.map(({ dataset, isovalue, error, visible }) => `${dataset ?? ""} ${isovalue} ${error} ${visible}`).join();
   return (
-    further(now) !== further(before) || requestSettings.some(isOther) || (now.followView && isOther("pixels")) || hasNormals(now) !== hasNormals(before)
+    settingNames.some((name) => settingTable[name].isRequested && isOther(name)) ||
+    further(now) !== further(before) ||
+    (now.followView && isOther("pixels")) ||
+    (now.shading === "field") !== (before.shading === "field")
   );
 }
-
-const requestSettings = [
-  "isovalue", "visible", "error", "bound", "topologyRule", "topologyTolerance", "region", "followView", "maxTriangles", "simplify",
-  "colorBy",
-] as const;

@@ -1,6 +1,6 @@
 // The surfaces of a view as a list. The first one uses the settings' own isovalue and error, which keeps addresses of
 // pages with one surface short; the others have their own.
-import { defaults, type AdditionalSurface, type Material, type Settings } from "./settings";
+import { type AdditionalSurface, defaults, type Material, type Settings } from "./settings";
 
 export interface SurfaceSettings extends Omit<AdditionalSurface, "isovalue"> {
   isovalue: number | null; // Null, only for the first: the dataset's suggestion.
@@ -8,10 +8,6 @@ export interface SurfaceSettings extends Omit<AdditionalSurface, "isovalue"> {
 
 // The most surfaces that a user can add.
 export const maxSurfaces = 8;
-// The most labels of a segmentation.
-export const maxLabels = 1024;
-export const maxMinComponent = 1e6; // In samples, as everywhere in the project.
-
 export const outerOpacity = 0.35; // Of a surface that encloses others.
 
 // Distinguishable for color-blind users; the first two are bone and skin.
@@ -55,9 +51,7 @@ export function withSurface(settings: Settings, at: number, given: Partial<Surfa
 type AllChange = Partial<Pick<SurfaceSettings, "visible" | "opacity" | "color">> | Pick<Settings, "minComponent"> | Pick<Settings, "hiddenParts">;
 
 // Changes every surface; a null change leaves it as it is.
-export function withAllSurfaces(
-  settings: Settings, change: (surface: SurfaceSettings, at: number) => AllChange | null,
-): Partial<Settings> {
+export function withAllSurfaces(settings: Settings, change: (surface: SurfaceSettings, at: number) => AllChange | null): Partial<Settings> {
   const [first, ...others] = surfacesOf(settings);
   const surfaces = others.map((one, i) => ({ ...settings.surfaces[i], ...change(one, i + 1) }));
   return { ...change(first, 0), surfaces };
@@ -67,7 +61,10 @@ export function withAllSurfaces(
 // outer one of the new and the first surface becomes translucent, if opaque. `suggested`: the first one's isovalue if the
 // settings have none.
 export function withAddedSurface(
-  settings: Settings, isovalue: number, suggested: number, isLabel: (surface: AdditionalSurface) => boolean = () => false,
+  settings: Settings,
+  isovalue: number,
+  suggested: number,
+  isLabel: (surface: AdditionalSurface) => boolean = () => false,
 ): Partial<Settings> {
   const others = settings.surfaces.filter((one) => !isLabel(one));
   const used = [settings, ...others];
@@ -82,7 +79,9 @@ export function withAddedSurface(
 // Shows another dataset by a further surface. Neither encloses the other: the first one becomes opaque if adding a surface
 // made it translucent, and the other one translucent.
 export function withOtherDataset(
-  settings: Settings, at: number, own: Pick<AdditionalSurface, "isovalue"> & { dataset: string; color?: string },
+  settings: Settings,
+  at: number,
+  own: Pick<AdditionalSurface, "isovalue"> & { dataset: string; color?: string },
 ): Partial<Settings> {
   const change = withSurface(settings, at, { ...own, opacity: outerOpacity });
   return settings.opacity === outerOpacity ? { ...change, opacity: 1 } : change;

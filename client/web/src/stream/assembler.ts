@@ -2,23 +2,17 @@
 // done elsewhere (decoding, checking a step) is returned as an effect, and its result is passed to a method.
 //
 // A step is shown only after all its tiles are decoded and its checks have passed; until then the previous step stays.
-// Steps end in the order in which they began. After a failed check the assembler returns no more effects.
-import { type ContentDigest, emptyDigest, fromHex, hex, sum } from "../mesh/content_digest";
-import { isSound, type MeshTopology } from "../mesh/boundary_matcher";
-import { cubeName, type ManifestTile } from "../mesh/tile_mesh";
-import {
-  type DatasetInfo,
-  type IsosurfaceRequest,
-  type ServerKind,
-  type StepBegin,
-  type StepEnd,
-  StreamOutcome,
-} from "../protocol/messages";
-import { manifestFault, parameterFault, preservesTopology, manifestTile } from "./step_checks";
+// Steps end in the request in which they began. After a failed check the assembler returns no more effects.
 
-export interface StreamOrder {
+import { isSound, type MeshTopology } from "../mesh/boundary_matcher";
+import { type ContentDigest, emptyDigest, fromHex, hex, sum } from "../mesh/content_digest";
+import { cubeName, type ManifestTile } from "../mesh/tile_mesh";
+import { type DatasetInfo, type IsosurfaceRequest, type ServerKind, type StepBegin, type StepEnd, StreamOutcome } from "../protocol/messages";
+import { manifestFault, manifestTile, parameterFault, preservesTopology } from "./step_checks";
+
+export interface ExpectedStream {
   info: DatasetInfo;
-  request: IsosurfaceRequest; // Every field is set explicitly.
+  isosurface: IsosurfaceRequest; // Every field is set explicitly.
   requestId: bigint;
   isPreviewsOnly?: boolean; // The stream may end before the final step.
 }
@@ -66,7 +60,7 @@ export class Assembler {
 
   // `cached`: keys of cached tiles that were named to the server.
   constructor(
-    private readonly order: StreamOrder,
+    private readonly request: ExpectedStream,
     cached: Iterable<string> = [],
   ) {
     this.ready = new Set(cached);
@@ -99,7 +93,7 @@ export class Assembler {
         });
       case "error": {
         const { requestId, code, text, retryAfter } = message.value;
-        if (requestId !== this.order.requestId && requestId !== 0n) return [];
+        if (requestId !== this.request.requestId && requestId !== 0n) return [];
         this.isOver = true;
         return [{ kind: "refused", code, text, retryAfter }];
       }
@@ -132,9 +126,9 @@ export class Assembler {
   }
 
   private ofThisStream(id: bigint, act: () => AssemblerEffect[]): AssemblerEffect[] {
-    if (id === this.order.requestId) return act();
+    if (id === this.request.requestId) return act();
     // Messages of an earlier stream may still arrive.
-    return id < this.order.requestId ? [] : this.fail("A message belongs to a request that was never made.");
+    return id < this.request.requestId ? [] : this.fail("A message belongs to a request that was never made.");
   }
 
   private fail(text: string): AssemblerEffect[] {
@@ -147,11 +141,11 @@ export class Assembler {
   private begin(begin: StepBegin): AssemblerEffect[] {
     const fault = (what: string) => this.fail(`Step ${begin.step}: ${what}.`);
     const last = this.pending.at(-1);
-    if (last && !last.end) return fault('it begins before the previous step has ended');
+    if (last && !last.end) return fault("it begins before the previous step has ended");
     if (begin.step !== this.steps) return fault(`step ${this.steps} was due`);
     if (this.finalHasBegun) return fault("it follows the final step");
     if (begin.step >= maxSteps) return fault(`this viewer allows ${maxSteps} steps`);
-    const found = parameterFault(begin, this.order.request) ?? manifestFault(begin, this.order.info);
+    const found = parameterFault(begin, this.request.isosurface) ?? manifestFault(begin, this.request.info);
     if (found) return fault(found);
     const tiles = begin.tiles.map(manifestTile);
     const missing = tiles.filter(({ key }) => !this.ready.has(key) && !this.announced.has(key));
@@ -184,8 +178,7 @@ export class Assembler {
       return this.fail(`${name} was sent again.`);
     }
     if (payload.length !== tile.bytes) {
-      return this.fail(
-          `${name} has ${payload.length} bytes; the manifest lists ${tile.bytes}.`);
+      return this.fail(`${name} has ${payload.length} bytes; the manifest lists ${tile.bytes}.`);
     }
     pending.received.add(index);
     pending.bytes += payload.length;
@@ -196,15 +189,12 @@ export class Assembler {
     const fault = (what: string) => this.fail(`Step ${end.step}: ${what}.`);
     const pending = this.pending.at(-1);
     if (!pending || pending.end || pending.begin.step !== end.step) {
-      return fault('it ends without having begun');
+      return fault("it ends without having begun");
     }
     const missing = this.missing.get(end.step)!.size;
     if (missing > 0) return fault(`it ends with ${missing} of its tiles missing`);
     if (end.tilesSent !== pending.received.size || end.payloadBytes !== BigInt(pending.bytes)) {
-      return fault(
-        `the server counts ${end.tilesSent} tiles and ${end.payloadBytes} bytes; ` +
-          `${pending.received.size} and ${pending.bytes} came`,
-      );
+      return fault(`the server counts ${end.tilesSent} tiles and ${end.payloadBytes} bytes; ` + `${pending.received.size} and ${pending.bytes} came`);
     }
     pending.end = end;
     return this.advance();
@@ -215,7 +205,7 @@ export class Assembler {
     if (steps !== this.steps && outcome === StreamOutcome.COMPLETE) {
       return this.fail(`The server counts ${steps} steps; ${this.steps} were received.`);
     }
-    if (outcome === StreamOutcome.COMPLETE && !this.finalHasBegun && !(this.order.isPreviewsOnly && this.steps > 0)) {
+    if (outcome === StreamOutcome.COMPLETE && !this.finalHasBegun && !(this.request.isPreviewsOnly && this.steps > 0)) {
       return this.fail("The server ended the stream as complete, but the final step is missing.");
     }
     this.streamEnd = { outcome };
@@ -239,9 +229,7 @@ export class Assembler {
     const digest = first.tiles.reduce((d, { key }) => sum(d, fromHex(key)), emptyDigest);
     if (digest.high !== first.end.digestHigh || digest.low !== first.end.digestLow) {
       const sent = hex({ high: first.end.digestHigh, low: first.end.digestLow });
-      return this.fail(
-        `Step ${first.begin.step}: its digest is ${hex(digest)}; the server sent ${sent}.`,
-      );
+      return this.fail(`Step ${first.begin.step}: its digest is ${hex(digest)}; the server sent ${sent}.`);
     }
     const { begin, end, tiles, cached } = first;
     first.checking = { begin, end, tiles, digest, cached };
@@ -251,8 +239,9 @@ export class Assembler {
   private topologyFault(begin: StepBegin, found: MeshTopology): string | null {
     if (!isSound(found)) {
       return (
-          `the mesh has defects: ${found.openEdges} open edges, ${found.nonmanifoldEdges} ` +
-          `non-manifold edges, ${found.degenerateTriangles} degenerate triangles`);
+        `the mesh has defects: ${found.openEdges} open edges, ${found.nonmanifoldEdges} ` +
+        `non-manifold edges, ${found.degenerateTriangles} degenerate triangles`
+      );
     }
     if (!preservesTopology(begin)) return null;
     const first = (this.invariants ??= {

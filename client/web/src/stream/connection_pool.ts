@@ -17,7 +17,7 @@ export class ConnectionPool {
   private readonly holders = new Set<PoolClient>(); // Roughly by idle time, longest first.
   private readonly queue: PoolClient[] = [];
 
-  constructor(private readonly most: number) {}
+  constructor(private readonly maxConnections: number) {}
 
   request(one: PoolClient): void {
     if (this.holders.has(one) || this.queue.includes(one)) return;
@@ -37,7 +37,7 @@ export class ConnectionPool {
   distribute(): void {
     while (this.queue.length > 0) {
       let connection: IdleConnection | null = null;
-      if (this.holders.size >= this.most) {
+      if (this.holders.size >= this.maxConnections) {
         const idle = [...this.holders].find(({ isBusy }) => !isBusy);
         if (!idle) return;
         this.holders.delete(idle);

@@ -3,37 +3,36 @@
 //
 //   opened() -> Hello -> Welcome -> ListDatasets -> DatasetList -> OpenStream ... -> closed()
 import { create } from "@bufbuild/protobuf";
-
+import type { MeshTopology } from "../mesh/boundary_matcher";
 import { packed } from "../mesh/content_digest";
 import {
+  CancelSchema,
   type ClientKind,
   type DatasetInfo,
   ErrorCode,
   type ErrorReply,
-  EstimateSchema,
   type EstimateReply,
+  EstimateSchema,
   ListDatasetsSchema,
-  PingSchema,
   MeshUse,
   OpenStreamSchema,
+  PayloadCodec,
+  PingSchema,
   type Preview,
   PreviewSchema,
   Priority,
   type ScalarRange,
   ScalarRequestSchema,
-  type TileScalars,
-  CancelSchema,
-  PayloadCodec,
   type ServerKind,
   type StepBegin,
   StepPolicy,
+  type TileScalars,
 } from "../protocol/messages";
-import { helloFrom } from "./hello";
+import { Assembler, type AssemblerEffect, type StepOfTiles } from "./assembler";
 import { coarsePreview } from "./coarse_preview";
+import { helloFrom } from "./hello";
 import { manifestTile } from "./step_checks";
 import type { StreamRequest } from "./stream_request";
-import { Assembler, type AssemblerEffect, type StepOfTiles } from "./assembler";
-import type { MeshTopology } from "../mesh/boundary_matcher";
 
 export type Phase = "connecting" | "greeting" | "ready" | "lost";
 
@@ -42,14 +41,14 @@ export type Effect =
   | { kind: "phase"; phase: Phase; retryInMilliseconds?: number }
   // `permitsSamples`: not only surfaces.
   | { kind: "datasets"; datasets: DatasetInfo[]; permitsSamples: boolean }
-  | { kind: "opened"; order: StreamRequest; stream: number }
-  // The estimated surface size of an order; the result of requestSize().
-  | { kind: "size"; order: StreamRequest; triangles: number; bytes: number; errorWorld: number }
-  | { kind: "scalars"; stream: number; order: StreamRequest; values: TileValues }
+  | { kind: "opened"; request: StreamRequest; stream: number }
+  // The estimated surface size of a request; the result of requestSize().
+  | { kind: "size"; request: StreamRequest; triangles: number; bytes: number; errorWorld: number }
+  | { kind: "scalars"; stream: number; request: StreamRequest; values: TileValues }
   // The server postponed the request; retryPostponed() repeats it.
   | { kind: "postponed"; text: string; inMilliseconds: number }
   // An effect of stream `stream`, which identifies late results.
-  | { kind: "stream"; stream: number; order: StreamRequest; effect: AssemblerEffect; isNew: boolean }
+  | { kind: "stream"; stream: number; request: StreamRequest; effect: AssemblerEffect; isNew: boolean }
   | { kind: "failure"; text: string; isFatal: boolean; code: ErrorCode };
 
 // The scalars of a tile, received before the step ends.
@@ -64,14 +63,17 @@ export interface ConversationOptions {
   part: string; // The part of the viewer: see helloFrom().
   token: () => string;
   // Keys of cached tiles that fit this request, the most useful first.
-  cachedTiles: (order: StreamRequest) => string[];
+  cachedTiles: (request: StreamRequest) => string[];
   priority?: Priority; // The priority of all requests; default: normal.
   trianglesPerSecond?: () => number; // The page's measured speed of decoding, checking and showing.
   isListing?: () => boolean; // Whether a new connection lists the datasets; default: yes.
 }
 
 const policies = {
-  all: StepPolicy.PROGRESSIVE, previews: StepPolicy.PREVIEWS_ONLY, coarse: StepPolicy.PREVIEWS_ONLY, final: StepPolicy.FINAL_ONLY,
+  all: StepPolicy.PROGRESSIVE,
+  previews: StepPolicy.PREVIEWS_ONLY,
+  coarse: StepPolicy.PREVIEWS_ONLY,
+  final: StepPolicy.FINAL_ONLY,
 };
 const maxCachedTiles = 8192;
 export const firstRetry = 500;
@@ -83,13 +85,13 @@ export class Conversation {
   private retry = firstRetry;
   private lastRequestId = 0n; // The last id of a stream or query.
   private streamId = 0n; // The request id of the last stream.
-  private query: { id: bigint; order: StreamRequest } | null = null; // The running query.
+  private query: { id: bigint; request: StreamRequest } | null = null; // The running query.
   private nextQuery: StreamRequest | null = null;
   private datasets: DatasetInfo[] = [];
   private permitsSamples = true;
   private requested: StreamRequest | null = null;
   private assembler: Assembler | null = null;
-  private order: StreamRequest | null = null; // The order of the assembler.
+  private streamed: StreamRequest | null = null; // The request of the assembler.
   private stream = 0;
   private hasGivenUp = false;
   private wait = 0; // Milliseconds until the next connection, as required by the server.
@@ -105,8 +107,8 @@ export class Conversation {
   // ---- requests of the user
 
   // Requests another surface, which replaces the previous one. Waits for a connection if there is none.
-  request(order: StreamRequest): Effect[] {
-    this.requested = order;
+  request(request: StreamRequest): Effect[] {
+    this.requested = request;
     this.committedSteps = 0;
     this.begunPreviews = [];
     this.hasFinalBegun = false;
@@ -117,28 +119,28 @@ export class Conversation {
 
   // Requests a surface in a stream shared by several surfaces: its messages for this one are passed to received() with the
   // returned request id. After a lost connection the surface is requested alone.
-  share(order: StreamRequest): { effects: Effect[]; requestId: bigint } {
+  share(request: StreamRequest): { effects: Effect[]; requestId: bigint } {
     const cancelled = this.cancel();
-    this.requested = order;
+    this.requested = request;
     this.committedSteps = 0;
     this.begunPreviews = [];
     this.hasFinalBegun = false;
-    const opened = this.begin(order, [], true);
+    const opened = this.begin(request, [], true);
     return { effects: [...cancelled, opened], requestId: this.streamId };
   }
 
   // Requests the estimated size of a surface. Only one query runs at a time; of those made meanwhile only the last is
   // sent. Does nothing without a connection.
-  requestSize(order: StreamRequest): Effect[] {
+  requestSize(request: StreamRequest): Effect[] {
     if (this.phase !== "ready") return [];
     if (this.query) {
-      this.nextQuery = order;
+      this.nextQuery = request;
       return [];
     }
-    const { info, request } = order;
+    const { info, isosurface } = request;
     const id = ++this.lastRequestId;
-    this.query = { id, order };
-    const value = create(EstimateSchema, { requestId: id, dataset: info.name, request });
+    this.query = { id, request };
+    const value = create(EstimateSchema, { requestId: id, dataset: info.name, request: isosurface });
     return [{ kind: "send", message: { case: "estimate", value } }];
   }
 
@@ -265,7 +267,7 @@ export class Conversation {
     const { query } = this;
     if (requestId !== query?.id) return [];
     const size = { triangles: Number(triangles), bytes: Number(bytes), errorWorld: errorBoundWorld };
-    return [{ kind: "size", order: query.order, ...size }, ...this.sendNextQuery()];
+    return [{ kind: "size", request: query.request, ...size }, ...this.sendNextQuery()];
   }
 
   private sendNextQuery(): Effect[] {
@@ -313,7 +315,7 @@ export class Conversation {
       return this.track(this.assembler.damaged(text));
     }
     const values = { key: manifestTile(tile).key, codes, range, deviation: largestDeviation };
-    return [{ kind: "scalars", stream: this.stream, order: this.order!, values }];
+    return [{ kind: "scalars", stream: this.stream, request: this.streamed!, values }];
   }
 
   private recordStep(begin: StepBegin): void {
@@ -326,33 +328,33 @@ export class Conversation {
   }
 
   private openStream(): Effect[] {
-    const order = this.requested!;
-    const cached = this.options.cachedTiles(order).slice(0, maxCachedTiles);
-    const steps = this.hasFinalBegun ? "final" : (order.steps ?? "all");
-    const coarse = steps === "coarse" ? coarsePreview(order.info) : null;
-    const opened = this.begin(order, cached, policies[steps] === StepPolicy.PREVIEWS_ONLY);
+    const request = this.requested!;
+    const cached = this.options.cachedTiles(request).slice(0, maxCachedTiles);
+    const steps = this.hasFinalBegun ? "final" : (request.steps ?? "all");
+    const coarse = steps === "coarse" ? coarsePreview(request.info) : null;
+    const opened = this.begin(request, cached, policies[steps] === StepPolicy.PREVIEWS_ONLY);
     const value = create(OpenStreamSchema, {
       requestId: this.streamId,
-      dataset: order.info.name,
-      request: order.request,
+      dataset: request.info.name,
+      request: request.isosurface,
       steps: policies[steps],
       cachedTileDigests: packed(cached),
       resumedPreviews: coarse && this.begunPreviews.length === 0 ? [coarse] : this.begunPreviews,
       priority: this.options.priority ?? Priority.UNSPECIFIED,
-      scalars: order.scalars && create(ScalarRequestSchema, order.scalars),
+      scalars: request.scalars && create(ScalarRequestSchema, request.scalars),
       trianglesPerSecond: this.options.trianglesPerSecond?.() ?? 0,
       use: MeshUse.DISPLAY,
     });
     return [opened, { kind: "send", message: { case: "openStream", value } }];
   }
 
-  private begin(order: StreamRequest, cached: string[], isPreviewsOnly: boolean): Effect {
-    this.order = order;
+  private begin(request: StreamRequest, cached: string[], isPreviewsOnly: boolean): Effect {
+    this.streamed = request;
     this.streamId = ++this.lastRequestId;
     this.lastStep = null;
     ++this.stream;
-    this.assembler = new Assembler({ ...order, requestId: this.streamId, isPreviewsOnly }, cached);
-    return { kind: "opened", order, stream: this.stream };
+    this.assembler = new Assembler({ ...request, requestId: this.streamId, isPreviewsOnly }, cached);
+    return { kind: "opened", request, stream: this.stream };
   }
 
   private receiveConnectionError({ code, text, retryAfter }: ErrorReply): Effect[] {
@@ -377,7 +379,7 @@ export class Conversation {
       if (effect.kind === "ended" || effect.kind === "refused" || effect.kind === "failed") {
         this.requested = null;
       }
-      return { kind: "stream", stream: this.stream, order: this.order!, effect, isNew };
+      return { kind: "stream", stream: this.stream, request: this.streamed!, effect, isNew };
     });
   }
 }

@@ -1,6 +1,7 @@
 // Functions of a DatasetInfo: lengths, coordinate maps, where surfaces may end.
 import type { DataBorder } from "../mesh/boundary_matcher";
 import { type DatasetInfo, SampleType, WorldSpace } from "../protocol/messages";
+import { inResolution } from "../shared/numbers";
 
 export type Vec3 = [number, number, number];
 
@@ -14,11 +15,9 @@ export function applied(map: Affine, p: readonly number[]): Vec3 {
 
 export function inverse(map: Affine): Affine {
   const [a, b, c, d, e, f, g, h, i] = map;
-  const linear = [
-    e * i - f * h, c * h - b * i, b * f - c * e,
-    f * g - d * i, a * i - c * g, c * d - a * f,
-    d * h - e * g, b * g - a * h, a * e - b * d,
-  ].map((value) => value / determinant(map));
+  const linear = [e * i - f * h, c * h - b * i, b * f - c * e, f * g - d * i, a * i - c * g, c * d - a * f, d * h - e * g, b * g - a * h, a * e - b * d].map(
+    (value) => value / determinant(map),
+  );
   const back = [...linear, 0, 0, 0];
   const t = applied(back, map.slice(9));
   return [...linear, -t[0], -t[1], -t[2]];
@@ -68,11 +67,7 @@ export function latticeRoundingWorld(info: DatasetInfo, resolution: number): num
 }
 
 // "1.5 mm", or "1.5 units" if the unit is unknown.
-export function lengthText(
-  length: number,
-  { lengthUnit }: Pick<DatasetInfo, "lengthUnit">,
-  digits = 3,
-): string {
+export function lengthText(length: number, { lengthUnit }: Pick<DatasetInfo, "lengthUnit">, digits = 3): string {
   const number = Number(length.toPrecision(digits));
   return `${number} ${lengthUnit || (number === 1 ? "unit" : "units")}`;
 }
@@ -96,19 +91,48 @@ export function latticeToWorld(info: DatasetInfo, resolution: number): Affine {
 
 // Returns the bounding box of all samples.
 export function worldBox({ indexToWorld, dims }: DatasetInfo): { low: Vec3; high: Vec3 } {
-  return boxOfCorners(indexToWorld, [0, 0, 0], dims.map((n) => n - 1));
+  return boxOfCorners(
+    indexToWorld,
+    [0, 0, 0],
+    dims.map((n) => n - 1),
+  );
 }
 
-// Rounds a world coordinate to a thousandth of a voxel, below which it has only rounding errors.
-export function roundedCoordinate(value: number, info: DatasetInfo): number {
-  const step = 1e-3 * voxelLength(info);
-  return step > 0 ? Math.round(value / step) * step : value;
+// Returns what of spacing and origin the file does not state: "spacing along z, origin"; empty: nothing, or it is unknown.
+export function assumedPlacement(info: DatasetInfo): string {
+  return (info as { assumed?: string }).assumed ?? "";
+}
+
+// Returns the resolution of coordinates that are kept: a thousandth of a voxel, below which they have only rounding errors.
+export function coordinateResolution(info: DatasetInfo): number {
+  return 1e-3 * voxelLength(info);
+}
+
+// Coordinates are shown to a hundredth of a voxel: "12.34, 5400000.5, 7".
+export function placeText(place: readonly number[], info: DatasetInfo): string {
+  return place.map((value) => inResolution(value, 1e-2 * voxelLength(info))).join(", ");
+}
+
+// "12.5 mm": a coordinate along an axis.
+export function coordinateText(value: number, info: DatasetInfo): string {
+  return `${placeText([value], info)} ${info.lengthUnit || "units"}`;
+}
+
+// Values that are shown have a ten-thousandth of the range of the data.
+export function valueText(value: number, { min, max }: Pick<DatasetInfo, "min" | "max">): string {
+  return inResolution(value, (max - min) / 1e4);
 }
 
 // Returns a box around the samples of a label; null: unknown.
 export function labelBox({ indexToWorld, member }: DatasetInfo): { low: Vec3; high: Vec3 } | null {
   const box = member?.label?.box ?? [];
-  return box.length === 6 ? boxOfCorners(indexToWorld, box.slice(0, 3).map((v) => v - 0.5), box.slice(3).map((v) => v + 0.5)) : null;
+  return box.length === 6
+    ? boxOfCorners(
+        indexToWorld,
+        box.slice(0, 3).map((v) => v - 0.5),
+        box.slice(3).map((v) => v + 0.5),
+      )
+    : null;
 }
 
 // Returns the world bounding box of a box of sample indices.
@@ -138,8 +162,11 @@ export function hasSameGrid(a: DatasetInfo, b: DatasetInfo): boolean {
 export function isPartOf(part: DatasetInfo, whole: DatasetInfo): boolean {
   const [inner, outer] = [worldBox(part), worldBox(whole)];
   const slack = worldSpacing(part).map((step, axis) => 0.501 * Math.max(step, worldSpacing(whole)[axis]));
-  return part.space === whole.space && part.lengthUnit === whole.lengthUnit &&
-    slack.every((by, axis) => inner.low[axis] >= outer.low[axis] - by && inner.high[axis] <= outer.high[axis] + by);
+  return (
+    part.space === whole.space &&
+    part.lengthUnit === whole.lengthUnit &&
+    slack.every((by, axis) => inner.low[axis] >= outer.low[axis] - by && inner.high[axis] <= outer.high[axis] + by)
+  );
 }
 
 // Returns why a field of `b` has no values on surfaces of `a`, or null if both may be in one world.
@@ -153,12 +180,7 @@ export function worldDifference(a: DatasetInfo, b: DatasetInfo): string | null {
 }
 
 // Computes the same as data_border in common/dataset/dataset_info.cpp, which gives the reasons.
-export function dataBorder(
-  info: DatasetInfo,
-  resolution: number,
-  topologyTolerance: number,
-  finestSpacing: number,
-): DataBorder {
+export function dataBorder(info: DatasetInfo, resolution: number, topologyTolerance: number, finestSpacing: number): DataBorder {
   const step = 2 ** resolution;
   const anywhere = info.voidSamples > 0n;
   if (info.outside !== undefined) {

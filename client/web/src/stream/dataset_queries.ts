@@ -1,12 +1,10 @@
 // Queries for samples: a slice, or the field at places. They use a connection of their own, opened with the first
 // query, so that tiles do not delay replies. Queries without a reply are repeated after a lost connection, also if the
 // server closed it because the page was too busy to send its first message in time.
-import {
-  create, type ProbedPlace, ProbeSchema, type ServerKind, SliceSchema,
-} from "../protocol/messages";
-import { helloFrom } from "./hello";
+import { create, type ProbedPlace, ProbeSchema, type ServerKind, SliceSchema } from "../protocol/messages";
 import { firstRetry, isTemporary, maxRetry } from "./conversation";
 import type { Vec3 } from "./dataset";
+import { helloFrom } from "./hello";
 import { Link } from "./link";
 
 // Pixels of a plane, in world coordinates.
@@ -45,7 +43,11 @@ export class DatasetQueries {
   private failures = 0; // Connections lost since the last reply.
 
   // `retrying` is called when a repeated attempt has failed, too.
-  constructor(address: string, private readonly token: () => string, private readonly retrying: (text: string) => void = () => {}) {
+  constructor(
+    address: string,
+    private readonly token: () => string,
+    private readonly retrying: (text: string) => void = () => {},
+  ) {
     this.link = new Link(address, {
       opened: () => this.sendHello(),
       received: (message) => this.receive(message),

@@ -8,6 +8,10 @@ const viewer = "multitetra-viewer/0.1"; // The version is that of package.json.
 export function helloFrom(part: string, token: string, takesShells = true): Hello {
   const codecs = [...(takesShells ? [PayloadCodec.SAMPLE_SHELL] : []), PayloadCodec.DRACO_LATTICE];
   return create(HelloSchema, {
-    minVersion: protocolVersion, maxVersion: protocolVersion, codecs, token, agent: part ? `${viewer} ${part}` : viewer,
+    minVersion: protocolVersion,
+    maxVersion: protocolVersion,
+    codecs,
+    token,
+    agent: part ? `${viewer} ${part}` : viewer,
   });
 }

@@ -96,10 +96,14 @@ export class Link {
   private watchContentSecurityPolicy(): void {
     this.policyListener = new AbortController();
     const { signal } = this.policyListener;
-    document.addEventListener("securitypolicyviolation", ({ effectiveDirective }) => {
-      if (effectiveDirective !== "connect-src") return;
-      this.close();
-      this.events.blocked();
-    }, { signal });
+    document.addEventListener(
+      "securitypolicyviolation",
+      ({ effectiveDirective }) => {
+        if (effectiveDirective !== "connect-src") return;
+        this.close();
+        this.events.blocked();
+      },
+      { signal },
+    );
   }
 }

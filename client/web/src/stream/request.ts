@@ -2,20 +2,20 @@
 import { create, equals } from "@bufbuild/protobuf";
 
 import {
+  BallShapeSchema,
+  BoxShapeSchema,
   Combination,
   CoordinateSystem,
   type DatasetInfo,
   ErrorMeasure,
+  ErrorUnit,
   FrustumSchema,
   type IsosurfaceRequest,
   IsosurfaceRequestSchema,
-  ErrorUnit,
   ThresholdMapSchema,
   ThresholdRegionSchema,
   ThresholdViewSchema,
   TopologyRule,
-  BallShapeSchema,
-  BoxShapeSchema,
 } from "../protocol/messages";
 import type { Region, Settings } from "../state/settings";
 import { voxelLength, worldBox } from "./dataset";
@@ -42,11 +42,7 @@ export function suggestedIsovalue(info: DatasetInfo): number {
   return info.suggestedIsovalues[0] ?? (info.min + info.max) / 2;
 }
 
-export function isosurfaceRequest(
-  info: DatasetInfo,
-  settings: Settings,
-  view: View | null,
-): IsosurfaceRequest {
+export function isosurfaceRequest(info: DatasetInfo, settings: Settings, view: View | null): IsosurfaceRequest {
   return create(IsosurfaceRequestSchema, {
     isovalue: settings.isovalue ?? suggestedIsovalue(info),
     threshold: create(ThresholdMapSchema, {

@@ -5,11 +5,20 @@
 import { toBinary } from "@bufbuild/protobuf";
 
 import {
-  CancelSchema, create, IsosurfaceRequestSchema, MeshUse, OpenStreamSchema, PayloadCodec, type Preview, type ServerKind,
-  StepPolicy, StreamEndSchema, StreamOutcome,
+  CancelSchema,
+  create,
+  IsosurfaceRequestSchema,
+  MeshUse,
+  OpenStreamSchema,
+  PayloadCodec,
+  type Preview,
+  type ServerKind,
+  StepPolicy,
+  StreamEndSchema,
+  StreamOutcome,
 } from "../protocol/messages";
-import { helloFrom } from "./hello";
 import { coarsePreview } from "./coarse_preview";
+import { helloFrom } from "./hello";
 import { Link } from "./link";
 import type { StreamRequest } from "./stream_request";
 
@@ -20,7 +29,7 @@ export interface PreviewClient {
 
 interface PreviewRequest {
   client: PreviewClient;
-  order: StreamRequest;
+  request: StreamRequest;
   requestId: bigint; // The client's.
   preview: Preview;
   key: string; // Equal for previews that fit into one request.
@@ -33,10 +42,10 @@ interface Group {
 
 const maxPerStream = 1024; // The server's limit of datasets per request.
 
-// Returns the order for a shared stream: without normals, because sample shells have none. Null: it cannot be shared.
-export function shareableOrder(order: StreamRequest): StreamRequest | null {
-  if (order.steps !== "coarse" || order.scalars || !coarsePreview(order.info)) return null;
-  return { ...order, request: create(IsosurfaceRequestSchema, { ...order.request, normals: 0 }) };
+// Returns the request for a shared stream: without normals, because sample shells have none. Null: it cannot be shared.
+export function shareableRequest(request: StreamRequest): StreamRequest | null {
+  if (request.steps !== "coarse" || request.scalars || !coarsePreview(request.info)) return null;
+  return { ...request, isosurface: create(IsosurfaceRequestSchema, { ...request.isosurface, normals: 0 }) };
 }
 
 export class SharedPreviews {
@@ -47,7 +56,10 @@ export class SharedPreviews {
   private queued = new Map<PreviewClient, PreviewRequest>(); // Not requested yet.
   private running: Group | null = null;
 
-  constructor(address: string, private readonly token: () => string) {
+  constructor(
+    address: string,
+    private readonly token: () => string,
+  ) {
     this.link = new Link(address, {
       opened: () => this.sendHello(),
       received: (message) => this.receive(message),
@@ -56,13 +68,13 @@ export class SharedPreviews {
     });
   }
 
-  // Replaces the client's earlier request. Requires an order from shareableOrder().
-  request(client: PreviewClient, order: StreamRequest, requestId: bigint): void {
+  // Replaces the client's earlier request. Requires a request from shareableRequest().
+  request(client: PreviewClient, request: StreamRequest, requestId: bigint): void {
     this.cancel(client);
     if (this.queued.size === 0) queueMicrotask(() => this.sendNext());
-    const preview = coarsePreview(order.info, true)!;
-    const key = `${preview.finestSpacing} ${toBinary(IsosurfaceRequestSchema, order.request).join()}`;
-    this.queued.set(client, { client, order, requestId, preview, key });
+    const preview = coarsePreview(request.info, true)!;
+    const key = `${preview.finestSpacing} ${toBinary(IsosurfaceRequestSchema, request.isosurface).join()}`;
+    this.queued.set(client, { client, request, requestId, preview, key });
   }
 
   cancel(client: PreviewClient): void {
@@ -101,10 +113,15 @@ export class SharedPreviews {
 
   private open(): void {
     const group = (this.running = this.nextGroup());
-    const [first, ...others] = group.requests.map((request) => request!.order);
+    const [first, ...others] = group.requests.map((request) => request!.request);
     const value = create(OpenStreamSchema, {
-      requestId: ++this.lastRequestId, dataset: first.info.name, furtherDatasets: others.map(({ info }) => info.name), request: first.request,
-      steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [group.preview], use: MeshUse.DISPLAY,
+      requestId: ++this.lastRequestId,
+      dataset: first.info.name,
+      furtherDatasets: others.map(({ info }) => info.name),
+      request: first.isosurface,
+      steps: StepPolicy.PREVIEWS_ONLY,
+      resumedPreviews: [group.preview],
+      use: MeshUse.DISPLAY,
     });
     this.link.send({ case: "openStream", value });
   }

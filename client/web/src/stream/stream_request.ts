@@ -7,7 +7,7 @@ export type RequestedSteps = "all" | "previews" | "coarse" | "final";
 
 export interface StreamRequest {
   info: DatasetInfo;
-  request: IsosurfaceRequest;
+  isosurface: IsosurfaceRequest;
   steps?: RequestedSteps; // Default: all.
   scalars?: ScalarOptions;
 }
@@ -19,9 +19,9 @@ export interface ScalarOptions {
   high?: number;
 }
 
-// Whether both orders give the same surface in the same colors; the steps on the way do not matter.
-export function isSameOrder(a: StreamRequest, b: StreamRequest): boolean {
+// Whether both requests give the same surface in the same colors; the steps on the way do not matter.
+export function isSameStream(a: StreamRequest, b: StreamRequest): boolean {
   const [x, y] = [a.scalars, b.scalars];
   const isSameColoring = x?.dataset === y?.dataset && x?.low === y?.low && x?.high === y?.high;
-  return a.info === b.info && isSameColoring && isSameRequest(a.request, b.request);
+  return a.info === b.info && isSameColoring && isSameRequest(a.isosurface, b.isosurface);
 }

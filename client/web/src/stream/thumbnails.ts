@@ -24,7 +24,7 @@ export class Thumbnails {
     this.isFetching = true;
     for (let info = this.queue.shift(); info; info = this.queue.shift()) {
       const address = thumbnailAddress(this.stream, info, this.up(info));
-      const picture = this.pictures.get(address) ?? await this.fetched(address).catch(() => null);
+      const picture = this.pictures.get(address) ?? (await this.fetched(address).catch(() => null));
       if (!picture) continue;
       this.pictures.set(address, picture);
       this.received(info.name, picture);

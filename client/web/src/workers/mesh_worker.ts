@@ -1,17 +1,17 @@
 // A worker that keeps a copy of every tile for operations on whole surfaces: checks a step before it is shown, makes
 // normals agree between tiles, selects the drawn components, finds intersections of the drawn triangles with rays and
 // planes, measures parts, and writes files.
+
+import { type DataBorder, matchBoundaries } from "../mesh/boundary_matcher";
 import { cutLine } from "../mesh/cut";
 import { type MassProperties, massProperties } from "../mesh/mass_properties";
-import { meshFile, weldedInWorld } from "../mesh/mesh_files";
-import { plyMesh } from "../mesh/ply_mesh";
-import { pack } from "../mesh/normals";
 import { nearestTriangle } from "../mesh/nearest_component";
+import { pack } from "../mesh/normals";
 import { nearestHit } from "../mesh/ray";
 import { scalarAttribute } from "../mesh/scalars";
-import { type DataBorder, matchBoundaries } from "../mesh/boundary_matcher";
 import { drawnComponents, withDrawnComponents } from "../mesh/tile_components";
-import type { CheckedStep, DrawnTiles, Hit, MeshReply, MeshRequest, StoredTile, MeasuredPart, PickRay, Selection } from "./worker_messages";
+import { weldedInWorld } from "../mesh/welded_mesh";
+import type { CheckedStep, DrawnTiles, Hit, MeasuredPart, MeshReply, MeshRequest, PickRay, SavedSurface, Selection, StoredTile } from "./worker_messages";
 
 const tiles = new Map<string, StoredTile>();
 // Tiles come from other workers: a step may be requested before its last tile arrives.
@@ -128,12 +128,16 @@ async function resultOf(request: MeshRequest): Promise<MeshReply["result"]> {
     case "cut":
       return cutLine(await drawnTiles(request.drawn), request.plane);
     case "file":
-      return meshFile(await Promise.all(request.surfaces.map(async ({ drawn, toWorld, look, simplified }) => ({
-        mesh: simplified ? plyMesh(simplified.ply, simplified.voxel) : weldedInWorld(await drawnTiles(drawn), toWorld), look,
-      }))), request.format);
+      return fileOf(request.surface);
     default:
       return null;
   }
+}
+
+// The writers are loaded with the first file.
+async function fileOf({ drawn, toWorld, step, format }: SavedSurface): Promise<Uint8Array> {
+  const { meshFile } = await import("../mesh/mesh_file");
+  return meshFile(weldedInWorld(await drawnTiles(drawn), toWorld), format, step);
 }
 
 function transfers(result: MeshReply["result"]): ArrayBufferLike[] {
@@ -153,7 +157,7 @@ self.onmessage = async ({ data }: MessageEvent<MeshRequest>) => {
     try {
       reply.result = await resultOf(data);
     } catch (error) {
-      reply.error = String(error);
+      reply.error = (error as Error).message;
     }
     self.postMessage(reply, { transfer: transfers(reply.result) as ArrayBuffer[] });
   }

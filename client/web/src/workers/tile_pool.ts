@@ -1,37 +1,51 @@
-// The page's interface to the workers: several decode tiles, one keeps whole steps.
+// The page's interface to the workers: several decode tiles, one keeps whole steps. Browsers give all frames of a site
+// only about a hundred memories for WebAssembly: workers that decode start when there are tiles and end when there are
+// none, and tiles wait while there is no memory.
+
+import type { DataBorder } from "../mesh/boundary_matcher";
 import type { CutPlane } from "../mesh/cut";
 import type { MassProperties } from "../mesh/mass_properties";
-import type { DataBorder } from "../mesh/boundary_matcher";
 import type {
   CheckedStep,
-  DamagedTile,
   DecodedTile,
   DrawnTiles,
   Hit,
+  MeasuredPart,
   MeshReply,
   MeshRequest,
-  MeasuredPart,
-  MeshFormat,
   PickRay,
   SavedSurface,
   Selection,
   TileJob,
+  TileReply,
 } from "./worker_messages";
+
+const idleTime = 5000; // Milliseconds until an idle worker ends.
+const memoryWait = 500; // Milliseconds until memory is requested again.
 
 interface Waiting<T> {
   resolve: (value: T) => void;
   reject: (error: Error) => void;
 }
 
+interface QueuedTile {
+  job: TileJob;
+  owner: object;
+  done: Waiting<DecodedTile>;
+}
+
 export class TilePool {
-  private readonly idle: Worker[] = [];
-  private readonly queue: { job: TileJob; owner: object; done: Waiting<DecodedTile> }[] = [];
-  private readonly jobs = new Map<Worker, Waiting<DecodedTile>>();
+  private idle: Worker[] = [];
+  private readonly queue: QueuedTile[] = [];
+  private readonly jobs = new Map<Worker, QueuedTile>();
+  private idleTimer = 0;
+  private isWaitingForMemory = false;
   private readonly meshWorker: Worker;
   private readonly queries = new Map<number, Waiting<never>>();
   private lastQuery = 0;
 
-  constructor(workers: number) {
+  // `maxWorkers`: those that decode at a time.
+  constructor(private readonly maxWorkers: number) {
     this.meshWorker = new Worker(new URL("./mesh_worker.ts", import.meta.url), { type: "module" });
     this.meshWorker.onmessage = ({ data }: MessageEvent<MeshReply>) => {
       const waiting = this.queries.get(data.request);
@@ -39,7 +53,6 @@ export class TilePool {
       if (data.error) waiting?.reject(new Error(data.error));
       else waiting?.resolve(data.result as never);
     };
-    for (let i = 0; i < workers; ++i) this.idle.push(this.createTileWorker());
   }
 
   // Rejects with one sentence if the tile is damaged or was cancelled by cancelJobs().
@@ -89,12 +102,13 @@ export class TilePool {
     return this.query((request) => ({ kind: "cut", request, drawn, plane }));
   }
 
-  file(surfaces: readonly SavedSurface[], format: MeshFormat): Promise<Uint8Array> {
-    return this.query((request) => ({ kind: "file", request, surfaces, format }));
+  file(surface: SavedSurface): Promise<Uint8Array> {
+    return this.query((request) => ({ kind: "file", request, surface }));
   }
 
   // Ends all workers; pending promises never settle.
   dispose(): void {
+    clearTimeout(this.idleTimer);
     for (const worker of [this.meshWorker, ...this.idle, ...this.jobs.keys()]) worker.terminate();
   }
 
@@ -110,26 +124,44 @@ export class TilePool {
     const worker = new Worker(new URL("./tile_worker.ts", import.meta.url), { type: "module" });
     const channel = new MessageChannel();
     worker.postMessage({ kind: "meshWorker", port: channel.port1 }, [channel.port1]);
-    this.meshWorker.postMessage({ kind: "port", port: channel.port2 } satisfies MeshRequest, [
-      channel.port2,
-    ]);
-    worker.onmessage = ({ data }: MessageEvent<DecodedTile | DamagedTile>) => {
-      const done = this.jobs.get(worker);
+    this.meshWorker.postMessage({ kind: "port", port: channel.port2 } satisfies MeshRequest, [channel.port2]);
+    worker.onmessage = ({ data }: MessageEvent<TileReply>) => {
+      const queued = this.jobs.get(worker)!;
       this.jobs.delete(worker);
+      if (data.kind === "noMemory") return this.waitForMemory(worker, queued);
       this.idle.push(worker);
       this.dispatch();
-      if (data.kind === "decoded") done?.resolve(data);
-      else done?.reject(new Error(data.text));
+      if (data.kind === "decoded") queued.done.resolve(data);
+      else queued.done.reject(new Error(data.text));
     };
     return worker;
   }
 
+  // The tile is decoded when another worker is idle or there is memory again.
+  private waitForMemory(worker: Worker, queued: QueuedTile): void {
+    worker.terminate();
+    this.queue.unshift(queued);
+    this.isWaitingForMemory = true;
+    setTimeout(() => {
+      this.isWaitingForMemory = false;
+      this.dispatch();
+    }, memoryWait);
+  }
+
   private dispatch(): void {
-    while (this.idle.length > 0 && this.queue.length > 0) {
-      const worker = this.idle.pop()!;
-      const { job, done } = this.queue.shift()!;
-      this.jobs.set(worker, done);
-      worker.postMessage(job);
+    const canStart = () => !this.isWaitingForMemory && this.jobs.size < this.maxWorkers;
+    while (this.queue.length > 0 && (this.idle.length > 0 || canStart())) {
+      const worker = this.idle.pop() ?? this.createTileWorker();
+      const queued = this.queue.shift()!;
+      this.jobs.set(worker, queued);
+      worker.postMessage(queued.job);
     }
+    clearTimeout(this.idleTimer);
+    this.idleTimer = window.setTimeout(() => this.endIdle(), idleTime);
+  }
+
+  private endIdle(): void {
+    for (const worker of this.idle) worker.terminate();
+    this.idle = [];
   }
 }

@@ -1,14 +1,15 @@
 // Messages between the page, the tile workers and the mesh worker. A tile's id is its key within one tile cache: the
 // same content with and without normals counts as two tiles.
+
+import type { DataBorder, MeshTopology } from "../mesh/boundary_matcher";
 import type { CutPlane } from "../mesh/cut";
 import type { MassProperties } from "../mesh/mass_properties";
-import type { SavedLook } from "../mesh/mesh_files";
+import type { MeshFormat } from "../mesh/mesh_file";
 import type { HalfSpace } from "../mesh/ray";
-import type { DataBorder, MeshTopology } from "../mesh/boundary_matcher";
 import type { ShellMode } from "../mesh/shell_decoder";
+import type { TileBoundary } from "../mesh/tile_boundary";
 import type { Triangles } from "../mesh/tile_components";
 import type { LatticeBox, ManifestTile } from "../mesh/tile_mesh";
-import type { TileBoundary } from "../mesh/tile_boundary";
 
 // ---- page -> tile worker
 
@@ -37,6 +38,11 @@ export interface DamagedTile {
   id: string;
   text: string;
 }
+// There is no memory for a decoder; the worker decodes nothing.
+export interface UndecodedTile {
+  kind: "noMemory";
+}
+export type TileReply = DecodedTile | DamagedTile | UndecodedTile;
 
 // ---- tile worker -> mesh worker
 
@@ -61,14 +67,14 @@ export type MeshRequest =
   | { kind: "measure"; request: number; drawn: DrawnTiles; toWorld: number[]; at: MeasuredPart | null }
   | { kind: "scalars"; request: number; id: string; codes: Uint8Array; bits: number }
   | { kind: "cut"; request: number; drawn: DrawnTiles; plane: CutPlane }
-  | { kind: "file"; request: number; surfaces: readonly SavedSurface[]; format: MeshFormat };
+  | { kind: "file"; request: number; surface: SavedSurface };
 
 // A surface to be written to a file.
 export interface SavedSurface {
   drawn: DrawnTiles;
   toWorld: number[];
-  look: SavedLook;
-  simplified?: { ply: ArrayBuffer; voxel: number }; // Replaces the tiles; see plyMesh().
+  step: number; // The length of a lattice step.
+  format: MeshFormat;
 }
 
 // The tiles of a step, without the components that are not drawn.
@@ -88,8 +94,6 @@ export interface PickRay {
   direction: number[];
   clip: HalfSpace[]; // The half-spaces that remain visible.
 }
-
-export type MeshFormat = "glb" | "ply" | "stl";
 
 // ---- mesh worker -> page
 

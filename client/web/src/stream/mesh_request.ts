@@ -1,0 +1,31 @@
+// Fetches a surface as a file of the server, as its settings require. The page may show its full resolution instead, where
+// the samples of that arrive sooner.
+import type { MeshFormat } from "../mesh/mesh_file";
+import type { DatasetInfo } from "../protocol/messages";
+import { defaults, type Settings } from "../state/settings";
+import { toAddress } from "../state/url_state";
+
+export interface MeshReply {
+  file: Uint8Array;
+  triangles: number | null; // Null: unknown.
+}
+
+// In world coordinates. Rejects with a reason. `stream`: the address of the server's stream; `own`: the settings of this surface.
+export async function requestMesh(stream: string, token: string, info: DatasetInfo, isovalue: number, own: Settings, format: MeshFormat): Promise<MeshReply> {
+  const reply = await fetch(meshAddress(stream, info, isovalue, own, format), { headers: token ? { Authorization: `Bearer ${token}` } : {} });
+  if (!reply.ok) {
+    const { error } = (await reply.json().catch(() => ({}))) as { error?: { text?: string } };
+    throw new Error(error?.text ?? `The server refused it with status ${reply.status}.`);
+  }
+  const triangles = reply.headers.get("Multitetra-Triangles");
+  return { file: new Uint8Array(await reply.arrayBuffer()), triangles: triangles === null ? null : Number(triangles) };
+}
+
+// HTTP queries name the request's settings as the page's address does.
+export function meshAddress(stream: string, { name }: DatasetInfo, isovalue: number, own: Settings, format: MeshFormat): string {
+  const { error, bound, topologyRule, topologyTolerance, region, maxTriangles, minComponent, simplify } = own;
+  const address = new URL(`datasets/${encodeURIComponent(name)}/isosurface`, stream.replace(/^ws/, "http"));
+  address.search = toAddress({ ...defaults, isovalue, error, bound, topologyRule, topologyTolerance, region, maxTriangles, minComponent, simplify });
+  address.searchParams.set("format", format);
+  return address.href;
+}

@@ -1,0 +1,37 @@
+// View-dependent detail: decides whether requests include the view, for finer surfaces near the camera. Starts after
+// the first surface has shown that network and machine are fast, or when the user switches it on.
+import type { Settings } from "../state/settings";
+import { surfacesOf } from "../state/surfaces";
+import type { View } from "../stream/request";
+
+const maxSurfacesInView = 24;
+const slowSurface = 2000; // Milliseconds from the first request to its final step.
+
+export class ViewDependentDetail {
+  private isSlow: boolean | null = null; // Null: no surface was complete yet.
+
+  // Call when the user requests it, regardless of speed.
+  enable(): void {
+    this.isSlow = false;
+  }
+
+  // Returns whether it is requested but paused because the first surface was slow.
+  isPaused({ followView }: Settings): boolean {
+    return this.isSlow === true && followView;
+  }
+
+  // Returns the view for requests; null: none. During playback all times have the same error; with many labels every
+  // camera turn would request all of them again.
+  view(settings: Settings, current: () => View): View | null {
+    const isMany = surfacesOf(settings).filter(({ visible }) => visible).length > maxSurfacesInView;
+    return this.isSlow !== false || settings.playing || isMany ? null : current();
+  }
+
+  // Call when the first surface is complete, with the milliseconds since its request; null: it was not requested.
+  // Returns whether requests include the view from now on.
+  recordDuration(complete: number | null): boolean {
+    if (this.isSlow !== null || complete === null) return false;
+    this.isSlow = complete > slowSurface;
+    return !this.isSlow;
+  }
+}

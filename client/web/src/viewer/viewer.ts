@@ -1,0 +1,468 @@
+// Surfaces of one dataset in an element of a page: the scene with its overlays, without a panel. The page (main.ts) and
+// the module (module.ts) are built on it.
+import "../style/colors.css";
+import "../style/picture.css";
+
+import type * as THREE from "three";
+import { serverAddress } from "../page/server_address";
+import { emptySurfaceText } from "../panel/empty_surface";
+import { Notices } from "../panel/notices";
+import type { ShownTimes } from "../panel/time_bar";
+import type { DatasetInfo } from "../protocol/messages";
+import { SampleViews } from "../samples/sample_views";
+import { permittedSettings, planesThrough } from "../samples/slices";
+import { contextGoneText } from "../scene/context_keeper";
+import { boxBetween, clipPlanes, croppedBox } from "../scene/crop";
+import { initialCut } from "../scene/cut_plane";
+import { Gestures } from "../scene/gestures";
+import { Handles } from "../scene/handles";
+import { LabelHover } from "../scene/label_hover";
+import { Measuring } from "../scene/measuring";
+import { Orientation } from "../scene/orientation";
+import { type Picked, Picking } from "../scene/picking";
+import { pngOf } from "../scene/png";
+import { SceneDecorations } from "../scene/scene_decorations";
+import { Stage } from "../scene/stage";
+import { h } from "../shared/elements";
+import { Events } from "../state/events";
+import { initialSelection, settingsOfChoice, withLabelChanges } from "../state/label_surfaces";
+import { type Entry, findByName, isSameData, isSameSeries, nameOfLabel, unknownDatasetText, withTimeOfDataset } from "../state/series";
+import { defaults, isOtherRequest, type Settings } from "../state/settings";
+import { Store } from "../state/store";
+import { assumedPlacement, coordinateResolution, labelBox, type Vec3, worldBox } from "../stream/dataset";
+import { DatasetQueries } from "../stream/dataset_queries";
+import { suggestedIsovalue, type View } from "../stream/request";
+import { sceneOf, sceneRefusal } from "../surfaces/scene_at";
+import type { ShownSurface } from "../surfaces/shown_surface";
+import { SurfaceSet } from "../surfaces/surface_set";
+import { TilePool } from "../workers/tile_pool";
+import { drawPicture, pictureHeading, surfaceKeys } from "./picture";
+import { Playback } from "./playback";
+import { type PartsChange, withoutPart } from "./surface_parts";
+import { ViewDependentDetail } from "./view_dependent_detail";
+import type { ViewerEvents } from "./viewer_events";
+import { type PictureOptions, type TokenStorage, tokenInMemory, type ViewerOptions } from "./viewer_options";
+
+export class Viewer {
+  readonly settings: Store<Settings>;
+  readonly canvas = h("canvas", {
+    tabindex: "0",
+    role: "application",
+    "aria-label": "The surface. Drag to rotate, scroll to zoom, right button or Shift to pan. Arrow keys rotate, plus and minus zoom.",
+  });
+  readonly frame = h("div", { class: "stage" }); // The scene with its overlays.
+  readonly stage: Stage;
+  readonly pool = new TilePool(Math.min(window.parent === window ? 6 : 3, Math.max(2, (navigator.hardwareConcurrency || 4) - 1)));
+  readonly surfaces: SurfaceSet;
+  readonly notices: Notices;
+  readonly measuring: Measuring;
+  info: DatasetInfo | null = null; // The current dataset.
+  private readonly events = new Events<ViewerEvents>();
+  private readonly decorations: SceneDecorations;
+  private readonly orientation: Orientation;
+  private readonly handles: Handles;
+  private readonly gestures: Gestures;
+  private readonly queries: DatasetQueries;
+  private readonly samples: SampleViews;
+  private readonly playback: Playback;
+  private readonly token: TokenStorage;
+  private isDragging = false;
+  private readonly detail = new ViewDependentDetail();
+  private restTimer = 0; // The timer that detects the camera's rest.
+
+  // Throws if the browser cannot draw in three dimensions.
+  constructor(
+    readonly element: HTMLElement,
+    { server, token = "", showAgain, ...changes }: ViewerOptions = {},
+  ) {
+    this.settings = new Store<Settings>({ ...defaults, ...changes });
+    this.token = typeof token === "string" ? tokenInMemory(token) : token;
+    if (changes.followView) this.detail.enable();
+    element.classList.add("multitetra");
+    element.append(this.frame);
+    this.frame.append(this.canvas);
+    this.stage = new Stage(this.canvas, () => this.reportBlank());
+    const address = serverAddress(server);
+    this.queries = new DatasetQueries(
+      address,
+      () => this.token.get(),
+      (text) => this.notices.announce(text, true),
+    );
+    this.surfaces = new SurfaceSet(address, () => this.token.get(), this.pool, this.stage, {
+      shown: (at, shown, isFirst) => this.reportShown(at, shown, isFirst),
+      drawn: (shown) => this.events.emit("shown", shown),
+      progress: (surface) => this.events.emit("progress", { surface }),
+    });
+    this.notices = new Notices(
+      {
+        connectNow: () => this.surfaces.connect(),
+        useToken: (typed) => this.useToken(typed),
+        confirmSize: () => this.surfaces.confirmSize(),
+        focusScene: () => this.canvas.focus(),
+        showAgain,
+      },
+      new URL(address).host !== location.host,
+    );
+    this.decorations = new SceneDecorations(this.stage);
+    this.orientation = new Orientation(
+      this.stage,
+      (direction) => this.lookFrom(direction),
+      (up) => this.turnUp(up),
+    );
+    this.handles = new Handles(this.stage, this.canvas, (changes, isDragging) => this.set(changes, isDragging));
+    this.gestures = new Gestures(element, this.canvas, this.stage.controls, () => this.handles.isGrabbed);
+    this.measuring = new Measuring(
+      this.stage,
+      this.pool,
+      (info, world) => this.queries.probe(info.name, world),
+      (places) => this.set({ places }),
+      () => this.canvas.focus(),
+      (surface, place, info) => this.changeParts(withoutPart(this.get(), surface, place, coordinateResolution(info))),
+      (label) => nameOfLabel(label, this.get()),
+    );
+    const turn = (changes: Partial<Settings>, isDragging: boolean) => this.set(changes, isDragging);
+    this.samples = new SampleViews(
+      this.stage,
+      {
+        queries: this.queries,
+        surfaces: this.surfaces,
+        pool: this.pool,
+        settings: () => permittedSettings(this.get(), this.surfaces.datasets.get()),
+        failed: (text) => this.notices.announce(text, true),
+      },
+      () => ({ info: this.info, list: this.list }),
+      turn,
+      (place) => this.addPlace(place),
+    );
+    this.playback = new Playback({
+      surfaces: this.surfaces,
+      info: () => this.info,
+      list: () => this.list,
+      settings: () => this.get(),
+      view: () => this.requestView,
+      set: turn,
+    });
+    const picking = new Picking(
+      this.stage,
+      this.canvas,
+      this.pool,
+      () => ({
+        info: this.samples.sampled,
+        tiles: this.surfaces.shownTiles(this.get()),
+        clip: clipPlanes(this.get(), this.info),
+        slice: (ray) => this.samples.hit(ray),
+      }),
+      () => this.handles.isGrabbed,
+      (place) => this.receivePick(place),
+    );
+    const labelHover = new LabelHover(
+      this.canvas,
+      () => this.surfaces.hasLabels && !this.handles.isGrabbed,
+      (x, y) => picking.find(x, y),
+      (label) => nameOfLabel(label, this.get()),
+    );
+    this.frame.append(
+      this.decorations.numbers,
+      this.decorations.scaleBar,
+      this.orientation.element,
+      this.samples.legends,
+      this.playback.bar.element,
+      this.measuring.labels,
+      this.samples.mark,
+      this.measuring.element,
+      labelHover.element,
+      this.gestures.hint,
+      this.notices.element,
+    );
+    element.append(this.samples.element);
+    this.listen();
+    this.surfaces.connect();
+  }
+
+  // Changes settings; `isDragging`: more changes follow immediately. Setting a view moves the camera.
+  set(change: Partial<Settings>, isDragging = false): void {
+    const hasEnded = this.isDragging && !isDragging;
+    this.isDragging = isDragging;
+    const [before, info] = [this.settings.get(), this.info];
+    if (change.dataset !== undefined) this.notices.clear();
+    const unknown = this.list.length > 0 && change.dataset && !findByName(this.list, change.dataset) ? change.dataset : null;
+    change = withLabelChanges(this.list, info, before, unknown ? { ...change, dataset: before.dataset } : change);
+    change = withTimeOfDataset(this.list, info, before, change);
+    if (change.followView && !before.followView) this.detail.enable();
+    if (change.eye && change.target) this.stage.setView(change.eye, change.target);
+    change = { ...change, ...initialCut(change, before, this.stage.view()) };
+    // Hidden parts belong to one isovalue.
+    if (change.isovalue !== undefined && before.hiddenParts.length > 0) change = { hiddenParts: [], ...change };
+    // Times suggest different isovalues: fixes the current one.
+    const isStaying = change.t !== undefined && change.dataset === undefined && before.isovalue === null && this.info;
+    this.settings.set(isStaying ? { isovalue: suggestedIsovalue(isStaying), ...change } : change);
+    const { dataset, labels, t } = this.settings.get();
+    if (labels || t !== before.t || (dataset !== before.dataset && dataset !== this.info?.name)) this.findDataset();
+    if (hasEnded || (this.info === info && (dataset !== before.dataset || t !== before.t))) this.requestSurfaces();
+    if (unknown) this.reportUnknown(unknown); // Last: a dataset that is found again clears notices.
+  }
+
+  get(): Settings {
+    return this.settings.get();
+  }
+
+  // Selects another dataset with its default view.
+  choose(entry: Entry): void {
+    if (this.info && isSameSeries(entry.info, this.info)) return;
+    this.settings.set(settingsOfChoice(entry));
+    this.useDataset(entry.info);
+  }
+
+  // The current time and all times; null: there are no times to choose.
+  get times(): ShownTimes | null {
+    return this.playback.times;
+  }
+
+  // Steps to a later or earlier time.
+  stepTime(steps: number): void {
+    this.playback.step(steps);
+  }
+
+  // Resolves when everything visible at the current time is complete or has failed.
+  settled(): Promise<void> {
+    return this.surfaces.settled(() => this.info);
+  }
+
+  // Registers a listener; returns a function that removes it.
+  on<K extends keyof ViewerEvents>(kind: K, listener: (what: ViewerEvents[K]) => void): () => void {
+    return this.events.on(kind, listener);
+  }
+
+  fit(): void {
+    this.frameBox(croppedBox(this.surfaces.worldBox(), this.get().crop));
+  }
+
+  // Planes of samples that miss the box move to its center.
+  private frameBox(box: THREE.Box3): void {
+    this.stage.frameBox(box);
+    if (this.info) this.settings.set(planesThrough(box, this.get(), this.info));
+  }
+
+  reset(): void {
+    this.settings.set({ eye: null, target: null });
+    this.turnUp(defaults.up);
+  }
+
+  lookFrom(direction: THREE.Vector3): void {
+    this.stage.lookFrom(direction);
+    this.fit();
+  }
+
+  // Fits a label to the view, even if it is hidden. Does nothing if its box is unknown.
+  zoomToLabel(dataset: string): void {
+    const info = findByName(this.list, dataset);
+    const box = info && labelBox(info);
+    if (box) this.frameBox(boxBetween(box));
+  }
+
+  // Sets the up direction and the default view.
+  private turnUp(up: Vec3): void {
+    this.set({ up });
+    this.stage.defaultView();
+    this.fit();
+  }
+
+  private changeParts(parts: PartsChange): void {
+    if ("refusal" in parts) this.notices.announce(parts.refusal, true);
+    else this.set(parts.change);
+  }
+
+  // Rotates the picture clockwise around its center.
+  roll(radians: number): void {
+    this.set({ up: this.stage.upAfterRoll(radians) });
+  }
+
+  // Returns the scene with annotations as PNG, when it is complete or the connection is lost, on the page's background
+  // or transparent.
+  async picture(options: PictureOptions = {}): Promise<Blob> {
+    await this.surfaces.settled(
+      () => this.info,
+      () => this.surfaces.progress.get().phase === "lost",
+      options.signal,
+    );
+    await this.stage.context.take();
+    return pngOf(this.drawn(options));
+  }
+
+  // Returns the same picture of the current state.
+  drawn(options: PictureOptions): HTMLCanvasElement {
+    const {
+      decorations: { scale, visibleNumbers: numbers },
+      orientation: { arms: axes },
+      samples: { legendWords: legends },
+    } = this;
+    const { points, words } = this.measuring.measurement;
+    const head = pictureHeading(this.get(), this.info, this.list, options.isVideoFrame === true);
+    const surfaces = surfaceKeys(this.get(), this.info, this.list);
+    const slices = options.isVideoFrame ? null : this.samples.drawn;
+    return drawPicture(this.stage, slices, this.element, { scale, numbers, axes, legends, points, words: [...head, ...words], surfaces }, options);
+  }
+
+  // Ends all work; empties the element.
+  dispose(): void {
+    clearTimeout(this.restTimer);
+    this.playback.stop();
+    this.surfaces.close();
+    this.queries.close();
+    this.pool.dispose();
+    this.stage.dispose();
+    this.element.replaceChildren();
+    this.samples.close();
+    this.element.classList.remove("multitetra", "has-slices");
+  }
+
+  useToken(token: string): void {
+    this.token.set(token);
+    this.surfaces.connect();
+  }
+
+  // Whether nothing can be drawn any more.
+  get isBlank(): boolean {
+    return this.stage.context.isGone;
+  }
+
+  private reportBlank(): void {
+    this.notices.showBlank(contextGoneText);
+    this.events.emit("failed", contextGoneText);
+  }
+
+  private reportUnknown(dataset: string): void {
+    const words = unknownDatasetText(this.list, dataset);
+    this.notices.announce(words);
+    this.events.emit("failed", words);
+  }
+
+  private listen(): void {
+    this.settings.watch((now, before) => {
+      this.element.dataset.theme = now.theme;
+      this.decorations.show(now.axes);
+      this.orientation.show(now.axes);
+      this.gestures.setCooperative(now.gestures === "cooperative" || (now.gestures === "auto" && window.parent !== window));
+      if (now === before || now.up !== before.up) this.stage.setUp(now.up);
+      this.applyLook();
+      if (now !== before && isOtherRequest(now, before)) this.requestSurfaces();
+      if (now.playing !== before.playing && now.followView) this.requestSurfaces();
+      this.measuring.show(this.info, now.places);
+      this.playback.update();
+      this.events.emit("settings", now);
+    });
+    this.surfaces.progress.watch((progress) => {
+      this.notices.show(progress, this.surfaces.firstShown && emptySurfaceText(this.surfaces.firstShown, progress));
+      this.events.emit("progress", { surface: 0 });
+    });
+    this.surfaces.datasets.watch(() => {
+      this.findDataset();
+      this.applyLook();
+    });
+    this.stage.controls.addEventListener("change", () => {
+      clearTimeout(this.restTimer);
+      this.restTimer = window.setTimeout(() => this.cameraStopped(), 250);
+    });
+  }
+
+  // View-dependent detail is paused if the first surface was slow, until the user switches it on.
+  get isDetailPaused(): boolean {
+    return this.detail.isPaused(this.get());
+  }
+
+  private get requestView(): View | null {
+    return this.detail.view(this.get(), () => this.stage.view());
+  }
+
+  private cameraStopped(): void {
+    if (this.settings.get().followView) this.requestSurfaces();
+    if (!this.surfaces.firstShown) return;
+    const { eye, target } = this.stage.view();
+    this.settings.set({ eye: eye as Vec3, target: target as Vec3 });
+  }
+
+  private findDataset(): void {
+    const { list } = this.surfaces.datasets.get();
+    if (!list) return;
+    const start = initialSelection(list, this.get());
+    if (!start) return this.get().dataset ? this.reportUnknown(this.get().dataset) : undefined;
+    if (start.changes) this.settings.set(start.changes);
+    this.useDataset(start.info);
+  }
+
+  private get list(): readonly DatasetInfo[] {
+    return this.surfaces.datasets.get().list ?? [];
+  }
+
+  private useDataset(now: DatasetInfo): void {
+    const { info: before } = this;
+    const isMember = before !== null && before.name !== now.name && isSameSeries(before, now);
+    this.info = now;
+    this.notices.clear();
+    this.playback.update();
+    if (isMember) {
+      // Another time, field or label: places stay valid.
+      this.events.emit("dataset", now);
+      this.applyLook();
+      return this.requestSurfaces();
+    }
+    this.decorations.setDataset(now);
+    this.orientation.setDataset(now);
+    this.orientation.show(this.settings.get().axes);
+    this.events.emit("dataset", now);
+    const assumed = assumedPlacement(now);
+    if (assumed && before?.name !== now.name)
+      this.notices.announce(`The file of "${now.name}" does not state its ${assumed}: assumed, so lengths and places may be wrong.`, true);
+    if (isSameData(before, now)) return; // After a lost connection: the stream resumes by itself.
+    if (before) this.measuring.clear();
+    this.measuring.show(now, this.settings.get().places);
+    this.stage.setBounds(worldBox(now));
+    const { eye, target } = this.settings.get();
+    if (eye && target) this.stage.setView(eye, target);
+    else if (!this.surfaces.firstShown) this.stage.defaultView();
+    this.applyLook();
+    this.requestSurfaces();
+  }
+
+  private requestSurfaces(): void {
+    if (!this.info) return;
+    const refusal = sceneRefusal(this.list, this.get(), this.info);
+    if (!refusal) return this.surfaces.request(sceneOf(this.list, this.get(), this.info), this.get(), this.requestView, this.isDragging);
+    this.set(refusal.change); // Requests the rest.
+    this.notices.announce(refusal.text);
+  }
+
+  private applyLook(): void {
+    const now = permittedSettings(this.get(), this.surfaces.datasets.get());
+    const clip = clipPlanes(now, this.info);
+    this.handles.show(now, this.info);
+    this.surfaces.applyLook(now, clip);
+    this.element.classList.toggle("has-slices", now.layout === "four");
+    this.samples.update();
+    this.stage.setLook({
+      isOrthographic: now.projection === "orthographic",
+      hasOcclusion: now.occlusion,
+      translucent: this.surfaces.translucent,
+      clip,
+    });
+  }
+
+  private reportShown(at: number, shown: ShownSurface, isFirst: boolean): void {
+    if (at === 0 && isFirst && !this.settings.get().eye)
+      shown.info.member?.label || this.times ? this.stage.frameBox(boxBetween(worldBox(shown.info))) : this.fit();
+    this.samples.updateSlices();
+    for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.measuring.surfaceReplaced(tiles);
+    if (at === 0 && shown.facts.isFinal && this.detail.recordDuration(this.surfaces.progress.get().complete) && this.get().followView) this.requestSurfaces();
+    this.surfaces.reports.add(at);
+  }
+
+  private receivePick(place: Picked): void {
+    if (this.get().layout === "four") this.set({ cross: place.world });
+    this.addPlace(place);
+  }
+
+  private addPlace(place: Picked): void {
+    this.measuring.add(place);
+    this.events.emit("picked", place);
+  }
+}
