@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "client/commands/connected_request.hpp"
-#include "common/picture/camera.hpp"
 #include "common/cli/command.hpp"
+#include "common/picture/camera.hpp"
 
 namespace multitetra {
 

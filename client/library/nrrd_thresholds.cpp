@@ -1,7 +1,7 @@
 #include "client/library/nrrd_thresholds.hpp"
 
-#include <cerrno>
 #include <zlib.h>
+#include <cerrno>
 
 #include <algorithm>
 #include <array>

@@ -3,10 +3,10 @@
 
 #include <string>
 
-#include "common/picture/camera.hpp"
-#include "common/picture/shading.hpp"
 #include "common/image/color_map.hpp"
 #include "common/image/picture.hpp"
+#include "common/picture/camera.hpp"
+#include "common/picture/shading.hpp"
 
 namespace multitetra {
 

@@ -17,10 +17,10 @@
 #include <optional>
 #include <span>
 
-#include "common/picture/camera.hpp"
-#include "common/picture/shading.hpp"
 #include "common/image/picture.hpp"
 #include "common/mesh/mesh.hpp"
+#include "common/picture/camera.hpp"
+#include "common/picture/shading.hpp"
 
 namespace multitetra {
 

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "common/base/vec3.hpp"
-#include "common/image/srgb.hpp"
 #include "common/image/picture.hpp"
+#include "common/image/srgb.hpp"
 
 namespace multitetra {
 

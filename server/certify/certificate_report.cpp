@@ -331,8 +331,8 @@ std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
   }
   return std::string(headline(certificate)) + printable(files.mesh) + ", for the surface of " +
          printable(files.volume) + " at isovalue " + shortest_text(options.isovalue) + ".\n" +
-         text_table(rows) + "\n" + distances_text(certificate, lengths) + "\n" + topology_text(certificate) +
-         digests_text(files) + left_out_text(certificate, options) +
+         text_table(rows) + "\n" + distances_text(certificate, lengths) + "\n" +
+         topology_text(certificate) + digests_text(files) + left_out_text(certificate, options) +
          hint(certificate, options, lengths);
 }
 

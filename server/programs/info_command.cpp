@@ -6,9 +6,9 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
-#include <string_view>
 
 #include "common/base/address_text.hpp"
 #include "common/base/json.hpp"
@@ -80,26 +80,12 @@ std::uint64_t packed_sample_bytes(const PreparedFile& file) {
 // Prints the fields of the description that print_facts() does not put into words.
 void print_other_fields(const DatasetInfo& info,
                         const std::function<void(const char*, const std::string&)>& line) {
-  static const std::set<std::string_view> kInWords = {"name",
-                                                      "dims",
-                                                      "type",
-                                                      "spacing",
-                                                      "min",
-                                                      "max",
-                                                      "space",
-                                                      "geometry",
-                                                      "assumed",
-                                                      "void_samples",
-                                                      "outside",
-                                                      "margin",
-                                                      "length_unit",
-                                                      "grid_exponent",
-                                                      "member",
-                                                      "index_to_world",
-                                                      "value_unit",
-                                                      "histogram",
-                                                      "display_window",
-                                                      "suggested_isovalues"};
+  static const std::set<std::string_view> kInWords = {
+      "name",        "dims",          "type",           "spacing",
+      "min",         "max",           "space",          "geometry",
+      "assumed",     "void_samples",  "outside",        "margin",
+      "length_unit", "grid_exponent", "member",         "index_to_world",
+      "value_unit",  "histogram",     "display_window", "suggested_isovalues"};
   const Json fields = multitetra::json_of(info);
   for (const auto& [name, value] : fields.items()) {
     if (kInWords.contains(name) || value.is_null()) continue;

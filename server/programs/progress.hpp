@@ -1,5 +1,5 @@
-// Shows the progress of a long command: a bar on a terminal, otherwise a line per finished stage, or
-// one at the end.
+// Shows the progress of a long command: a bar on a terminal, otherwise a line per finished stage,
+// or one at the end.
 #pragma once
 
 #include <chrono>

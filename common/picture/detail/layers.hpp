@@ -11,8 +11,8 @@
 #include <span>
 #include <vector>
 
-#include "common/picture/shading.hpp"
 #include "common/image/picture.hpp"
+#include "common/picture/shading.hpp"
 
 namespace multitetra {
 

@@ -12,9 +12,9 @@
 
 #include "common/base/vec3.hpp"
 #include "server/core/simplification/detail/collapse_checks.hpp"
-#include "server/core/simplification/detail/component_volumes.hpp"
 #include "server/core/simplification/detail/collapse_fan.hpp"
 #include "server/core/simplification/detail/collapsing_mesh.hpp"
+#include "server/core/simplification/detail/component_volumes.hpp"
 #include "server/core/simplification/detail/first_stage.hpp"
 #include "server/core/simplification/detail/quadric.hpp"
 #include "server/core/simplification/detail/successive_mapping.hpp"

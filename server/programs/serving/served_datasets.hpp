@@ -29,9 +29,9 @@ class ServedDatasets {
 
   // Returns all datasets that can be served now. Unchanged files stay open. A dataset that cannot
   // be read is logged and omitted, or keeps its previous version if it has one. Logs new and
-  // removed datasets. Without any effect, throws std::filesystem::filesystem_error or StoreError if a
-  // folder cannot be read, and std::runtime_error if all datasets are gone, as from a folder that is
-  // no longer mounted.
+  // removed datasets. Without any effect, throws std::filesystem::filesystem_error or StoreError if
+  // a folder cannot be read, and std::runtime_error if all datasets are gone, as from a folder that
+  // is no longer mounted.
   [[nodiscard]] CataloguePtr read();
   // Returns whether the last read() has served the current version of every file.
   [[nodiscard]] bool is_complete() const { return is_complete_; }

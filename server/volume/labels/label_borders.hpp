@@ -6,12 +6,13 @@
 // different labels, the border is at a / (a + b) of the edge. Two touching labels therefore have
 // the same border, even next to a third one.
 //
-// Magnitudes start as border_samples.hpp describes, and border_smoothing.hpp smooths them. Both take
-// from thin parts and convex ones, so several rounds correct them: each sample of a label should contribute an eighth of a cell of eight samples to
-// the label's volume. Where the framework's tetrahedra hold less, the difference is the label's
-// shortfall in the cell. In thin parts, it is averaged over the label's nearby border samples,
-// whose magnitudes grow with it. Where a label is thick, it is averaged over all of its thick
-// border samples instead: nearby ones differ on smooth slopes, too.
+// Magnitudes start as border_samples.hpp describes, and border_smoothing.hpp smooths them. Both
+// take from thin parts and convex ones, so several rounds correct them: each sample of a label
+// should contribute an eighth of a cell of eight samples to the label's volume. Where the
+// framework's tetrahedra hold less, the difference is the label's shortfall in the cell. In thin
+// parts, it is averaged over the label's nearby border samples, whose magnitudes grow with it.
+// Where a label is thick, it is averaged over all of its thick border samples instead: nearby ones
+// differ on smooth slopes, too.
 #pragma once
 
 #include <cstdint>

@@ -37,7 +37,8 @@ TEST(DatasetMetadata, RoundTripsOptionalSpaceAndUnits) {
   const auto result = parse_metadata(text);
   ASSERT_TRUE(result) << result.error().text;
   EXPECT_EQ(result->info.meaning, metadata.info.meaning);
-  for (const char* key : {"\"space\":", "\"length_unit\":", "\"value_unit\":", "\"geometry\":", "\"assumed\":"}) {
+  for (const char* key :
+       {"\"space\":", "\"length_unit\":", "\"value_unit\":", "\"geometry\":", "\"assumed\":"}) {
     text.replace(text.find(key), std::string(key).size(), "\"x\":");
   }
   const auto older = parse_metadata(text);

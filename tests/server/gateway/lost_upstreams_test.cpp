@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/server/gateway/gateway_client.hpp"
-#include "tests/server/gateway/stub_server.hpp"
 #include "tests/server/gateway/running_gateway.hpp"
+#include "tests/server/gateway/stub_server.hpp"
 #include "tests/support/waiting.hpp"
 
 namespace multitetra {

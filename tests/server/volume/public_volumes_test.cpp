@@ -78,15 +78,14 @@ INSTANTIATE_TEST_SUITE_P(
                      0,
                      255,
                      RawLayout{.dims = {64, 64, 64}}},
-        PublicVolume{"head_128x128x112.dat",
-                     {128, 128, 112},
-                     kU16,
-                     {1, 1, 1},
-                     0,
-                     3272,
-                     RawLayout{.dims = {128, 128, 112},
-                               .type = StoredType::kU16,
-                               .header_bytes = 6}}),
+        PublicVolume{
+            "head_128x128x112.dat",
+            {128, 128, 112},
+            kU16,
+            {1, 1, 1},
+            0,
+            3272,
+            RawLayout{.dims = {128, 128, 112}, .type = StoredType::kU16, .header_bytes = 6}}),
     [](const ::testing::TestParamInfo<PublicVolume>& volume) {
       std::string label = volume.param.file;
       std::replace_if(

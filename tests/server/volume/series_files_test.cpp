@@ -97,9 +97,9 @@ TEST_F(SeriesFiles, LegacyVtkFilesHaveATime) {
   EXPECT_EQ(times_with("BINARY", "TIME 1 1 double\n" + packed<double>({2.5}, Endian::kBig) + "\n",
                        binary),
             std::vector{2.5});
-  EXPECT_EQ(times_with("BINARY", "TIME 1 1 float\n" + packed<float>({2.5}, Endian::kBig) + "\n",
-                       binary),
-            std::vector{2.5});
+  EXPECT_EQ(
+      times_with("BINARY", "TIME 1 1 float\n" + packed<float>({2.5}, Endian::kBig) + "\n", binary),
+      std::vector{2.5});
   EXPECT_TRUE(times_with("ASCII", "CYCLE 1 1 int\n7\n", text).empty());
   EXPECT_TRUE(times_with("ASCII", "TimeValue 1 1 double\nnan\n", text).empty());
   EXPECT_TRUE(times_with("ASCII", "TimeValue 1 1 string\na\n", text).empty());

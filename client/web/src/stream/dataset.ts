@@ -100,7 +100,7 @@ export function worldBox({ indexToWorld, dims }: DatasetInfo): { low: Vec3; high
 
 // Returns what of spacing and origin the file does not state: "spacing along z, origin"; empty: nothing, or it is unknown.
 export function assumedPlacement(info: DatasetInfo): string {
-  return (info as { assumed?: string }).assumed ?? "";
+  return info.assumed;
 }
 
 // Returns the resolution of coordinates that are kept: a thousandth of a voxel, below which they have only rounding errors.

@@ -8,8 +8,8 @@
 #include "server/core/framework/rounding.hpp"
 #include "server/core/simplification/detail/changed_triangles.hpp"
 #include "server/core/simplification/detail/collapse_checks.hpp"
-#include "server/core/simplification/detail/component_volumes.hpp"
 #include "server/core/simplification/detail/collapsing_mesh.hpp"
+#include "server/core/simplification/detail/component_volumes.hpp"
 #include "server/core/simplification/detail/vertex_errors.hpp"
 
 namespace multitetra {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "server/core/spectrum/detail/curve_tiles.hpp"
-#include "server/core/spectrum/isovalue_bins.hpp"
 #include "server/core/spectrum/detail/level_wavefront.hpp"
+#include "server/core/spectrum/isovalue_bins.hpp"
 #include "server/core/spectrum/plane_sources.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
 

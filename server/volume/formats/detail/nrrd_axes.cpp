@@ -83,7 +83,8 @@ Vec3 turned(const Vec3& vector, const std::optional<Vec3>& signs) {
 
 // Returns the center of the first sample from the minima of the axes, if all have one.
 StatedNumbers origin_by_mins(const NrrdHeader& header, const NrrdAxes& axes,
-                    const std::vector<std::int64_t>& sizes, const std::array<Vec3, 3>& steps) {
+                             const std::vector<std::int64_t>& sizes,
+                             const std::array<Vec3, 3>& steps) {
   const auto words = [&](std::string_view field) { return header.axis_words(field, sizes.size()); };
   const std::vector<std::string> mins = words("axis mins");
   const std::vector<std::string> maxs = words("axis maxs");
