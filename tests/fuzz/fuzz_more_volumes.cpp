@@ -1,4 +1,4 @@
-// Whole files in further formats: NumPy, MGH, NetCDF-3, parallel VTK images, Zarr in zip archives,
+// Whole files in further formats: NumPy, MGH, NetCDF, parallel VTK images, Zarr in zip archives,
 // TIFF, PNG, JPEG and Imaris, the contour levels stored with maps, and ParaView collections. The
 // first byte selects the format. A file is rejected with a reason or is a volume whose slices can
 // be read in any order.

@@ -34,9 +34,9 @@ std::optional<StoredVolume> opened(int format, std::string_view bytes,
     case 1:
       return open_nifti(folder.file("v.nii.gz", gzipped(bytes)), choice);
     case 2:
-      return open_mrc(folder.file("v.mrc", bytes));
+      return open_mrc(folder.file("v.mrc", bytes), choice);
     case 3:
-      return open_mrc(folder.file("v.map.gz", gzipped(bytes)));
+      return open_mrc(folder.file("v.map.gz", gzipped(bytes)), choice);
     case 4:
       return open_cube(folder.file("v.cube", bytes));
     case 5:
@@ -50,7 +50,7 @@ std::optional<StoredVolume> opened(int format, std::string_view bytes,
     case 9:
       return open_meta_image(folder.file("v.mha", bytes), choice);
     case 10:
-      return open_legacy_vtk(folder.file("v.vtk", bytes));
+      return open_legacy_vtk(folder.file("v.vtk", bytes), choice);
     default: {
       const auto raw = layout_of_raw(folder.file("counted.raw", bytes));
       if (!raw) return std::nullopt;
