@@ -11,7 +11,7 @@ set -euo pipefail
 project=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$project"
 
-preset=dev
+preset=tests
 install_options=()
 ctest_options=(--output-on-failure --no-tests=error -j "$(nproc)")
 while [ $# -gt 0 ]; do

@@ -38,8 +38,8 @@ class ViewerOfNotebooks(unittest.TestCase):
         from multitetra.viewer import SETTINGS
 
         text = (PROJECT / "client" / "web" / "src" / "state" / "settings.ts").read_text()
-        defaults = re.search(r"export const defaults: Settings = \{(.*?)\n\};", text, re.S)[1]
-        self.assertEqual(SETTINGS, set(re.findall(r"^  (\w+):", defaults, re.M)))
+        table = re.search(r"export const settingTable = \{(.*?)\n\}", text, re.S)[1]
+        self.assertEqual(SETTINGS, set(re.findall(r"^  (\w+): ", table, re.M)))
 
     def test_sends_only_given_settings_and_keeps_user_changes(self):
         viewer = multitetra.Viewer("https://volumes.example/path", dataset="a head", isovalue=1.5, maxTriangles=9, simplify=False, color="#aabbcc")

@@ -92,7 +92,9 @@ TEST(RequestNames, HaveOneDefaultError) {
                     "// full-resolution surface. Absent means " + number +
                         "\\.\n  optional double error"),
             one);
-  EXPECT_EQ(matches(text_of_file("client/web/src/state/settings.ts"), "\n  error: " + number), one);
+  EXPECT_EQ(matches(text_of_file("client/web/src/state/settings.ts"),
+                    "\n  error: setting\\(format.number\\(0, 1e6\\), " + number),
+            one);
   EXPECT_EQ(matches(text_of_file("client/python/multitetra/napari_reader.py"),
                     "get\\(\"error\", " + number + "\\)"),
             one);
@@ -128,10 +130,14 @@ TEST(DatasetNames, MatchProtobuf) {
 }
 
 TEST(RequestNames, MatchTheViewersAddress) {
-  const std::string url_state = text_of_file("client/web/src/state/url_state.ts");
+  const std::string settings = text_of_file("client/web/src/state/settings.ts");
   Names viewer;
-  for (const std::string& name : matches(url_state, "set\\(\"(\\w+)\"")) viewer.insert(snake(name));
-  viewer.merge(matches(url_state, "parameters\\.get\\(\"(quality)\"\\)"));
+  for (const std::string& name :
+       matches(settings, "\n  (\\w+): (?:setting|optional|onOff|share)\\(")) {
+    viewer.insert(snake(name));
+  }
+  viewer.merge(
+      matches(text_of_file("client/web/src/state/url_state.ts"), "setting === \"(quality)\""));
   const Names not_in_viewer = {"color_anyway", "unit",        "lattice",     "region_coordinates",
                                "view",         "combine",     "max_bytes",   "intersection_free",
                                "normals",      "color_range", "color_scale", "coordinates",
