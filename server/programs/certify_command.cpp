@@ -208,7 +208,7 @@ void add_certify_command(Command& program, Run& run) {
   command->add_flag("--allow-rounding", a->allow_rounding,
                     "Also allow for the rounding of 32-bit coordinates in the mesh");
   command->add_flag("--inside-out", a->is_inside_out,
-                    "Triangles of the mesh face high values, as some programs write them");
+                    "Triangles of the mesh face high values instead of low ones");
   add_threads_option(*command, a->threads);
   command->add_flag("--json", a->json, "Print a JSON report");
   command->add_flag("--quiet", a->quiet, "Print errors and notices about the data only");

@@ -208,9 +208,7 @@ void add_token_command(Command& program, Run& run) {
   Option* const surfaces_only = command->add_flag(
       "--surfaces-only", a->surfaces_only,
       "It gives access to meshes only; not to samples (slices, probes, colors by fields)");
-  command
-      ->add_flag("--colors", a->colors,
-                 "With --surfaces-only: also to colors by fields, which reveal samples")
+  command->add_flag("--colors", a->colors, "Also to colors by fields; these reveal samples")
       ->needs(surfaces_only);
   command->add_flag("--replace", a->replace, "Revoke the current token of NAME");
   command->add_flag("--json", a->json, "Print JSON");
