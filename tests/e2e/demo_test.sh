@@ -19,6 +19,8 @@ report = json.load(open(sys.argv[1]))
 assert report["parameters"]["isovalue"] == -300.5 and "error" not in report and report["steps"][-1]["open_edges"] == 0
 END
 ! grep -q "Serving until" demo.log || fail "--no-serve serves"
+tail -n 1 demo.log | grep -qE 'Certified +within 0\.[0-9]+ of 0\.25 voxels .*topology kept, [1-9][0-9]* components' ||
+  fail "the last line does not say what was certified: $(tail -n 1 demo.log)"
 page=$(sed -n 's/^ *\(http:[^ ]*\) in a browser.*/\1/p' demo.log)
 ! curl -s -o /dev/null --max-time 5 "${page%%#*}" || fail "--no-serve leaves a server"
 
@@ -51,7 +53,13 @@ echo "listening on tcp://127.0.0.1:1 listening" >&2
 echo "listening on http://127.0.0.1:2" >&2
 exec sleep 60
 END
-printf '#!/bin/sh\n[ "$1" != view ] || echo "http://127.0.0.1:2/"\n' >stubs/multitetra-client
+cat >stubs/multitetra-client <<'END'
+#!/bin/sh
+case "$1" in
+  view) echo "http://127.0.0.1:2/" ;;
+  fetch) echo '{"isovalue": 1}' >"$(dirname "$0")/../stubbed/report.json" ;;
+esac
+END
 chmod +x stubs/*
 demo="bash '$project/server/demo.sh' --programs stubs --output stubbed"
 timeout 60 bash -c "$demo" >elsewhere.log 2>&1 || fail "demo.sh ended with $? without a terminal: $(cat elsewhere.log)"
