@@ -65,7 +65,7 @@ std::string whole_levels_glb(std::span<const LevelMesh> levels, const DatasetInf
   std::vector<PositionedMesh> meshes;
   meshes.reserve(levels.size());
   for (const LevelMesh& level : levels) {
-    meshes.push_back(positioned(level.mesh, grid_to_world(info)));
+    meshes.push_back(positioned(in_canonical_order(level.mesh), grid_to_world(info)));
   }
   std::vector<LevelOfDetail> details;
   for (std::size_t i = 0; i < levels.size(); ++i) {
