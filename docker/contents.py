@@ -40,13 +40,18 @@ def libraries_of(programs):
     return dict(sorted(found.items()))
 
 
-def package_of(file):
-    """The Debian package that `file` belongs to."""
-    for path in (file, file.resolve(), pathlib.Path("/usr" + str(file)), pathlib.Path(str(file).removeprefix("/usr"))):
-        known = subprocess.run(["dpkg", "-S", str(path)], capture_output=True, text=True)
-        if known.returncode == 0:
-            return known.stdout.split(": ")[0].split(",")[0].strip()
-    sys.exit(f"No Debian package has {file}.")
+def packages_of(files):
+    """The names of the Debian packages that `files` belong to, sorted."""
+    names = {file: {str(file), str(file.resolve()), "/usr" + str(file), str(file).removeprefix("/usr")} for file in files}
+    known = subprocess.run(["dpkg", "-S", *sorted(set().union(*names.values()))], capture_output=True, text=True).stdout
+    package_of = {path: package.split(",")[0] for package, path in re.findall(r"^(.+): (/\S+)$", known, re.M)}
+    packages = set()
+    for file, paths in names.items():
+        found = [package_of[path] for path in sorted(paths) if path in package_of]
+        if not found:
+            sys.exit(f"No Debian package has {file}.")
+        packages.add(found[0])
+    return sorted(packages)
 
 
 def copyright_file(package):
@@ -85,7 +90,7 @@ def viewer_components(share):
 
 def bill_of_materials(project, libraries, share):
     version = re.search(r"project\(multitetra VERSION (\S+)", (project / "CMakeLists.txt").read_text())[1]
-    packages = sorted({package_of(file) for file in libraries.values()} | set(header_packages(project)))
+    packages = sorted({*packages_of(libraries.values()), *header_packages(project)})
     return {
         "bomFormat": "CycloneDX", "specVersion": "1.5", "version": 1,
         "metadata": {"component": {"type": "application", "name": "multitetra", "version": version,
@@ -114,7 +119,7 @@ def bundle(project, folder, programs):
         shutil.copyfile(file, lib / name)
         (lib / name).chmod(0o755)
         find_libraries_in(lib / name, "")
-    for package in sorted({package_of(file) for file in libraries.values()}):
+    for package in packages_of(libraries.values()):
         shutil.copyfile(copyright_file(package), licences / f"{package.split(':')[0]}.txt")
     shutil.copyfile(project / "LICENSE", licences / "multitetra.txt")
     write_bill(project, libraries, folder / "share", licences.parent / "sbom.cdx.json")
