@@ -482,7 +482,7 @@ async function failsAFilm(page) {
   const other = await serveFolder(damaged);
   const file = path.join(damaged, "flow.ball.t0003.mtd");
   const bytes = readFileSync(file);
-  writeFileSync(file, bytes.fill(0x55, 0.2 * bytes.length, 0.8 * bytes.length), { flag: "r+" });
+  writeFileSync(file, bytes.fill(0x55, Math.round(0.2 * bytes.length), Math.round(0.8 * bytes.length)), { flag: "r+" });
   await open(page, "#dataset=flow&isovalue=0.5&error=2&occlusion=false&t=1", other);
   await complete(page);
   await page.click('summary:has-text("Export")');
