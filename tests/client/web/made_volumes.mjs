@@ -8,10 +8,10 @@ export function samplesOf(size, value) {
   return samples;
 }
 
-const unitSpace = "space dimension: 3\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n";
+export const unitSpace = "space dimension: 3\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n";
 
 // Writes a Uint8Array, Uint16Array or Float32Array as NRRD; `space` holds further header lines.
-export function writeNrrd(file, size, samples, space = unitSpace) {
+export function writeNrrd(file, size, samples, space = "") {
   const type = { Uint8Array: "uint8", Uint16Array: "uint16" }[samples.constructor.name] ?? "float";
   const header = `NRRD0004\ntype: ${type}\ndimension: 3\n${space}sizes: ${size} ${size} ${size}\nendian: little\nencoding: raw\n\n`;
   writeFileSync(file, Buffer.concat([Buffer.from(header), Buffer.from(samples.buffer)]));

@@ -7,7 +7,7 @@ import path from "node:path";
 
 import { examine } from "./axe.mjs";
 import { complete, finish, notice, open, patience, run, scratch, serveFolder, surfacePixels, test } from "./in_a_browser.mjs";
-import { samplesOf, writeNrrd, writeVti } from "./made_volumes.mjs";
+import { samplesOf, unitSpace, writeNrrd, writeVti } from "./made_volumes.mjs";
 
 const size = 33;
 const folder = path.join(scratch, "series");
@@ -558,7 +558,7 @@ function prepareLabels() {
   const balls = [[2, 6], [5, 16], [9, 26]];
   const labelAt = (x, y, z) => balls.find(([, at]) => Math.hypot(x - at, y - 16, z - 16) < 5.2)?.[0] ?? 0;
   const file = path.join(scratch, "seg.nrrd");
-  writeNrrd(file, size, Uint8Array.from(samplesOf(size, labelAt)));
+  writeNrrd(file, size, Uint8Array.from(samplesOf(size, labelAt)), unitSpace);
   run("prepare", file, "--label", "all", "--name", "seg", "-o", folder);
 }
 
@@ -573,7 +573,7 @@ function prepareCells() {
   const balls = Array.from({ length: 30 }, (_, i) => [i + 1, ...cellAt(i + 1), i + 1 === 17 ? 2.9 : 2.2]);
   const labelAt = (x, y, z) => balls.find(([, a, b, c, radius]) => Math.hypot(x - a, y - b, z - c) < radius)?.[0] ?? 0;
   const file = path.join(scratch, "cells.nrrd");
-  writeNrrd(file, size, Uint8Array.from(samplesOf(size, labelAt)));
+  writeNrrd(file, size, Uint8Array.from(samplesOf(size, labelAt)), unitSpace);
   run("prepare", file, "--label", "all", "--name", "cells", "-o", folder);
 }
 
@@ -586,10 +586,10 @@ function prepareHundreds() {
     return label <= 300 && Math.hypot(...place.map((v) => (v % pitch) - 2.5)) < 2.4 ? label : 0;
   };
   const file = path.join(scratch, "hundreds.nrrd");
-  writeNrrd(file, side, Uint16Array.from(samplesOf(side, labelAt)));
+  writeNrrd(file, side, Uint16Array.from(samplesOf(side, labelAt)), unitSpace);
   run("prepare", file, "--label", "all", "--name", "hundreds", "-o", folder);
   const image = path.join(scratch, "stain.nrrd");
-  writeNrrd(image, side, Float32Array.from(samplesOf(side, (x) => x)));
+  writeNrrd(image, side, Float32Array.from(samplesOf(side, (x) => x)), unitSpace);
   run("prepare", image, "-o", path.join(folder, "stain.mtd"));
 }
 
