@@ -105,9 +105,9 @@ RetryOptions retry_options(const FetchArguments& arguments) {
 }
 
 // Tiles of earlier fetches and of this one, stored in the folder of --resume if given.
-class KeptTiles {
+class CachedTileRecords {
  public:
-  explicit KeptTiles(const FetchArguments& arguments)
+  explicit CachedTileRecords(const FetchArguments& arguments)
       : arguments_(arguments), memory_({.tiles = limits_.tiles, .triangles = limits_.triangles}) {
     if (arguments.resume_directory.empty()) return;
     folder_.emplace(arguments.resume_directory);
@@ -161,7 +161,8 @@ FetchedStep for_report(const FetchedStep& fetched) {
 // Fetches and checks one surface.
 ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const FetchPart& part,
                                        Client& client, DatasetRequest& surface,
-                                       const Output& output, KeptTiles& kept, FetchReport& report) {
+                                       const Output& output, CachedTileRecords& kept,
+                                       FetchReport& report) {
   const DatasetInfo& info = surface.info;
   const auto final_step = client.fetch(
       info, report.open,
@@ -316,7 +317,7 @@ class Fetch {
   ConnectedRequests connected_;
   const std::vector<FetchPart> parts_;
   const Output output_;
-  KeptTiles kept_;
+  CachedTileRecords kept_;
   std::vector<FetchReport> reports_;  // One per part that was begun; the others per fetched part.
   std::vector<OutputSurface> surfaces_;
   std::vector<SurfaceName> names_;

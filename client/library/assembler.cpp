@@ -36,14 +36,14 @@ LatticeMesh welded(const std::vector<std::shared_ptr<const LatticeMesh>>& tiles,
   return weld(meshes, resolution);
 }
 
-std::set<ContentDigest> digests_of(const HeldTiles& held) {
+std::set<ContentDigest> digests_of(const CachedTiles& held) {
   std::set<ContentDigest> digests;
   for (const auto& [digest, tile] : held) digests.insert(digests.end(), digest);
   return digests;
 }
 
 // Keeps only the tiles that the request names: the server sends all others.
-HeldTiles named_in(HeldTiles held, const std::vector<ContentDigest>& digests) {
+CachedTiles named_in(CachedTiles held, const std::vector<ContentDigest>& digests) {
   const std::set<ContentDigest> named(digests.begin(), digests.end());
   std::erase_if(held, [&named](const auto& tile) { return !named.contains(tile.first); });
   return held;
@@ -57,7 +57,7 @@ bool preserves_topology(const StepBegin& begin) {
 
 std::optional<double> distance_bound(const StepBegin& begin) {
   const bool is_bounded = preserves_topology(begin) &&
-                          (begin.request.measure == ErrorMeasure::kCertified || begin.shell);
+                          (begin.request.error_measure == ErrorMeasure::kCertified || begin.shell);
   if (!is_bounded) return std::nullopt;
   return begin.error_bound_world;
 }
@@ -70,7 +70,7 @@ std::optional<double> mesh_distance_bound(const StepBegin& begin, const DatasetI
 
 bool is_full_resolution(const StepBegin& begin) { return distance_bound(begin) == 0.0; }
 
-Assembler::Assembler(DatasetInfo info, OpenStream open, HeldTiles held, AssemblerLimits limits)
+Assembler::Assembler(DatasetInfo info, OpenStream open, CachedTiles held, AssemblerLimits limits)
     : info_(std::move(info)),
       held_(named_in(std::move(held), open.cached_tile_digests)),
       validator_(info_, std::move(open), digests_of(held_), limits) {}

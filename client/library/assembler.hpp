@@ -31,7 +31,7 @@
 namespace multitetra {
 
 // Decoded tiles by content digest, for reuse in later steps and streams.
-using HeldTiles = std::map<ContentDigest, std::shared_ptr<const LatticeMesh>>;
+using CachedTiles = std::map<ContentDigest, std::shared_ptr<const LatticeMesh>>;
 
 // A step that passed all checks.
 struct CommittedStep {
@@ -69,7 +69,7 @@ using AssemblyEvent = std::variant<std::monostate, CommittedStepPtr, StreamEnd, 
 class Assembler {
  public:
   // Uses the tiles of `held` that `open` names; the server sends the others.
-  Assembler(DatasetInfo info, OpenStream open, HeldTiles held = {}, AssemblerLimits limits = {});
+  Assembler(DatasetInfo info, OpenStream open, CachedTiles held = {}, AssemblerLimits limits = {});
 
   [[nodiscard]] Result<AssemblyEvent> receive(const ServerMessage& message);
 
@@ -77,7 +77,7 @@ class Assembler {
   [[nodiscard]] const CommittedStepPtr& shown() const { return shown_; }
   // Returns all decoded tiles, including those of an unfinished step. After a lost connection the
   // repeated request can name them as held.
-  [[nodiscard]] const HeldTiles& held() const { return held_; }
+  [[nodiscard]] const CachedTiles& held() const { return held_; }
   // Decodes the sample shells still waiting. Shells are decoded in batches, on all threads.
   [[nodiscard]] Result<void> decode_waiting();
 
@@ -123,7 +123,7 @@ class Assembler {
   };
 
   DatasetInfo info_;
-  HeldTiles held_;
+  CachedTiles held_;
   StreamValidator validator_;
   // The tiles of the pending step; null until received and decoded.
   std::vector<TilePtr> tiles_;

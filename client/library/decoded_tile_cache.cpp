@@ -24,8 +24,8 @@ void DecodedTileCache::keep(const ContentDigest& digest, std::shared_ptr<const L
 
 void DecodedTileCache::use(const ContentDigest& digest) { (void)tiles_.find(digest); }
 
-HeldTiles DecodedTileCache::tiles() const {
-  HeldTiles held;
+CachedTiles DecodedTileCache::tiles() const {
+  CachedTiles held;
   for (const Tiles::Entry& tile : tiles_.entries()) held.emplace(tile.key, tile.value);
   return held;
 }

@@ -34,7 +34,7 @@ class DecodedTileCache {
   // Marks the tile as used because a manifest names it; no effect if it is not cached.
   void use(const ContentDigest& digest);
 
-  [[nodiscard]] HeldTiles tiles() const;
+  [[nodiscard]] CachedTiles tiles() const;
   // Returns the tiles for OpenStream::cached_tile_digests, which the server does not send; with
   // `with_normals`, only tiles with normals. If more than `most` are cached, names those with the
   // most triangles, because they save the most bytes.

@@ -6,8 +6,8 @@
 #include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
-#include "common/cli/json_report.hpp"
 #include "common/cli/terminal.hpp"
+#include "common/json/json_report.hpp"
 
 namespace multitetra {
 namespace {
@@ -46,7 +46,7 @@ std::string accuracy_of(const StepBegin& begin, const DatasetInfo& info) {
   if (!request.thresholds.is_uniform()) {
     return "errors up to " + human_error(begin.error_bound_world, request.unit, info);
   }
-  const double error = std::max(request.error, request.thresholds.at_least);
+  const double error = std::max(request.error, request.thresholds.error_floor);
   if (request.unit == ErrorUnit::kWorld) {
     return "error " + human_length(error, info.meaning.length_unit);
   }

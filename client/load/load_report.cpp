@@ -5,7 +5,7 @@
 
 #include "common/base/json.hpp"
 #include "common/cli/human_units.hpp"
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 
 namespace multitetra {
 namespace {

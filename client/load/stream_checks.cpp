@@ -2,7 +2,7 @@
 
 namespace multitetra {
 
-StreamChecks StreamChecks::thorough(DatasetInfo info, OpenStream open, HeldTiles held) {
+StreamChecks StreamChecks::thorough(DatasetInfo info, OpenStream open, CachedTiles held) {
   return StreamChecks(Assembler(std::move(info), std::move(open), std::move(held)), 0);
 }
 

@@ -22,7 +22,7 @@ using StreamProgress = std::variant<std::monostate, WholeStep, StreamEnd, Refusa
 
 class StreamChecks {
  public:
-  static StreamChecks thorough(DatasetInfo info, OpenStream open, HeldTiles held);
+  static StreamChecks thorough(DatasetInfo info, OpenStream open, CachedTiles held);
   // Decodes one in `tiles_per_decoded` tiles, selected by digest; 0: none.
   static StreamChecks cheap(DatasetInfo info, OpenStream open, std::uint32_t tiles_per_decoded);
 

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "common/cli/json_report.hpp"
 #include "common/cli/surface_options.hpp"
 #include "common/dataset/dataset_info.hpp"
 #include "common/dataset/surface_name.hpp"
+#include "common/json/json_report.hpp"
 #include "common/request/mesh_codec.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "common/wire/written_mesh.hpp"

@@ -47,7 +47,7 @@ struct IsosurfaceRequest {
   double error = 1;
   // The unit of all thresholds.
   ErrorUnit unit = ErrorUnit::kVoxel;
-  ErrorMeasure measure = ErrorMeasure::kCertified;
+  ErrorMeasure error_measure = ErrorMeasure::kCertified;
   TopologyRule topology_rule = TopologyRule::kExact;
   // In voxels, >= 0. Features up to this spacing may vanish; 0 preserves the topology.
   double topology_tolerance = 0;
@@ -65,7 +65,7 @@ struct IsosurfaceRequest {
   // Bits per octahedral coordinate of normals, 8 to 10; 0: no normals.
   int normal_bits = 0;
   // Restricts the surface to this cell, in one step. Absent: the whole surface. Excludes a budget.
-  std::optional<SurfaceCell> cell = std::nullopt;
+  std::optional<OctreeNode> cell = std::nullopt;
 
   friend bool operator==(const IsosurfaceRequest&, const IsosurfaceRequest&) = default;
 };

@@ -167,8 +167,8 @@ bool operator==(const ThresholdGrid& a, const ThresholdGrid& b) {
 
 bool operator==(const LocalThresholds& a, const LocalThresholds& b) {
   const bool same_grid = a.grid == b.grid || (a.grid && b.grid && *a.grid == *b.grid);
-  return same_grid && std::tie(a.coordinates, a.combination, a.regions, a.view, a.at_least) ==
-                          std::tie(b.coordinates, b.combination, b.regions, b.view, b.at_least);
+  return same_grid && std::tie(a.coordinates, a.combination, a.regions, a.view, a.error_floor) ==
+                          std::tie(b.coordinates, b.combination, b.regions, b.view, b.error_floor);
 }
 
 Result<void> check_thresholds(const LocalThresholds& thresholds) {
@@ -176,7 +176,7 @@ Result<void> check_thresholds(const LocalThresholds& thresholds) {
   check(thresholds.regions, faults);
   if (thresholds.grid) check(*thresholds.grid, faults);
   if (thresholds.view) check(*thresholds.view, faults);
-  faults.threshold("at_least", thresholds.at_least);
+  faults.threshold("at_least", thresholds.error_floor);
   if (faults.first()) return tl::unexpected(*faults.first());
   return {};
 }

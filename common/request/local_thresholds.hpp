@@ -6,7 +6,7 @@
 //              grid; else the request's error
 //   kMinimum   the least of all regions, view and grid that define one; else the request's error
 //
-// and never less than `at_least`. Thresholds are in the request's unit.
+// and never less than `error_floor`. Thresholds are in the request's unit.
 #pragma once
 
 #include <array>
@@ -113,9 +113,9 @@ struct LocalThresholds {
   // Shared, since requests are copied often.
   std::shared_ptr<const ThresholdGrid> grid = {};
   std::optional<ThresholdView> view = {};
-  double at_least = 0;  // Finite, >= 0.
+  double error_floor = 0;  // Finite, >= 0.
 
-  // Returns whether only the request's error and `at_least` apply.
+  // Returns whether only the request's error and `error_floor` apply.
   [[nodiscard]] bool is_uniform() const { return regions.empty() && !grid && !view; }
 
   // Compares grids by content.

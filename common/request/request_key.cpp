@@ -61,7 +61,7 @@ class Key {
     add(view.tolerance_pixels);
     add_if(view.frustum ? &*view.frustum : nullptr);
   }
-  void add(const SurfaceCell& cell) {
+  void add(const OctreeNode& cell) {
     for (const std::int32_t number :
          {cell.cube.exponent, cell.cube.x, cell.cube.y, cell.cube.z, cell.finest_spacing}) {
       add(number);
@@ -79,7 +79,7 @@ class Key {
     for (const ThresholdRegion& region : thresholds.regions) add(region);
     add_if(thresholds.grid.get());
     add_if(thresholds.view ? &*thresholds.view : nullptr);
-    add(thresholds.at_least);
+    add(thresholds.error_floor);
   }
 
   [[nodiscard]] std::string take() { return std::move(bytes_); }
@@ -95,7 +95,7 @@ std::string key_of(const IsosurfaceRequest& request) {
   key.add(request.isovalue);
   key.add(request.error);
   key.add(request.unit);
-  key.add(request.measure);
+  key.add(request.error_measure);
   key.add(request.topology_rule);
   key.add(request.topology_tolerance);
   key.add(request.lattice_resolution);

@@ -142,7 +142,7 @@ std::vector<std::string> request_notices(const IsosurfaceRequest& request,
     }
   }
   // A budget raises the floor only. With an error of 0 the best surface that fits is expected.
-  const double raised = thresholds.at_least;
+  const double raised = thresholds.error_floor;
   if (has_budget(request) && request.error > 0 && raised > 2 * request.error) {
     const std::string& unit = info.meaning.length_unit;
     notices.push_back("The budget raised the error from " + rounded_text(request.error) + " to " +

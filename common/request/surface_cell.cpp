@@ -6,7 +6,7 @@
 
 namespace multitetra {
 
-Result<void> check_cell(const SurfaceCell& cell) {
+Result<void> check_cell(const OctreeNode& cell) {
   const OctreeCube& cube = cell.cube;
   if (cube.exponent < 1 || cube.exponent > kMaxLatticeBits) {
     return fail(ErrorCode::kInvalidArgument,
@@ -28,7 +28,7 @@ Result<void> check_cell(const SurfaceCell& cell) {
   return {};
 }
 
-Result<void> check_cell(const SurfaceCell& cell, const DatasetInfo& info) {
+Result<void> check_cell(const OctreeNode& cell, const DatasetInfo& info) {
   const OctreeCube& cube = cell.cube;
   const std::int32_t least = std::min(kMinCellExponent, info.grid_exponent);
   if (cube.exponent < least || cube.exponent > info.grid_exponent) {

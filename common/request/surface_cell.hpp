@@ -14,22 +14,22 @@
 
 namespace multitetra {
 
-struct SurfaceCell {
+struct OctreeNode {
   OctreeCube cube = {};
   // The finest spacing of the hierarchy, as in a preview: grid steps, a power of two, at most half
   // the cube's side. 1 is that of the samples.
   std::int32_t finest_spacing = 1;
 
-  friend bool operator==(const SurfaceCell&, const SurfaceCell&) = default;
+  friend bool operator==(const OctreeNode&, const OctreeNode&) = default;
 };
 
 // Cubes have at least 2^4 grid steps per side, or are the whole grid.
 inline constexpr std::int32_t kMinCellExponent = 4;
 
 // Fails with kInvalidArgument, naming the valid range, unless the cell is valid in some grid.
-[[nodiscard]] Result<void> check_cell(const SurfaceCell& cell);
+[[nodiscard]] Result<void> check_cell(const OctreeNode& cell);
 // Fails likewise, and also if the cell is outside the dataset's grid or too small for it. Requires
 // a valid cell.
-[[nodiscard]] Result<void> check_cell(const SurfaceCell& cell, const DatasetInfo& info);
+[[nodiscard]] Result<void> check_cell(const OctreeNode& cell, const DatasetInfo& info);
 
 }  // namespace multitetra

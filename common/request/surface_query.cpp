@@ -128,7 +128,7 @@ constexpr std::array kFields = {
     F{"bound", "certified|paper", "certified", kSurface, kRare, kOnce,
       "certified bounds the two-sided Hausdorff distance; paper is the estimate of 1997, which the "
       "distance may exceed",
-      set_word<&R::measure, error_measure_from>},
+      set_word<&R::error_measure, error_measure_from>},
     F{"topology_rule", "exact|paper", "exact", kSurface, kRare, kOnce,
       "exact: keeps every sign change that changes the topology; paper: keeps all",
       set_word<&R::topology_rule, topology_rule_from>},

@@ -10,8 +10,8 @@
 #include "common/base/number_at_resolution.hpp"
 #include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
-#include "common/cli/json_report.hpp"
 #include "common/cli/terminal.hpp"
+#include "common/json/json_report.hpp"
 
 namespace multitetra {
 namespace {

@@ -25,7 +25,7 @@
 
 #include "common/base/atomic_file.hpp"
 #include "common/base/scratch_file.hpp"
-#include "server/dataset/checksum.hpp"
+#include "common/mesh/checksum.hpp"
 #include "server/dataset/prepared_format.hpp"
 
 namespace multitetra {

@@ -58,7 +58,7 @@ DatasetInfo geometry_of(const VolumeHeader& header, const PrepareOptions& option
 }
 
 // The sections that do not go to the sink.
-struct SmallParts {
+struct InMemorySections {
   DatasetInfo info;
   std::unique_ptr<Scratch> coarse_scratch;
   std::unique_ptr<Scratch> ranges_scratch;
@@ -66,7 +66,7 @@ struct SmallParts {
   CellRanges ranges;
   std::optional<IsovalueBins> bins = std::nullopt;
 
-  SmallParts(const DatasetInfo& geometry, const PreparedSink& sink)
+  InMemorySections(const DatasetInfo& geometry, const PreparedSink& sink)
       : info(geometry),
         coarse_scratch(sink.new_scratch()),
         ranges_scratch(sink.new_scratch()),
@@ -110,7 +110,7 @@ VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
 
 // Writes the samples to the sink, and collects their statistics and the small sections in `parts`.
 void first_pass(VolumeSource& source, const PrepareOptions& options, PreparedSink& sink,
-                SmallParts& parts) {
+                InMemorySections& parts) {
   SampleStatisticsBuilder builder(source.header().type);
   BrickLayers bricks(source.header(), sink);
   for_each_slab(source, options, "range", [&](const Samples& slab, std::int32_t slices) {
@@ -145,7 +145,7 @@ std::optional<CellBox> nonconstant_cells(const DatasetInfo& info, const PrepareO
 }
 
 // Computes the errors from the samples in the sink.
-void second_pass(const PrepareOptions& options, PreparedSink& sink, const SmallParts& parts) {
+void second_pass(const PrepareOptions& options, PreparedSink& sink, const InMemorySections& parts) {
   const DatasetInfo& info = parts.info;
   const BrickedSamples samples(
       info.dims, info.type,
@@ -199,7 +199,7 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
                     const std::filesystem::path& output, const Provenance& note) {
   const DatasetInfo geometry = checked_geometry(source, options);
   FileSink sink(output, geometry);
-  SmallParts parts(geometry, sink);
+  InMemorySections parts(geometry, sink);
   first_pass(source, options, sink, parts);
   second_pass(options, sink, parts);
   sink.writer().finish({.info = parts.info,

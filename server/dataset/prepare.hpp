@@ -27,7 +27,7 @@
 namespace multitetra {
 
 // The box in which samples vary: all samples outside of it are equal to `elsewhere`.
-struct VariedSamples {
+struct NonconstantBox {
   std::array<std::int32_t, 3> least = {};     // Least sample indices.
   std::array<std::int32_t, 3> greatest = {};  // Greatest sample indices, at least `least`.
   float elsewhere = 0;
@@ -46,7 +46,7 @@ struct PrepareOptions {
   std::vector<double> suggested_isovalues = {};
   std::vector<float> bin_edges = {};
   // Saves time if known; does not affect the result.
-  std::optional<VariedSamples> varied = std::nullopt;
+  std::optional<NonconstantBox> varied = std::nullopt;
   // Bound the memory; they do not affect the result.
   std::size_t slab_bytes = std::size_t{64} << 20;  // Bytes read at a time; a slice may exceed it.
   std::size_t column_bytes = kMaxColumnBytes;      // See spectrum_builder.hpp.

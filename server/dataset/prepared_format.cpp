@@ -8,10 +8,10 @@
 #include <string_view>
 #include <utility>
 
+#include "common/mesh/checksum.hpp"
 #include "server/core/spectrum/isovalue_bins.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
 #include "server/dataset/brick_order.hpp"
-#include "server/dataset/checksum.hpp"
 #include "server/dataset/detail/packed_bytes.hpp"
 
 namespace multitetra {

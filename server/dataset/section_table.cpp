@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "common/base/open_file.hpp"
-#include "server/dataset/checksum.hpp"
+#include "common/mesh/checksum.hpp"
 
 namespace multitetra {
 namespace {

@@ -9,8 +9,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "common/mesh/checksum.hpp"
 #include "server/dataset/brick_order.hpp"
-#include "server/dataset/checksum.hpp"
 #include "server/dataset/detail/sample_facts.hpp"
 #include "server/dataset/prepared_format.hpp"
 

@@ -26,7 +26,7 @@ constexpr double kSafetyFactor = 0.985;  // Smaller surfaces have slightly more 
 constexpr double kMinUsedPart = 0.93;
 constexpr int kMaxCorrections = 8;
 
-double triangles_of(const TiledSurface& surface) {
+double triangles_of(const TiledMesh& surface) {
   double sum = 0;
   for (const TileMesh& tile : surface.tiles) sum += static_cast<double>(tile.mesh.triangles.size());
   return sum;
@@ -76,14 +76,14 @@ class BudgetedSimplification {
     }
   }
   // Returns the surface with `most` triangles, or as few as are left; the request's own if it fits.
-  [[nodiscard]] const TiledSurface& surface() {
+  [[nodiscard]] const TiledMesh& surface() {
     surface_.tiles = simplifier_->tiles(level_ == 0 ? 0 : static_cast<std::size_t>(most_));
     return surface_;
   }
 
   [[nodiscard]] BudgetedSurface take() {
     const double at_least = reached();
-    return {.surface = std::move(surface_), .at_least = at_least};
+    return {.surface = std::move(surface_), .error_floor = at_least};
   }
 
  private:
@@ -124,14 +124,14 @@ class BudgetedSimplification {
   // first level, the model moved the surface by its share of that and simplification by at most the
   // bound; elsewhere both stay within their shares.
   [[nodiscard]] double reached() const {
-    const double own = request_.thresholds.at_least;
+    const double own = request_.thresholds.error_floor;
     if (level_ == 0) return own;
     double bound = 0;
     for (const TileMesh& tile : surface_.tiles) bound = std::max(bound, tile.simplification_bound);
     bound *= (1 + 1e-12) / (request_.unit == ErrorUnit::kVoxel ? voxel_length(info_) : 1);
-    const double of_model = kModelShare * schedule_.at(first_level_).thresholds.at_least;
+    const double of_model = kModelShare * schedule_.at(first_level_).thresholds.error_floor;
     const double of_both = std::max(bound / (1 - kModelShare), bound + of_model);
-    return std::clamp(of_both, own, schedule_.at(level_).thresholds.at_least);
+    return std::clamp(of_both, own, schedule_.at(level_).thresholds.error_floor);
   }
 
   const SurfaceExtractor& extractor_;
@@ -142,7 +142,7 @@ class BudgetedSimplification {
   int level_ = 0;
   int first_level_ = 0;
   double most_ = 0;
-  TiledSurface surface_;
+  TiledMesh surface_;
   std::optional<SurfaceSimplifier> simplifier_;
 };
 
@@ -154,7 +154,7 @@ BudgetedSurface surface_within_budget(const SurfaceExtractor& extractor,
   BudgetedSimplification simplification(extractor, request, stop);
   for (int corrections = 0;; ++corrections) {
     simplification.simplify_further();
-    const TiledSurface& surface = simplification.surface();
+    const TiledMesh& surface = simplification.surface();
     if (request.max_bytes == 0) break;
     const double triangles = triangles_of(surface);
     const double part = bytes_of(surface) / static_cast<double>(request.max_bytes);

@@ -6,7 +6,7 @@
 // that the surface meets.
 //
 //   BudgetedSurface made = surface_within_budget(extractor, request, bytes_of, stop);
-//   request.thresholds.at_least = made.at_least;
+//   request.thresholds.error_floor = made.error_floor;
 //   if (!fits(size, request)) ...   // Not even the coarsest surface is within the budget.
 #pragma once
 
@@ -19,13 +19,13 @@
 namespace multitetra {
 
 struct BudgetedSurface {
-  TiledSurface surface;
-  // The floor that was found: LocalThresholds::at_least, in the request's unit.
-  double at_least = 0;
+  TiledMesh surface;
+  // The floor that was found: LocalThresholds::error_floor, in the request's unit.
+  double error_floor = 0;
 };
 
 // Returns the encoded bytes of a surface. Called for budgets of bytes, last with the returned one.
-using BytesOf = std::function<double(const TiledSurface&)>;
+using BytesOf = std::function<double(const TiledMesh&)>;
 
 // Requires a validated request with a budget and simplification. The result depends only on the
 // dataset and the request, if `bytes_of` depends only on the surface. Throws Cancelled soon after

@@ -38,7 +38,7 @@ std::shared_ptr<const SaturatedErrors> exact_errors(const Field& field, const St
                                                     const std::stop_token& stop) {
   const IsosurfaceRequest& request = step.request;
   return std::make_shared<const SaturatedErrors>(
-      field, request.isovalue, request.measure, request.topology_rule,
+      field, request.isovalue, request.error_measure, request.topology_rule,
       [&stop](std::size_t count, const std::function<void(std::size_t)>& body) {
         in_parallel(count, body, stop);
       },
@@ -67,28 +67,28 @@ std::shared_ptr<const Model> ReferenceExtractor::spectrum_model(const ResolvedSt
   const IsosurfaceRequest& request = spec.request();
   return std::make_shared<SpectrumModel>(
       exact_errors(field_, spec.step(), stop),
-      std::make_shared<const SpectrumErrors>(dataset_.spectrum, request.isovalue, request.measure,
-                                             request.topology_rule),
+      std::make_shared<const SpectrumErrors>(dataset_.spectrum, request.isovalue,
+                                             request.error_measure, request.topology_rule),
       spec.model());
 }
 
-TiledSurface ReferenceExtractor::surface(const Model& model, const SurfaceOptions& options,
-                                         std::stop_token stop) const {
+TiledMesh ReferenceExtractor::surface(const Model& model, const SurfaceOptions& options,
+                                      std::stop_token stop) const {
   const OctreeCube root = root_cube(field_.grid());
   const int exponent = std::clamp(root.exponent - 3, std::min(root.exponent, 4), 6);
   return extract_in_parallel(FieldCubes(model, field_, options), root, exponent, stop);
 }
 
-TiledSurface ReferenceExtractor::extract(const ResolvedStep& spec, const Model& model,
-                                         std::stop_token stop) const {
+TiledMesh ReferenceExtractor::extract(const ResolvedStep& spec, const Model& model,
+                                      std::stop_token stop) const {
   const SurfaceOptions options{.isovalue = spec.request().isovalue,
                                .lattice_resolution = spec.request().lattice_resolution};
-  TiledSurface tiled = surface(model, options, stop);
+  TiledMesh tiled = surface(model, options, stop);
   simplify(tiled, spec, dataset_.info.grid_exponent, stop);
   return tiled;
 }
 
-TiledSurface ReferenceExtractor::extract(const ResolvedStep& spec, std::stop_token stop) const {
+TiledMesh ReferenceExtractor::extract(const ResolvedStep& spec, std::stop_token stop) const {
   return extract(spec, *exact_model(spec, stop), stop);
 }
 

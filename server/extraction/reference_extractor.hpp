@@ -37,13 +37,13 @@ class ReferenceExtractor {
                                                             std::stop_token stop = {}) const;
 
   // Returns the surface of any model of this grid. Throws Cancelled soon after `stop` is triggered.
-  [[nodiscard]] TiledSurface surface(const Model& model, const SurfaceOptions& options,
-                                     std::stop_token stop = {}) const;
+  [[nodiscard]] TiledMesh surface(const Model& model, const SurfaceOptions& options,
+                                  std::stop_token stop = {}) const;
   // Return the surface of a step, simplified if the step requests it, from a model of the step or,
   // without one, from the model with exact errors.
-  [[nodiscard]] TiledSurface extract(const ResolvedStep& spec, const Model& model,
-                                     std::stop_token stop = {}) const;
-  [[nodiscard]] TiledSurface extract(const ResolvedStep& spec, std::stop_token stop = {}) const;
+  [[nodiscard]] TiledMesh extract(const ResolvedStep& spec, const Model& model,
+                                  std::stop_token stop = {}) const;
+  [[nodiscard]] TiledMesh extract(const ResolvedStep& spec, std::stop_token stop = {}) const;
 
  private:
   const PreparedVolume& dataset_;

@@ -48,7 +48,7 @@ int cube_exponent(int grid_exponent) {
 
 // Returns a cube that contains everything extracted.
 OctreeCube root_of(const ResolvedStep& spec, const DatasetInfo& info) {
-  const std::optional<SurfaceCell>& cell = spec.request().cell;
+  const std::optional<OctreeNode>& cell = spec.request().cell;
   return cell && info.grid_exponent > kSpectrumExponent ? cell->cube
                                                         : root_cube(Grid(info.grid_exponent));
 }
@@ -76,7 +76,7 @@ PreparedModel prepared_model(const PreparedVolume& volume, const ResolvedStep& s
   const IsosurfaceRequest& request = spec.request();
   return {volume,
           {.isovalue = request.isovalue,
-           .measure = request.measure,
+           .error_measure = request.error_measure,
            .rule = request.topology_rule,
            .topology_tolerance = request.topology_tolerance},
           spec.model(),
@@ -87,18 +87,18 @@ SurfaceExtractor::SurfaceExtractor(DatasetPtr dataset, std::shared_ptr<CubeMemor
     : dataset_(std::move(dataset)),
       pool_(pool ? std::move(pool) : std::make_shared<CubeMemoryPool>()) {}
 
-TiledSurface SurfaceExtractor::extract(const StepRequest& step, std::stop_token stop) const {
+TiledMesh SurfaceExtractor::extract(const StepRequest& step, std::stop_token stop) const {
   return extract(resolved_step(step, dataset_->info, stop), stop);
 }
 
-TiledSurface SurfaceExtractor::extract(const ResolvedStep& spec, std::stop_token stop) const {
-  TiledSurface surface = extract_model(spec, stop);
+TiledMesh SurfaceExtractor::extract(const ResolvedStep& spec, std::stop_token stop) const {
+  TiledMesh surface = extract_model(spec, stop);
   simplify(surface, spec, root_of(spec, dataset_->info).exponent, stop);
   if (dataset_->check) dataset_->check();
   return surface;
 }
 
-TiledSurface SurfaceExtractor::extract_model(const ResolvedStep& spec, std::stop_token stop) const {
+TiledMesh SurfaceExtractor::extract_model(const ResolvedStep& spec, std::stop_token stop) const {
   const DatasetInfo& info = dataset_->info;
   const SurfaceOptions options{.isovalue = spec.request().isovalue,
                                .lattice_resolution = spec.request().lattice_resolution};

@@ -57,11 +57,10 @@ class SurfaceExtractor {
 
   // Requires a validated request. Throws Cancelled soon after `stop` is triggered, and
   // DatasetFileError if the dataset is damaged.
-  [[nodiscard]] TiledSurface extract(const ResolvedStep& spec, std::stop_token stop = {}) const;
-  [[nodiscard]] TiledSurface extract(const StepRequest& step, std::stop_token stop = {}) const;
+  [[nodiscard]] TiledMesh extract(const ResolvedStep& spec, std::stop_token stop = {}) const;
+  [[nodiscard]] TiledMesh extract(const StepRequest& step, std::stop_token stop = {}) const;
   // Returns the surface before simplification.
-  [[nodiscard]] TiledSurface extract_model(const ResolvedStep& spec,
-                                           std::stop_token stop = {}) const;
+  [[nodiscard]] TiledMesh extract_model(const ResolvedStep& spec, std::stop_token stop = {}) const;
 
  private:
   DatasetPtr dataset_;

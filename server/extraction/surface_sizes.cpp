@@ -55,7 +55,7 @@ SurfaceSize size_with(double triangles, double extracted, const StepRequest& ste
 }
 
 // Returns the size of an extracted surface.
-SurfaceSize exact_size(const TiledSurface& surface, const PreparedVolume& volume,
+SurfaceSize exact_size(const TiledMesh& surface, const PreparedVolume& volume,
                        const StepRequest& step) {
   const NormalEncoder normals(volume, step);
   SurfaceSize size{.extracted =
@@ -119,9 +119,10 @@ class SharedSpectrum {
   [[nodiscard]] PreparedModel model(const ResolvedStep& spec) {
     const IsosurfaceRequest& request = spec.request();
     if (!spectrum_ || request.isovalue != request_.isovalue ||
-        request.measure != request_.measure || request.topology_rule != request_.topology_rule) {
-      spectrum_ = std::make_shared<const SpectrumErrors>(volume_.spectrum, request.isovalue,
-                                                         request.measure, request.topology_rule);
+        request.error_measure != request_.error_measure ||
+        request.topology_rule != request_.topology_rule) {
+      spectrum_ = std::make_shared<const SpectrumErrors>(
+          volume_.spectrum, request.isovalue, request.error_measure, request.topology_rule);
       request_ = request;
     }
     return prepared_model(volume_, spec, spectrum_);

@@ -9,7 +9,7 @@
 
 namespace multitetra {
 
-struct TiledSurface {
+struct TiledMesh {
   // Tetrahedra of the model.
   std::uint64_t tetrahedra = 0;
   // Tetrahedra that the surface crosses.

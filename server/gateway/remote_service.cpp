@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "server/gateway/detail/remote_caller.hpp"
+#include "server/gateway/detail/remote_service_client.hpp"
 #include "server/gateway/detail/upstream_pool.hpp"
 #include "server/operations/log.hpp"
 #include "server/service/workers.hpp"
@@ -46,9 +46,9 @@ class RemoteService : public SurfaceService {
     return state;
   }
 
-  CallerPtr open(ConnectionContextPtr client) override {
-    return std::make_shared<RemoteCaller>(executor_, upstreams_, assembling_, std::move(client),
-                                          options_.requests);
+  ServiceClientPtr open(ConnectionContextPtr client) override {
+    return std::make_shared<RemoteServiceClient>(executor_, upstreams_, assembling_,
+                                                 std::move(client), options_.requests);
   }
   std::optional<TileCache::Found> find_tile(const ContentDigest& digest,
                                             const TileCache::MaySee& may_see) override {

@@ -65,7 +65,7 @@ void HttpListener::upgrade(const ConnectionContextPtr& client, std::unique_ptr<B
       [request = std::move(request), times](ByteStream& over, TransportOptions options) {
         return accept_web_socket(over, request, times, options);
       },
-      client, server_.new_conversation(client), options_.connection);
+      client, server_.new_session_runner(client), options_.connection);
   connection->start([this, id] { connections_.remove(id); });
   connections_.put(id, connection);
 }

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/http/answer.hpp"
+#include "server/http/http_response.hpp"
 #include "server/operations/admission_control.hpp"
 #include "server/service/surface_service.hpp"
 
@@ -23,7 +23,7 @@ struct RequestContext {
   std::chrono::steady_clock::time_point began = std::chrono::steady_clock::now();
   const char* kind = "malformed";  // Or the name of a resource, or "redirect".
   // The service, for requests that need it.
-  CallerPtr caller = nullptr;
+  ServiceClientPtr service_client = nullptr;
   // The log record; null for quick requests.
   std::unique_ptr<RequestRecord> record = nullptr;
   // The reason of a refusal for the log, if the client gets a different one.
@@ -31,7 +31,7 @@ struct RequestContext {
   // Reserved for the answer's body until it is sent.
   ByteReservations::Reservation reservation = {};
   // Whether the client disconnected before it was answered.
-  bool has_left = false;
+  bool is_disconnected = false;
   // Called before a long operation; afterwards a disconnect of the client is detected.
   std::function<void()> watch = {};
 
@@ -41,11 +41,11 @@ struct RequestContext {
   }
   // Returns the answer for an error. For a dataset that the token does not cover, only the log
   // names it; the client gets the answer for a missing dataset.
-  [[nodiscard]] Answer refused(const Error& error);
+  [[nodiscard]] HttpResponse refused(const Error& error);
   // Cancels the work of a client that has disconnected.
-  void leave() {
-    has_left = true;
-    if (caller) caller->close();
+  void on_disconnect() {
+    is_disconnected = true;
+    if (service_client) service_client->close();
   }
 };
 

@@ -23,17 +23,18 @@ bool asks_for_subprotocol(const HttpRequest& request) {
 
 }  // namespace
 
-Answer upgrade_answer(const HttpRequest& request, const std::vector<std::string>& allowed_origins,
-                      std::string_view request_id) {
+HttpResponse upgrade_answer(const HttpRequest& request,
+                            const std::vector<std::string>& allowed_origins,
+                            std::string_view request_id) {
   const auto refuse = [&](int status, ErrorCode code, std::string text) {
     return error_answer(status, {code, std::move(text)}, request_id);
   };
   if (!boost::beast::websocket::is_upgrade(request)) {
-    Answer answer = refuse(426, ErrorCode::kUnexpectedMessage,
-                           "This is the listener for WebSockets (RFC 6455) of " +
-                               std::string(kSubprotocol) + "; send an upgrade request.");
-    add_field(answer, "Upgrade", "websocket");
-    return answer;
+    HttpResponse response = refuse(426, ErrorCode::kUnexpectedMessage,
+                                   "This is the listener for WebSockets (RFC 6455) of " +
+                                       std::string(kSubprotocol) + "; send an upgrade request.");
+    add_field(response, "Upgrade", "websocket");
+    return response;
   }
   if (!asks_for_subprotocol(request)) {
     return refuse(400, ErrorCode::kUnsupportedVersion,

@@ -80,7 +80,7 @@ void ConnectionContext::record_welcome() {
   admission_.observer().welcomed(facts_);
 }
 
-std::string ConnectionContext::share() const {
+std::string ConnectionContext::quota_key() const {
   if (!forwarded_share_.empty()) return "gateway " + address_ + " " + forwarded_share_;
   if (has_token_) return "token " + facts_.name;
   if (!limit_key_.empty()) return "address " + limit_key_;
@@ -94,7 +94,7 @@ Result<void> ConnectionContext::check_rate_limit(std::size_t message_bytes) {
   if (limit_key_.empty()) return {};
   // The cost is divided by the number of shares that a network counts for.
   double wait = 0;
-  for (const ShareLevel& level : share_levels(has_token_ ? share() : limit_key_)) {
+  for (const ShareLevel& level : share_levels(has_token_ ? quota_key() : limit_key_)) {
     wait = std::max(wait, admission_.rates_.take(level.name, now, cost / level.shares));
   }
   if (wait <= 0) return {};
@@ -111,7 +111,7 @@ Result<void> ConnectionContext::check_rate_limit(std::size_t message_bytes) {
 
 Result<ByteReservations::Reservation> ConnectionContext::reserve(std::size_t bytes) {
   constexpr double kRetryAfter = 5;
-  auto reservation = admission_.queue_.take(share(), bytes);
+  auto reservation = admission_.queue_.take(quota_key(), bytes);
   if (reservation) return *std::move(reservation);
   admission_.observer().refused(facts_, "queue_bytes");
   return tl::unexpected(

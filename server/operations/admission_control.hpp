@@ -93,7 +93,7 @@ class ConnectionContext {
   // Names the client's share of time and memory: its token's, else its address's (IPv6: its /64
   // network's). For clients of a trusted gateway it is the share that the gateway names; behind a
   // trusted proxy without an address, the connection has its own share.
-  [[nodiscard]] std::string share() const;
+  [[nodiscard]] std::string quota_key() const;
   // Counts a request. Returns kLimitExceeded, with a retry delay, above the rate limit. Long
   // messages count for several requests, even if refused, because reading them costs time.
   [[nodiscard]] Result<void> check_rate_limit(std::size_t message_bytes = 0);

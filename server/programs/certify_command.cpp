@@ -9,7 +9,7 @@
 #include "common/base/address_text.hpp"
 #include "common/base/exit_codes.hpp"
 #include "common/base/json.hpp"
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "server/certify/certificate_report.hpp"
 #include "server/certify/mesh_file.hpp"
 #include "server/dataset/dataset.hpp"

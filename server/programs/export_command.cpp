@@ -12,7 +12,7 @@
 #include "common/base/exit_codes.hpp"
 #include "common/base/json.hpp"
 #include "common/base/utf8.hpp"
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "common/request/surface_query.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/core/spectrum/crossed_octants.hpp"

@@ -11,11 +11,11 @@
 #include "common/base/exit_codes.hpp"
 #include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
-#include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
 #include "common/cli/surface_files.hpp"
 #include "common/cli/surface_options.hpp"
 #include "common/cli/terminal.hpp"
+#include "common/json/json_report.hpp"
 #include "common/mesh/content_digest.hpp"
 #include "common/request/lattice_limit.hpp"
 #include "common/request/request_notices.hpp"
@@ -34,7 +34,7 @@
 #include "server/programs/progress.hpp"
 #include "server/programs/thread_options.hpp"
 #include "server/programs/vertex_colors.hpp"
-#include "server/service/extracted_surfaces.hpp"
+#include "server/service/caching_surface_provider.hpp"
 #include "server/stream/stream_plan.hpp"
 #include "server/volume/volume_files.hpp"
 
@@ -108,9 +108,9 @@ WrittenModel write_model(const ExtractArguments& arguments, const ReferenceModel
 }
 
 // Makes the final step that a server would send for a request with a budget.
-MadeStep affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
-                    const IsosurfaceRequest& requested) {
-  auto made = make_next_step(ExtractedSurfaces(extractor),
+StepResult affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
+                      const IsosurfaceRequest& requested) {
+  auto made = make_next_step(CachingSurfaceProvider(extractor),
                              {.request = requested, .steps = StepPolicy::kFinalOnly}, {},
                              {.as_meshes = true});
   if (!made) throw std::runtime_error(made.error().text);
@@ -118,9 +118,9 @@ MadeStep affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
 }
 
 // Returns the tiles of a step, decoding them if necessary.
-TiledSurface surface_of(const MadeStep& made) {
-  const StepTiles& step = made.encoded;
-  TiledSurface surface{
+TiledMesh surface_of(const StepResult& made) {
+  const EncodedStep& step = made.encoded;
+  TiledMesh surface{
       .tetrahedra = step.tetrahedra, .active_tetrahedra = step.active_tetrahedra, .tiles = {}};
   for (std::size_t i = 0; i < step.tiles.size(); ++i) {
     const TileSummary& summary = step.tiles[i].summary;
@@ -201,7 +201,7 @@ Extraction extracted(const ExtractArguments& arguments, const std::string& file,
   }
   notices.add(request_notices(requested, info));
   progress.begin("surface");
-  std::optional<MadeStep> within_budget;
+  std::optional<StepResult> within_budget;
   if (has_budget(requested)) within_budget = affordable(extractor, requested);
   IsosurfaceRequest request = within_budget ? within_budget->step.request : requested;
   notices.add(request_notices(request, info));

@@ -12,7 +12,7 @@
 
 namespace multitetra {
 
-double simplification_bound(const TiledSurface& surface) {
+double simplification_bound(const TiledMesh& surface) {
   double bound = 0;
   for (const TileMesh& tile : surface.tiles) bound = std::max(bound, tile.simplification_bound);
   return bound;

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "common/cli/json_report.hpp"
 #include "common/cli/surface_options.hpp"
+#include "common/json/json_report.hpp"
 #include "common/mesh/content_digest.hpp"
 #include "server/extraction/tiled_surface.hpp"
 #include "server/programs/measured_surface.hpp"
@@ -37,14 +37,14 @@ struct WrittenModel {
 
 struct ExtractResult {
   IsosurfaceRequest request;  // Its error is the one that the budget allows.
-  TiledSurface surface = {};
+  TiledMesh surface = {};
   MeasuredSurface measured = {};
   ContentDigest content = {};
   std::optional<WrittenModel> model = {};
 };
 
 // Returns the largest bound of all tiles.
-[[nodiscard]] double simplification_bound(const TiledSurface& surface);
+[[nodiscard]] double simplification_bound(const TiledMesh& surface);
 
 // Returns the report, without the mesh file: its key "mesh_file" is null.
 [[nodiscard]] Json json_of(const ExtractResult& result, const ExtractArguments& arguments,

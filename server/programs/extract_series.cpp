@@ -12,10 +12,10 @@
 #include "common/base/exit_codes.hpp"
 #include "common/base/json.hpp"
 #include "common/cli/human_units.hpp"
-#include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
 #include "common/cli/surface_files.hpp"
 #include "common/cli/terminal.hpp"
+#include "common/json/json_report.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/request/isosurface_request.hpp"
 #include "common/request/request_notices.hpp"
@@ -108,7 +108,7 @@ void print_facts(const ExtractedSurface& surface) {
 void require_folder_request(const IsosurfaceRequest& request) {
   if (has_budget(request) || request.normal_bits != 0 || request.topology_tolerance != 0 ||
       request.topology_rule != TopologyRule::kExact ||
-      request.measure != ErrorMeasure::kCertified) {
+      request.error_measure != ErrorMeasure::kCertified) {
     throw ExitError(kUsage,
                     "--max-triangles, --max-bytes, --normals, --topology-tolerance, "
                     "--topology-rule and --bound are for one dataset, not a folder.");

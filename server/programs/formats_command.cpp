@@ -3,7 +3,7 @@
 #include <string>
 
 #include "common/base/json.hpp"
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "server/programs/commands.hpp"
 #include "server/volume/formats/recognition.hpp"
 

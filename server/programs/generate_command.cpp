@@ -6,7 +6,7 @@
 #include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/progress.hpp"
 #include "server/volume/generators/generators.hpp"

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "common/cli/json_report.hpp"
 #include "common/dataset/dataset_info.hpp"
+#include "common/json/json_report.hpp"
 #include "server/dataset/dataset_metadata.hpp"
 
 namespace multitetra {

@@ -10,8 +10,8 @@ void measure(MeasuredSurface& surface, const LatticeMesh& mesh, const SurfaceArg
              const IsosurfaceRequest& request, const DatasetInfo& info, bool is_bounded) {
   surface.open_reason = open_reason(info);
   surface.measures = measures_from(mesh, arguments.query.min_component, grid_to_world(info));
-  is_bounded =
-      is_bounded && request.topology_tolerance == 0 && request.measure == ErrorMeasure::kCertified;
+  is_bounded = is_bounded && request.topology_tolerance == 0 &&
+               request.error_measure == ErrorMeasure::kCertified;
   if (!is_bounded) return;
   const double error = largest_threshold(request, info);
   surface.distance_bound = error + lattice_rounding_world(info, request.lattice_resolution);

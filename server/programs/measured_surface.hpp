@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "common/cli/json_report.hpp"
 #include "common/cli/surface_options.hpp"
+#include "common/json/json_report.hpp"
 #include "common/mesh/mesh_checks.hpp"
 
 namespace multitetra {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/base/json.hpp"
-#include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
+#include "common/json/json_report.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/surface_extractor.hpp"

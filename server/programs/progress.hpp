@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 
 namespace multitetra {
 

@@ -11,7 +11,7 @@
 #include "common/base/json.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/base/utf8.hpp"
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "server/operations/access_list.hpp"
 #include "server/operations/token_file.hpp"
 #include "server/programs/commands.hpp"

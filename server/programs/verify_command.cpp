@@ -6,7 +6,7 @@
 #include "common/base/json.hpp"
 #include "common/base/utf8.hpp"
 #include "common/cli/human_units.hpp"
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/verify_dataset.hpp"
 #include "server/programs/commands.hpp"

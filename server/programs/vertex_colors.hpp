@@ -4,9 +4,9 @@
 #include <optional>
 #include <string>
 
-#include "common/cli/json_report.hpp"
 #include "common/cli/surface_options.hpp"
 #include "common/cli/terminal.hpp"
+#include "common/json/json_report.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/request/scalar_request.hpp"
 #include "server/dataset/dataset.hpp"

@@ -25,8 +25,8 @@ constexpr std::string_view kFormVersion = "9";
 // Returns nullopt if the temporary folder is not writable.
 Result<std::optional<StoredMesh>> store_if_there_is_room(std::vector<Surface> surfaces,
                                                          const DatasetInfo& info,
-                                                         const MeshForm& form,
-                                                         const MeshPlace& place,
+                                                         const MeshFileOptions& form,
+                                                         const MeshStorage& place,
                                                          const std::stop_token& stop) {
   try {
     auto stored = store_mesh(std::move(surfaces), info, form, place, stop);
@@ -41,7 +41,7 @@ Result<std::optional<StoredMesh>> store_if_there_is_room(std::vector<Surface> su
 
 // Returns the bytes of a file for each of many triangles. They have half as many vertices; OBJ and
 // compressed files are as measured on scans.
-double bytes_of_triangle(const MeshForm& form, bool has_normals, bool has_scalars) {
+double bytes_of_triangle(const MeshFileOptions& form, bool has_normals, bool has_scalars) {
   const double normal = has_normals ? 12 : 0;
   switch (form.format) {
     case MeshFormat::kGlb:
@@ -85,7 +85,7 @@ Result<MeshFormat> format_for(const MeshQuery& query, const HttpRequest& request
 
 // Identifies the bytes of a file without scalars.
 std::string key_of_file(const DatasetInfo& info, const std::vector<IsosurfaceRequest>& requests,
-                        const MeshForm& form) {
+                        const MeshFileOptions& form) {
   std::string key = std::string(kFormVersion) + ' ' + std::string(media_type(form.format)) +
                     (form.is_in_world ? " w " : " i ") + std::string(name(form.codec)) + ' ' +
                     key_of(info);
@@ -103,7 +103,7 @@ std::string key_of_colors(const ColorScale& colors, const ScalarRange& range,
   return key + ' ' + key_of(field);
 }
 
-Answer no_storage(RequestContext& context) {
+HttpResponse no_storage(RequestContext& context) {
   const Error error = {ErrorCode::kUnavailable,
                        "The temporary folder of this server is full or not writable; see its log. "
                        "Allow a larger error, or request the surface as a stream."};
@@ -116,7 +116,7 @@ struct RequestedFile {
   DatasetInfo info;
   std::vector<IsosurfaceRequest> requests;  // One per surface.
   std::optional<ScalarRequest> scalars;
-  MeshForm form;
+  MeshFileOptions form;
   bool is_format_negotiated = false;
   std::string key;  // Identifies the file's bytes.
   // Quoted; empty if the dataset has no content digest.
@@ -124,10 +124,10 @@ struct RequestedFile {
 };
 
 Result<RequestedFile> requested_file(const ResourceRequest& request) {
-  const Permit& permit = request.context.caller->permit();
+  const ClientAccess& client_access = request.context.service_client->client_access();
   const auto query = parse_mesh_query(request.target.query);
   if (!query) return tl::unexpected(query.error());
-  auto info = permit.describe(request.path[0]);
+  auto info = client_access.describe(request.path[0]);
   if (!info) return tl::unexpected(info.error());
   auto surfaces = requests_for(query->surface, *info);
   if (!surfaces) return tl::unexpected(surfaces.error());
@@ -151,7 +151,7 @@ Result<RequestedFile> requested_file(const ResourceRequest& request) {
   wanted.key = key_of_file(wanted.info, wanted.requests, wanted.form);
   bool is_known = wanted.info.content_id != 0;
   if (wanted.scalars) {
-    const auto field = permit.describe(wanted.scalars->dataset);
+    const auto field = client_access.describe(wanted.scalars->dataset);
     if (!field) return tl::unexpected(field.error());
     const auto fits = check_same_world(*wanted.scalars, wanted.info, *field);
     if (!fits) return tl::unexpected(fits.error());
@@ -168,7 +168,7 @@ class IsosurfaceRoute {
       : options_(options), meshes_(options.mesh_cache_bytes) {}
 
   // Makes nothing for HEAD, nor if the client's copy is current.
-  [[nodiscard]] asio::awaitable<Answer> answer(ResourceRequest request);
+  [[nodiscard]] asio::awaitable<HttpResponse> answer(ResourceRequest request);
 
  private:
   struct Made {
@@ -196,7 +196,8 @@ asio::awaitable<Result<IsosurfaceRoute::Made>> IsosurfaceRoute::make(
     std::vector<EstimatedSize> sizes;
     for (IsosurfaceRequest request : requests) {
       request.max_triangles = request.max_bytes = 0;
-      const auto size = co_await context.caller->estimate(wanted.info.name, std::move(request));
+      const auto size =
+          co_await context.service_client->estimate(wanted.info.name, std::move(request));
       if (!size) co_return tl::unexpected(size.error());
       sizes.push_back({.triangles = size->triangles, .bytes = size->bytes});
     }
@@ -206,10 +207,10 @@ asio::awaitable<Result<IsosurfaceRoute::Made>> IsosurfaceRoute::make(
                            .requests = std::move(requests),
                            .scalars = wanted.scalars,
                            .max_triangles = options_.max_mesh_triangles};
-  const MeshPlace place = {
+  const MeshStorage place = {
       .max_in_memory = options_.max_mesh_bytes_in_memory,
       .folder = options_.temporary_folder,
-      .reservation = [this, share = context.client->share()](std::uint64_t bytes) {
+      .reservation = [this, share = context.client->quota_key()](std::uint64_t bytes) {
         return meshes_.reserve(share, bytes);
       }};
   std::function<Result<Made>(std::vector<Surface>, const std::stop_token&)> store =
@@ -221,8 +222,8 @@ asio::awaitable<Result<IsosurfaceRoute::Made>> IsosurfaceRoute::make(
     if (!file) return tl::unexpected(file.error());
     return Made{.file = *std::move(file), .triangles = triangles};
   };
-  co_return co_await context.caller->made_from_surfaces<Made>(std::move(surfaces), "mesh file",
-                                                              std::move(store));
+  co_return co_await context.service_client->made_from_surfaces<Made>(
+      std::move(surfaces), "mesh file", std::move(store));
 }
 
 asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make_within_budget(
@@ -267,7 +268,7 @@ asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make_within_
   }
 }
 
-asio::awaitable<Answer> IsosurfaceRoute::answer(ResourceRequest request) {
+asio::awaitable<HttpResponse> IsosurfaceRoute::answer(ResourceRequest request) {
   RequestContext& context = request.context;
   const auto wanted = requested_file(request);
   if (!wanted) {
@@ -276,10 +277,10 @@ asio::awaitable<Answer> IsosurfaceRoute::answer(ResourceRequest request) {
         ? error_answer(406, {ErrorCode::kInvalidArgument, wanted.error().text}, context.request_id)
         : context.refused(wanted.error());
   }
-  Answer answer;
-  add_field(answer, "Content-Type", media_type(wanted->form.format));
-  add_field(answer, "Cache-Control", "no-cache");
-  if (wanted->is_format_negotiated) add_field(answer, "Vary", "Accept");
+  HttpResponse response;
+  add_field(response, "Content-Type", media_type(wanted->form.format));
+  add_field(response, "Cache-Control", "no-cache");
+  if (wanted->is_format_negotiated) add_field(response, "Vary", "Accept");
   const IsosurfaceRequest& first = wanted->requests.front();
   context.record->set_surface(first.isovalue, first.error, multitetra::name(first.unit));
   std::optional<StoredMesh> mesh = meshes_.find(wanted->key);
@@ -289,14 +290,14 @@ asio::awaitable<Answer> IsosurfaceRoute::answer(ResourceRequest request) {
     if (!*made) co_return no_storage(context);
     mesh = *std::move(made);
   }
-  answer.is_length_known = mesh.has_value();
+  response.is_length_known = mesh.has_value();
   if (mesh) {
-    answer.fields += mesh->fields;
-    answer.body = mesh->body;
+    response.fields += mesh->fields;
+    response.body = mesh->body;
   }
-  if (!wanted->tag.empty()) apply_conditions(answer, request.http, wanted->tag);
-  if (answer.status == 200 && mesh && mesh->body.length == 0) answer.status = 204;
-  co_return answer;
+  if (!wanted->tag.empty()) apply_conditions(response, request.http, wanted->tag);
+  if (response.status == 200 && mesh && mesh->body.length == 0) response.status = 204;
+  co_return response;
 }
 
 }  // namespace

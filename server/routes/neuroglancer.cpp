@@ -111,7 +111,7 @@ class NeuroglancerRoute {
   // of its files, waits until all are made. After a few seconds it is answered with a retry delay;
   // finished fragments are kept. The service makes each cell as a separate request, with the usual
   // limits. Makes nothing if the client's copy is current.
-  [[nodiscard]] asio::awaitable<Answer> answer(ResourceRequest request);
+  [[nodiscard]] asio::awaitable<HttpResponse> answer(ResourceRequest request);
 
  private:
   // The fragments of one segment.
@@ -176,7 +176,7 @@ asio::awaitable<Result<void>> NeuroglancerRoute::make_fragment(const Tileset& ti
       [cell](const std::vector<Surface>& surfaces, const std::stop_token&) {
         return fragment_of(surfaces, cell);
       };
-  auto made = co_await context.caller->made_from_surfaces<MadeFragment>(
+  auto made = co_await context.service_client->made_from_surfaces<MadeFragment>(
       std::move(pieces), "fragment", std::move(write));
   if (!made) co_return tl::unexpected(made.error());
   // Another request for the same cell may have finished first.
@@ -241,7 +241,7 @@ asio::awaitable<Result<SharedBytes>> NeuroglancerRoute::image(const ImageChunk& 
                              .height = static_cast<std::uint32_t>(chunk.size[1]),
                              .interpolation = Interpolation::kNearest,
                              .detail = SliceDetail::kFull};
-    auto slice = co_await context.caller->slice(info.name, plane);
+    auto slice = co_await context.service_client->slice(info.name, plane);
     if (!slice) co_return tl::unexpected(slice.error());
     append_voxels(bytes, *slice->values, info.type);
   }
@@ -278,33 +278,33 @@ asio::awaitable<Result<SharedBytes>> NeuroglancerRoute::content(const Neuroglanc
   co_return is_index ? mesh->manifest : mesh->data;
 }
 
-asio::awaitable<Answer> NeuroglancerRoute::answer(ResourceRequest request) {
+asio::awaitable<HttpResponse> NeuroglancerRoute::answer(ResourceRequest request) {
   RequestContext& context = request.context;
   const auto file = neuroglancer_file(request.path);
   if (!file) co_return context.refused(file.error());
-  const Permit& permit = context.caller->permit();
-  const auto info = permit.describe(file->dataset);
+  const ClientAccess& client_access = context.service_client->client_access();
+  const auto info = client_access.describe(file->dataset);
   if (!info) co_return context.refused(info.error());
-  const auto allowed = permit.check_samples();
+  const auto allowed = client_access.check_samples();
   if (file->is_image && !allowed) co_return context.refused(allowed.error());
-  Answer answer;
+  HttpResponse response;
   const bool is_info = file->path.ends_with(kInfo);
-  add_field(answer, "Content-Type", is_info ? "application/json" : "application/octet-stream");
-  add_field(answer, "Cache-Control",
-            permit.is_for_all() ? "public, no-cache" : "private, no-cache");
+  add_field(response, "Content-Type", is_info ? "application/json" : "application/octet-stream");
+  add_field(response, "Cache-Control",
+            client_access.is_for_all() ? "public, no-cache" : "private, no-cache");
   std::string tag = lasting_tag(*file, *info);
   const std::string_view had = field(request.http, http::field::if_none_match);
   // "*" comes from clients without a known version.
   if (!tag.empty() && had != "*" && matches_tag(had, tag)) {
-    answer.is_length_known = false;
+    response.is_length_known = false;
   } else {
     const auto bytes = co_await content(*file, *info, context);
     if (!bytes) co_return context.refused(bytes.error());
     if (tag.empty()) tag = tag_of(std::string(kNeuroglancerForm) + **bytes);
-    answer.body = body_of(*bytes);
+    response.body = body_of(*bytes);
   }
-  apply_conditions(answer, request.http, tag);
-  co_return answer;
+  apply_conditions(response, request.http, tag);
+  co_return response;
 }
 
 }  // namespace

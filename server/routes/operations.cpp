@@ -6,13 +6,13 @@
 namespace multitetra {
 namespace {
 
-Answer ok_answer() {
-  Answer answer = json_answer(200, "{\"status\":\"ok\"}\n");
-  add_field(answer, "Cache-Control", "no-store");
-  return answer;
+HttpResponse ok_answer() {
+  HttpResponse response = json_answer(200, "{\"status\":\"ok\"}\n");
+  add_field(response, "Cache-Control", "no-store");
+  return response;
 }
 
-Answer readiness_answer(const ServerContext& server, std::string_view request_id) {
+HttpResponse readiness_answer(const ServerContext& server, std::string_view request_id) {
   if (const auto work = server.admission.check_draining(); !work) {
     return error_answer(work.error(), request_id);
   }
@@ -21,31 +21,32 @@ Answer readiness_answer(const ServerContext& server, std::string_view request_id
                       request_id);
 }
 
-Answer metrics_answer(const ServerContext& server, std::string_view request_id) {
+HttpResponse metrics_answer(const ServerContext& server, std::string_view request_id) {
   if (!server.metrics) {
     return error_answer(404, {ErrorCode::kInvalidArgument, "This server does not provide metrics."},
                         request_id);
   }
-  Answer answer{.body = body_of(server.metrics())};
-  add_field(answer, "Content-Type", "text/plain; version=0.0.4; charset=utf-8");
-  add_field(answer, "Cache-Control", "no-store");
-  return answer;
+  HttpResponse response{.body = body_of(server.metrics())};
+  add_field(response, "Content-Type", "text/plain; version=0.0.4; charset=utf-8");
+  add_field(response, "Cache-Control", "no-store");
+  return response;
 }
 
 }  // namespace
 
 Resource liveness_resource(const ResourceContext&) {
-  return {.name = "livez",
-          .path = "/livez",
-          .kind = Resource::Kind::kProbe,
-          .answer = [](ResourceRequest) -> asio::awaitable<Answer> { co_return ok_answer(); }};
+  return {
+      .name = "livez",
+      .path = "/livez",
+      .kind = Resource::Kind::kProbe,
+      .answer = [](ResourceRequest) -> asio::awaitable<HttpResponse> { co_return ok_answer(); }};
 }
 
 Resource readiness_resource(const ResourceContext& context) {
   return {.name = "readyz",
           .path = "/readyz",
           .kind = Resource::Kind::kProbe,
-          .answer = [&context](ResourceRequest request) -> asio::awaitable<Answer> {
+          .answer = [&context](ResourceRequest request) -> asio::awaitable<HttpResponse> {
             co_return readiness_answer(context.server, request.context.request_id);
           }};
 }
@@ -54,7 +55,7 @@ Resource metrics_resource(const ResourceContext& context) {
   return {.name = "metrics",
           .path = "/metrics",
           .kind = Resource::Kind::kProbe,
-          .answer = [&context](ResourceRequest request) -> asio::awaitable<Answer> {
+          .answer = [&context](ResourceRequest request) -> asio::awaitable<HttpResponse> {
             co_return metrics_answer(context.server, request.context.request_id);
           }};
 }
@@ -63,7 +64,7 @@ Resource api_description_resource(const ResourceContext&) {
   return {.name = "openapi",
           .path = "/v1/openapi.json",
           .kind = Resource::Kind::kFree,
-          .answer = [](ResourceRequest request) -> asio::awaitable<Answer> {
+          .answer = [](ResourceRequest request) -> asio::awaitable<HttpResponse> {
             co_return document_answer(api_description(), request.http);
           }};
 }

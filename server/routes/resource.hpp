@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "server/http/answer.hpp"
 #include "server/http/http_options.hpp"
+#include "server/http/http_response.hpp"
 #include "server/http/request_context.hpp"
 #include "server/http/target.hpp"
 #include "server/routes/path_pattern.hpp"
@@ -38,7 +38,7 @@ struct Resource {
   PathPattern path;
   Kind kind = Kind::kMade;
   // Does not throw for any client input.
-  std::function<asio::awaitable<Answer>(ResourceRequest request)> answer;
+  std::function<asio::awaitable<HttpResponse>(ResourceRequest request)> answer;
 };
 
 // What resources are made from. Outlives them.

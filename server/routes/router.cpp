@@ -33,10 +33,10 @@ std::string_view bearer_token(const HttpRequest& request) {
   return credentials.substr(kScheme.size());
 }
 
-Answer methods_answer() {
-  Answer answer{.status = 204};
-  add_field(answer, "Allow", kMethods);
-  return answer;
+HttpResponse methods_answer() {
+  HttpResponse response{.status = 204};
+  add_field(response, "Allow", kMethods);
+  return response;
 }
 
 // Closes the service's caller at the end of a request, however it ends.
@@ -44,7 +44,8 @@ class ServedRequest {
  public:
   explicit ServedRequest(RequestContext& context) : context_(context) {}
   ~ServedRequest() {
-    if (const CallerPtr caller = std::exchange(context_.caller, nullptr)) caller->close();
+    if (const ServiceClientPtr service_client = std::exchange(context_.service_client, nullptr))
+      service_client->close();
   }
   ServedRequest(const ServedRequest&) = delete;
   ServedRequest& operator=(const ServedRequest&) = delete;
@@ -78,25 +79,25 @@ bool Router::is_probe(std::string_view text) const {
 
 std::string Router::loggable(std::string_view target) const { return without_token(target); }
 
-asio::awaitable<Answer> Router::answer(const HttpRequest& request, RequestContext& context) {
-  Answer answer = co_await made(request, context);
-  auto reservation = context.client->reserve(memory_of(answer));
+asio::awaitable<HttpResponse> Router::answer(const HttpRequest& request, RequestContext& context) {
+  HttpResponse response = co_await made(request, context);
+  auto reservation = context.client->reserve(memory_of(response));
   if (reservation) {
     context.reservation = *std::move(reservation);
   } else {
-    answer = context.refused(reservation.error());
+    response = context.refused(reservation.error());
   }
-  add_field(answer, "X-Request-Id", context.request_id);
-  add_field(answer, "Cross-Origin-Resource-Policy",
+  add_field(response, "X-Request-Id", context.request_id);
+  add_field(response, "Cross-Origin-Resource-Policy",
             resource_policy(field(request, http::field::origin), field(request, http::field::host),
                             context_.http.allowed_origins));
-  answer.fields +=
+  response.fields +=
       cross_origin_fields(field(request, http::field::origin), field(request, http::field::host),
                           context_.http.allowed_origins, request.method() == http::verb::options);
-  co_return answer;
+  co_return response;
 }
 
-asio::awaitable<Answer> Router::made(const HttpRequest& request, RequestContext& context) {
+asio::awaitable<HttpResponse> Router::made(const HttpRequest& request, RequestContext& context) {
   const auto refused = [&](int status, std::string text) {
     return error_answer(status, {ErrorCode::kInvalidArgument, std::move(text)}, context.request_id);
   };
@@ -111,9 +112,9 @@ asio::awaitable<Answer> Router::made(const HttpRequest& request, RequestContext&
   const std::string_view path = without_authority(view_of(request.target()));
   if (is_base_path(path, context_.http.base_path)) {
     context.kind = "redirect";
-    Answer answer{.status = 308};
-    add_field(answer, "Location", context_.http.base_path + "/");
-    co_return answer;
+    HttpResponse response{.status = 308};
+    add_field(response, "Location", context_.http.base_path + "/");
+    co_return response;
   }
   const auto target = parse_target(without_base_path(path, context_.http.base_path));
   if (!target) co_return error_answer(target.error(), context.request_id);
@@ -122,10 +123,10 @@ asio::awaitable<Answer> Router::made(const HttpRequest& request, RequestContext&
   context.kind = resource.name;
   if (is_options) co_return methods_answer();
   if (request.method() != http::verb::get && request.method() != http::verb::head) {
-    Answer answer = refused(405, "The method must be GET or HEAD, not " +
-                                     std::string(view_of(request.method_string())) + ".");
-    add_field(answer, "Allow", kMethods);
-    co_return answer;
+    HttpResponse response = refused(405, "The method must be GET or HEAD, not " +
+                                             std::string(view_of(request.method_string())) + ".");
+    add_field(response, "Allow", kMethods);
+    co_return response;
   }
   const ServedRequest under_way(context);
   if (resource.kind != Resource::Kind::kProbe && resource.kind != Resource::Kind::kFree) {
@@ -141,10 +142,11 @@ asio::awaitable<Answer> Router::made(const HttpRequest& request, RequestContext&
       {.http = request, .target = *target, .path = found.values, .context = context});
 }
 
-asio::awaitable<std::optional<Answer>> Router::admit(const HttpRequest& request, const Found& found,
-                                                     RequestContext& context) {
+asio::awaitable<std::optional<HttpResponse>> Router::admit(const HttpRequest& request,
+                                                           const Found& found,
+                                                           RequestContext& context) {
   const bool is_counted = found.resource->kind != Resource::Kind::kCached;
-  const auto above_rate = [&]() -> std::optional<Answer> {
+  const auto above_rate = [&]() -> std::optional<HttpResponse> {
     const auto within = is_counted ? context.client->check_rate_limit() : Result<void>();
     if (within) return std::nullopt;
     return error_answer(429, within.error(), context.request_id);
@@ -152,16 +154,16 @@ asio::awaitable<std::optional<Answer>> Router::admit(const HttpRequest& request,
   const std::string token = found.token.empty() ? std::string(bearer_token(request)) : found.token;
   // Requests count for their token if the access list has it, else for their address.
   const AccessListPtr& access = context.client->admission().access();
-  const auto permit = Permit::of(token, access, nullptr);
-  const bool has_known_token = permit && permit->has_token();
+  const auto client_access = ClientAccess::of(token, access, nullptr);
+  const bool has_known_token = client_access && client_access->has_token();
   if (!has_known_token) {
     // Replaces the name set by the previous request.
     context.client->set_identity(access ? access->owner_of(token) : "", false);
     if (auto refusal = above_rate()) co_return refusal;
   }
-  context.caller = context_.server.service.open(context.client);
-  context.caller->set_request_id(context.number);
-  const auto known = co_await context.caller->log_in(token);
+  context.service_client = context_.server.service.open(context.client);
+  context.service_client->set_request_id(context.number);
+  const auto known = co_await context.service_client->log_in(token);
   if (!known) co_return context.refused(known.error());
   if (has_known_token) {
     if (auto refusal = above_rate()) co_return refusal;

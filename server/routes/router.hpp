@@ -16,8 +16,8 @@ class Router : public RequestHandler {
   // The objects that `context` refers to must outlive the router.
   explicit Router(ResourceContext context);
 
-  [[nodiscard]] asio::awaitable<Answer> answer(const HttpRequest& request,
-                                               RequestContext& context) override;
+  [[nodiscard]] asio::awaitable<HttpResponse> answer(const HttpRequest& request,
+                                                     RequestContext& context) override;
   [[nodiscard]] bool is_probe(std::string_view target) const override;
   [[nodiscard]] std::string loggable(std::string_view target) const override;
 
@@ -29,10 +29,10 @@ class Router : public RequestHandler {
   };
   [[nodiscard]] Found find(const Target& target) const;
   // Returns the answer without the fields that all answers have.
-  asio::awaitable<Answer> made(const HttpRequest& request, RequestContext& context);
+  asio::awaitable<HttpResponse> made(const HttpRequest& request, RequestContext& context);
   // Opens the service for the token of a request. Returns the answer to a request that is refused.
-  asio::awaitable<std::optional<Answer>> admit(const HttpRequest& request, const Found& found,
-                                               RequestContext& context);
+  asio::awaitable<std::optional<HttpResponse>> admit(const HttpRequest& request, const Found& found,
+                                                     RequestContext& context);
 
   const ResourceContext context_;
   const std::vector<Resource> resources_;

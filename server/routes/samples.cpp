@@ -6,8 +6,8 @@
 
 #include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
-#include "common/cli/json_report.hpp"
 #include "common/image/png_file.hpp"
+#include "common/json/json_report.hpp"
 #include "common/request/request_key.hpp"
 #include "server/http/conditions.hpp"
 #include "server/routes/detail/slice_query.hpp"
@@ -60,12 +60,12 @@ std::string picture_of(const SliceReply& slice, const PictureColors& colors) {
   return png_file(picture, PngCompression::kQuick);
 }
 
-void add_plane(Answer& answer, const SliceRequest& plane) {
-  add_field(answer, "Multitetra-Width", std::to_string(plane.width));
-  add_field(answer, "Multitetra-Height", std::to_string(plane.height));
-  add_field(answer, "Multitetra-Origin", text_of(plane.origin));
-  add_field(answer, "Multitetra-Right", text_of(plane.right));
-  add_field(answer, "Multitetra-Down", text_of(plane.down));
+void add_plane(HttpResponse& response, const SliceRequest& plane) {
+  add_field(response, "Multitetra-Width", std::to_string(plane.width));
+  add_field(response, "Multitetra-Height", std::to_string(plane.height));
+  add_field(response, "Multitetra-Origin", text_of(plane.origin));
+  add_field(response, "Multitetra-Right", text_of(plane.right));
+  add_field(response, "Multitetra-Down", text_of(plane.down));
 }
 
 Json json_of(const ProbedPlace& place) {
@@ -76,28 +76,28 @@ Json json_of(const ProbedPlace& place) {
   return json;
 }
 
-asio::awaitable<Answer> slice_answer(ResourceRequest request) {
+asio::awaitable<HttpResponse> slice_answer(ResourceRequest request) {
   RequestContext& context = request.context;
   const std::string& dataset = request.path[0];
-  const auto allowed = context.caller->permit().check_samples();
+  const auto allowed = context.service_client->client_access().check_samples();
   if (!allowed) co_return context.refused(allowed.error());
   const auto query = parse_slice_query(request.target.query);
   if (!query) co_return context.refused(query.error());
-  const auto info = context.caller->permit().describe(dataset);
+  const auto info = context.service_client->client_access().describe(dataset);
   if (!info) co_return context.refused(info.error());
   const auto slice = slice_for(query->slice, *info);
   if (!slice) co_return context.refused(slice.error());
   const auto scale = scale_for(*query, *info);
   if (!scale) co_return context.refused(scale.error());
-  Answer answer;
+  HttpResponse response;
   const bool is_raw = query->format == SliceFormat::kRaw;
-  add_field(answer, "Content-Type", is_raw ? "application/octet-stream" : "image/png");
-  add_field(answer, "Cache-Control", "no-cache");
-  add_plane(answer, in_indices(*slice, *info));
+  add_field(response, "Content-Type", is_raw ? "application/octet-stream" : "image/png");
+  add_field(response, "Cache-Control", "no-cache");
+  add_plane(response, in_indices(*slice, *info));
   const std::string tag =
       info->content_id == 0 ? "" : tag_of(key_of(*info, *slice, *query, *scale));
-  answer.is_length_known = needs_body(request.http, tag);
-  if (answer.is_length_known) {
+  response.is_length_known = needs_body(request.http, tag);
+  if (response.is_length_known) {
     if (context.watch) context.watch();
     // Reserves the picture as pixels and as a file; the service reserves the samples.
     const std::size_t picture_bytes = 2 * sizeof(Pixel) * slice->width * slice->height;
@@ -110,30 +110,30 @@ asio::awaitable<Answer> slice_answer(ResourceRequest request) {
       return {};
     };
     if (is_raw) draw = nullptr;
-    const auto reply = co_await context.caller->slice(dataset, *slice, std::move(draw));
+    const auto reply = co_await context.service_client->slice(dataset, *slice, std::move(draw));
     if (!reply) co_return context.refused(reply.error());
-    add_field(answer, "Multitetra-Sample-Spacing", std::to_string(reply->sample_spacing));
-    answer.body = is_raw ? body_of(reply->values) : body_of(std::move(*picture));
+    add_field(response, "Multitetra-Sample-Spacing", std::to_string(reply->sample_spacing));
+    response.body = is_raw ? body_of(reply->values) : body_of(std::move(*picture));
   }
-  if (!tag.empty()) apply_conditions(answer, request.http, tag);
-  co_return answer;
+  if (!tag.empty()) apply_conditions(response, request.http, tag);
+  co_return response;
 }
 
 // Returns {"places":[{"world","index","value","gradient"}]}; value and gradient are null in the
 // void.
-asio::awaitable<Answer> probe_answer(ResourceRequest request) {
+asio::awaitable<HttpResponse> probe_answer(ResourceRequest request) {
   RequestContext& context = request.context;
-  const auto allowed = context.caller->permit().check_samples();
+  const auto allowed = context.service_client->client_access().check_samples();
   if (!allowed) co_return context.refused(allowed.error());
   const auto probe = parse_probe_query(request.target.query);
   if (!probe) co_return context.refused(probe.error());
-  const auto reply = co_await context.caller->probe(request.path[0], *probe);
+  const auto reply = co_await context.service_client->probe(request.path[0], *probe);
   if (!reply) co_return context.refused(reply.error());
   Json places = Json::array();
   for (const ProbedPlace& place : reply->places) places.push_back(json_of(place));
-  Answer answer = json_answer(200, multitetra::text_of({{"places", std::move(places)}}));
-  add_field(answer, "Cache-Control", "no-cache");
-  co_return answer;
+  HttpResponse response = json_answer(200, multitetra::text_of({{"places", std::move(places)}}));
+  add_field(response, "Cache-Control", "no-cache");
+  co_return response;
 }
 
 }  // namespace

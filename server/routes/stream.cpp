@@ -8,7 +8,7 @@ Resource stream_resource(const ResourceContext& context) {
   return {.name = "stream",
           .path = "/v1/stream",
           .kind = Resource::Kind::kFree,
-          .answer = [&context](ResourceRequest request) -> asio::awaitable<Answer> {
+          .answer = [&context](ResourceRequest request) -> asio::awaitable<HttpResponse> {
             co_return upgrade_answer(request.http, context.http.allowed_origins,
                                      request.context.request_id);
           }};

@@ -116,12 +116,12 @@ class TilesetRoute {
   explicit TilesetRoute(const RouteOptions& options) : options_(options) {}
 
   // A file costs at most the surface in one cell. Makes nothing for HEAD, nor if the client's copy
-  // is current. Shared caches may store a response if the permit is for all clients.
-  [[nodiscard]] asio::awaitable<Answer> answer(ResourceRequest request);
+  // is current. Shared caches may store a response if the answer is for all clients.
+  [[nodiscard]] asio::awaitable<HttpResponse> answer(ResourceRequest request);
 
  private:
   [[nodiscard]] Result<RequestedFilePtr> requested_file(const PathValues& path,
-                                                        const Permit& permit);
+                                                        const ClientAccess& client_access);
   [[nodiscard]] asio::awaitable<Result<SharedBytes>> make(RequestedFilePtr wanted,
                                                           RequestContext& context);
 
@@ -135,11 +135,11 @@ class TilesetRoute {
 };
 
 Result<RequestedFilePtr> TilesetRoute::requested_file(const PathValues& path,
-                                                      const Permit& permit) {
+                                                      const ClientAccess& client_access) {
   const auto file = tileset_file(path);
   if (!file) return tl::unexpected(file.error());
   const std::string key = file->settings + '/' + file->id + '/' + file->file + '/' + file->dataset;
-  auto info = permit.describe(file->dataset);
+  auto info = client_access.describe(file->dataset);
   if (!info) return tl::unexpected(info.error());
   const RequestedFilePtr* const known = paths_.find(key);
   if (known != nullptr && (*known)->tileset.info() == *info) return *known;
@@ -160,39 +160,39 @@ asio::awaitable<Result<SharedBytes>> TilesetRoute::make(RequestedFilePtr wanted,
       [wanted](std::vector<Surface> surfaces, const std::stop_token&) {
         return file_of(*wanted, std::move(surfaces.front()));
       };
-  co_return co_await context.caller->made_from_surfaces<SharedBytes>(std::move(surface), "cell",
-                                                                     std::move(write));
+  co_return co_await context.service_client->made_from_surfaces<SharedBytes>(
+      std::move(surface), "cell", std::move(write));
 }
 
-asio::awaitable<Answer> TilesetRoute::answer(ResourceRequest request) {
+asio::awaitable<HttpResponse> TilesetRoute::answer(ResourceRequest request) {
   RequestContext& context = request.context;
-  const Permit& permit = context.caller->permit();
-  const auto found = requested_file(request.path, permit);
+  const ClientAccess& client_access = context.service_client->client_access();
+  const auto found = requested_file(request.path, client_access);
   if (!found) co_return context.refused(found.error());
   const RequestedFilePtr wanted = *found;
   const TilesetSettings& settings = wanted->tileset.settings();
   context.record->set_surface(settings.isovalue, settings.error,
                               multitetra::name(ErrorUnit::kVoxel));
   const bool is_lasting = wanted->is_known && !wanted->is_first;
-  Answer answer;
-  add_field(answer, "Content-Type",
+  HttpResponse response;
+  add_field(response, "Content-Type",
             wanted->is_surface ? media_type(MeshFormat::kGlb) : "application/json");
-  const std::string scope = permit.is_for_all() ? "public" : "private";
-  add_field(answer, "Cache-Control",
+  const std::string scope = client_access.is_for_all() ? "public" : "private";
+  add_field(response, "Cache-Control",
             scope + (is_lasting ? ", max-age=31536000, immutable" : ", no-cache"));
   const SharedBytes* const known = kept_.find(wanted->key);
   if (known != nullptr) {
-    answer.body = body_of(*known);
+    response.body = body_of(*known);
   } else if (!needs_body(request.http, wanted->tag)) {
-    answer.is_length_known = false;
+    response.is_length_known = false;
   } else {
     const auto made = co_await make(wanted, context);
     if (!made) co_return context.refused(made.error());
     if (wanted->is_known) kept_.add(wanted->key, *made, (*made)->size() + wanted->key.size());
-    answer.body = body_of(*made);
+    response.body = body_of(*made);
   }
-  if (!wanted->tag.empty()) apply_conditions(answer, request.http, wanted->tag);
-  co_return answer;
+  if (!wanted->tag.empty()) apply_conditions(response, request.http, wanted->tag);
+  co_return response;
 }
 
 }  // namespace

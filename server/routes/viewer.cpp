@@ -43,19 +43,19 @@ bool accepts(const HttpRequest& request, std::string_view coding) {
 
 // Allowed origins may also frame the page. "*" does not apply to frames: an unknown page could
 // overlay the viewer and read its content.
-void add_security_headers(Answer& answer, const std::vector<std::string>& allowed_origins) {
+void add_security_headers(HttpResponse& response, const std::vector<std::string>& allowed_origins) {
   std::string policy(kPolicy);
   for (const std::string& origin : allowed_origins) {
     if (origin != "*") policy += ' ' + origin;
   }
-  add_field(answer, "Content-Security-Policy", policy);
-  add_field(answer, "X-Content-Type-Options", "nosniff");
+  add_field(response, "Content-Security-Policy", policy);
+  add_field(response, "X-Content-Type-Options", "nosniff");
 }
 
-Answer viewer_answer(const ResourceContext& context, const ResourceRequest& of) {
+HttpResponse viewer_answer(const ResourceContext& context, const ResourceRequest& of) {
   const ViewerFiles& files = *context.options.viewer;
   const std::string_view path = of.target.raw_path;
-  Answer answer;
+  HttpResponse response;
   const ViewerFileContent* const file = files.find(path);
   if (!file && (path != "/" || !files.is_empty())) {
     return error_answer(
@@ -64,30 +64,30 @@ Answer viewer_answer(const ResourceContext& context, const ResourceRequest& of) 
                                           "\"; /v1/openapi.json lists all resources."},
         of.context.request_id);
   }
-  add_security_headers(answer, context.http.allowed_origins);
+  add_security_headers(response, context.http.allowed_origins);
   if (!file) {
-    add_field(answer, "Content-Type", "text/html; charset=utf-8");
-    add_field(answer, "Cache-Control", "no-cache");
-    answer.body = body_of(std::string(kPage));
-    return answer;
+    add_field(response, "Content-Type", "text/html; charset=utf-8");
+    add_field(response, "Cache-Control", "no-cache");
+    response.body = body_of(std::string(kPage));
+    return response;
   }
   std::string tag = file->tag;
   SharedBytes bytes = file->bytes;
-  if (file->gzip || file->brotli) add_field(answer, "Vary", "Accept-Encoding");
+  if (file->gzip || file->brotli) add_field(response, "Vary", "Accept-Encoding");
   for (const auto& [coding, coded] : {std::pair("br", file->brotli), {"gzip", file->gzip}}) {
     if (!coded || !accepts(of.http, coding)) continue;
-    add_field(answer, "Content-Encoding", coding);
+    add_field(response, "Content-Encoding", coding);
     tag.insert(tag.size() - 1, std::string("-") + coding);
     bytes = coded;
     break;
   }
-  add_field(answer, "Content-Type", file->type);
-  add_field(answer, "Cache-Control",
+  add_field(response, "Content-Type", file->type);
+  add_field(response, "Cache-Control",
             file->is_named_by_content ? "public, max-age=31536000, immutable" : "no-cache");
-  answer.body = body_of(std::move(bytes));
-  answer.body.is_resident = true;
-  apply_conditions(answer, of.http, tag);
-  return answer;
+  response.body = body_of(std::move(bytes));
+  response.body.is_resident = true;
+  apply_conditions(response, of.http, tag);
+  return response;
 }
 
 }  // namespace
@@ -96,7 +96,7 @@ Resource viewer_resource(const ResourceContext& context) {
   return {.name = "viewer",
           .path = "/{path...}",
           .kind = Resource::Kind::kFree,
-          .answer = [&context](ResourceRequest request) -> asio::awaitable<Answer> {
+          .answer = [&context](ResourceRequest request) -> asio::awaitable<HttpResponse> {
             co_return viewer_answer(context, request);
           }};
 }

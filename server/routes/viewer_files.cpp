@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "common/base/open_file.hpp"
-#include "server/http/answer.hpp"
+#include "server/http/http_response.hpp"
 #include "server/http/media.hpp"
 
 namespace multitetra {

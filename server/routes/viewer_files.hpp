@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/http/answer.hpp"
+#include "server/http/http_response.hpp"
 
 namespace multitetra {
 

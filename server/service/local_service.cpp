@@ -16,21 +16,22 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCaller> {
+class LocalServiceClient : public ServiceClient,
+                           public std::enable_shared_from_this<LocalServiceClient> {
  public:
-  LocalCaller(LocalService& service, ConnectionContextPtr client)
-      : Caller(std::move(client), service.options().requests),
+  LocalServiceClient(LocalService& service, ConnectionContextPtr client)
+      : ServiceClient(std::move(client), service.options().requests),
         service_(service),
         queue_number_(service.workers().new_client()) {}
 
   CataloguePtr catalogue() const override { return service_.catalogue(); }
-  ProgressiveStreamPtr steps(StartStream action, std::function<void()> changed) override;
-  void answer(RunQuery action, std::stop_token stop, UseReply use, QueryDone done) override;
+  ProgressiveStreamPtr steps(ValidatedStream action, std::function<void()> changed) override;
+  void answer(ValidatedQuery action, std::stop_token stop, UseReply use, QueryDone done) override;
   void set_bandwidth(double bytes_per_second) override { bytes_per_second_ = bytes_per_second; }
   void enforce_limits(Clock::time_point now) override;
 
  protected:
-  void make_surface(StartStream action, std::uint64_t max_triangles, std::string what,
+  void make_surface(ValidatedStream action, std::uint64_t max_triangles, std::string what,
                     std::stop_token stop, UseSurface use,
                     std::function<void(Result<void>)> done) override;
 
@@ -55,14 +56,14 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
   // Does nothing while a step is being made; steps_made() then calls it again.
   void make_next_step();
   [[nodiscard]] FairQueue::Client in_queue() const {
-    return {.share = client()->share(), .number = queue_number_};
+    return {.share = client()->quota_key(), .number = queue_number_};
   }
   // Returns an error if the share has too much pending work.
   [[nodiscard]] std::optional<Error> check_backlog();
   [[nodiscard]] StepLimits step_limits() const;
   // Starts the time limit of a step when a worker begins it.
   void step_begins(const StreamPtr& stream);
-  void steps_made(const StreamPtr& stream, Result<std::vector<MadeStep>> steps, double seconds);
+  void steps_made(const StreamPtr& stream, Result<std::vector<StepResult>> steps, double seconds);
 
   LocalService& service_;
   std::uint64_t queue_number_;
@@ -74,19 +75,20 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
 };
 
 // Shared with workers, which use only `action` and `stop`.
-class LocalCaller::Stream : public ProgressiveStream {
+class LocalServiceClient::Stream : public ProgressiveStream {
  public:
-  Stream(std::weak_ptr<LocalCaller> caller, StartStream started, std::function<void()> changed)
+  Stream(std::weak_ptr<LocalServiceClient> service_client, ValidatedStream started,
+         std::function<void()> changed)
       : messages(started.open, started.source->info(), range_of(started), started.shells),
         action(std::move(started)),
         changed_(std::move(changed)),
-        caller_(std::move(caller)) {}
+        service_client_(std::move(service_client)) {}
 
   std::optional<ServerMessage> take() override {
     if (!messages.has_message()) return std::nullopt;
     ServerMessage message = messages.take();
-    const auto caller = caller_.lock();
-    if (caller && caller->stream_.get() == this) caller->make_next_step();
+    const auto service_client = service_client_.lock();
+    if (service_client && service_client->stream_.get() == this) service_client->make_next_step();
     return message;
   }
   void end(StreamOutcome outcome) override {
@@ -103,12 +105,12 @@ class LocalCaller::Stream : public ProgressiveStream {
   void drop() override {
     stop.request_stop();
     memory = {};
-    const auto caller = caller_.lock();
-    if (caller && caller->stream_.get() == this) caller->stream_.reset();
+    const auto service_client = service_client_.lock();
+    if (service_client && service_client->stream_.get() == this) service_client->stream_.reset();
   }
   // Fails before the client has received anything of the stream.
   void refuse(Error error) { messages.fail(std::move(error)); }
-  void supply(std::vector<MadeStep> steps, double seconds) {
+  void supply(std::vector<StepResult> steps, double seconds) {
     if (action.further.empty()) {
       messages.supply(std::move(steps.front()), seconds);
     } else {
@@ -118,7 +120,7 @@ class LocalCaller::Stream : public ProgressiveStream {
   }
 
   StreamMessages messages;
-  const StartStream action;
+  const ValidatedStream action;
   std::stop_source stop;
   // Worker time of all finished steps.
   double worker_seconds = 0;
@@ -128,10 +130,10 @@ class LocalCaller::Stream : public ProgressiveStream {
 
  private:
   std::function<void()> changed_;
-  std::weak_ptr<LocalCaller> caller_;
+  std::weak_ptr<LocalServiceClient> service_client_;
 };
 
-void LocalCaller::enforce_limits(Clock::time_point now) {
+void LocalServiceClient::enforce_limits(Clock::time_point now) {
   if (stream_ && stream_->worker.is_past(now)) {
     stream_->worker.clear();
     client()->admission().observer().refused(client()->facts(), "request_seconds");
@@ -145,8 +147,8 @@ void LocalCaller::enforce_limits(Clock::time_point now) {
   }
 }
 
-std::optional<Error> LocalCaller::check_backlog() {
-  const Backlog backlog = service_.workers().backlog(client()->share());
+std::optional<Error> LocalServiceClient::check_backlog() {
+  const Backlog backlog = service_.workers().backlog(client()->quota_key());
   const double limit =
       std::chrono::duration<double>(service_.options().limits.waiting_time).count();
   if (limit <= 0 || backlog.seconds <= limit) return std::nullopt;
@@ -154,14 +156,15 @@ std::optional<Error> LocalCaller::check_backlog() {
   return backlog_error(backlog, limit);
 }
 
-StepLimits LocalCaller::step_limits() const {
+StepLimits LocalServiceClient::step_limits() const {
   return {.max_triangles = service_.options().limits.max_triangles,
           .bytes_per_second = bytes_per_second_};
 }
 
 // ---- streams
 
-ProgressiveStreamPtr LocalCaller::steps(StartStream action, std::function<void()> changed) {
+ProgressiveStreamPtr LocalServiceClient::steps(ValidatedStream action,
+                                               std::function<void()> changed) {
   const auto refusal = check_backlog();
   stream_ = std::make_shared<Stream>(weak_from_this(), std::move(action), std::move(changed));
   if (refusal) {
@@ -172,7 +175,7 @@ ProgressiveStreamPtr LocalCaller::steps(StartStream action, std::function<void()
   return stream_;
 }
 
-void LocalCaller::make_next_step() {
+void LocalServiceClient::make_next_step() {
   if (is_making_ || !stream_) return;
   const auto state = stream_->messages.take_request();
   if (!state) return;
@@ -191,14 +194,14 @@ void LocalCaller::make_next_step() {
     multitetra::post(
         executor,
         [self = std::move(self), stream = std::move(stream),
-         made = std::make_shared<Result<std::vector<MadeStep>>>(std::move(made)),
+         made = std::make_shared<Result<std::vector<StepResult>>>(std::move(made)),
          seconds = seconds_since(start)] { self->steps_made(stream, std::move(*made), seconds); });
   };
   service_.workers().post(in_queue(), std::move(work));
   is_making_ = true;
 }
 
-void LocalCaller::step_begins(const StreamPtr& stream) {
+void LocalServiceClient::step_begins(const StreamPtr& stream) {
   const std::chrono::milliseconds limit = service_.options().limits.request_time;
   if (limit.count() <= 0 || stream != stream_) return;
   const std::chrono::duration<double> left =
@@ -206,8 +209,8 @@ void LocalCaller::step_begins(const StreamPtr& stream) {
   stream->worker.set(std::chrono::duration_cast<Clock::duration>(left));
 }
 
-void LocalCaller::steps_made(const StreamPtr& stream, Result<std::vector<MadeStep>> steps,
-                             double seconds) {
+void LocalServiceClient::steps_made(const StreamPtr& stream, Result<std::vector<StepResult>> steps,
+                                    double seconds) {
   is_making_ = false;
   stream->worker.clear();
   client()->admission().observer().step_made(seconds);
@@ -221,7 +224,7 @@ void LocalCaller::steps_made(const StreamPtr& stream, Result<std::vector<MadeSte
     return;
   }
   std::size_t bytes = 0;
-  for (const MadeStep& step : *steps) {
+  for (const StepResult& step : *steps) {
     bytes += static_cast<std::size_t>(size_of(step.encoded).bytes) + bytes_of(step.scalars);
   }
   auto reservation = client()->reserve(bytes);
@@ -236,9 +239,9 @@ void LocalCaller::steps_made(const StreamPtr& stream, Result<std::vector<MadeSte
 // ---- surfaces and queries
 
 template <typename T>
-void LocalCaller::run(Work work, std::stop_token left,
-                      std::function<Result<T>(const std::stop_token&)> make,
-                      std::function<void(Result<T>, double seconds)> done) {
+void LocalServiceClient::run(Work work, std::stop_token left,
+                             std::function<Result<T>(const std::stop_token&)> make,
+                             std::function<void(Result<T>, double seconds)> done) {
   const asio::any_io_executor& executor = service_.executor();
   if (const auto refusal = check_backlog()) {
     multitetra::post(executor,
@@ -270,7 +273,8 @@ void LocalCaller::run(Work work, std::stop_token left,
   service_.workers().post(in_queue(), std::move(work));
 }
 
-void LocalCaller::answer(RunQuery action, std::stop_token stop, UseReply use, QueryDone done) {
+void LocalServiceClient::answer(ValidatedQuery action, std::stop_token stop, UseReply use,
+                                QueryDone done) {
   Work work = work_for(action);
   run<DatasetQueryReply>(
       std::move(work), std::move(stop),
@@ -282,9 +286,9 @@ void LocalCaller::answer(RunQuery action, std::stop_token stop, UseReply use, Qu
       });
 }
 
-void LocalCaller::make_surface(StartStream action, std::uint64_t max_triangles, std::string what,
-                               std::stop_token stop, UseSurface use,
-                               std::function<void(Result<void>)> done) {
+void LocalServiceClient::make_surface(ValidatedStream action, std::uint64_t max_triangles,
+                                      std::string what, std::stop_token stop, UseSurface use,
+                                      std::function<void(Result<void>)> done) {
   const StreamState state{.request = action.open.request, .steps = StepPolicy::kFinalOnly};
   Work work = work_for(action, state, stop);
   work.kind += ' ' + what;
@@ -320,8 +324,8 @@ ServiceState LocalService::state() const {
   return state;
 }
 
-CallerPtr LocalService::open(ConnectionContextPtr client) {
-  return std::make_shared<LocalCaller>(*this, std::move(client));
+ServiceClientPtr LocalService::open(ConnectionContextPtr client) {
+  return std::make_shared<LocalServiceClient>(*this, std::move(client));
 }
 
 std::optional<TileCache::Found> LocalService::find_tile(const ContentDigest& digest,

@@ -34,7 +34,7 @@ class LocalService : public SurfaceService {
 
   void join() override { workers_.join(); }
   [[nodiscard]] ServiceState state() const override;
-  [[nodiscard]] CallerPtr open(ConnectionContextPtr client) override;
+  [[nodiscard]] ServiceClientPtr open(ConnectionContextPtr client) override;
   [[nodiscard]] std::optional<TileCache::Found> find_tile(
       const ContentDigest& digest, const TileCache::MaySee& may_see) override;
 

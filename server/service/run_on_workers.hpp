@@ -12,7 +12,7 @@
 #include "common/net/async_event.hpp"
 #include "common/net/coroutines.hpp"
 #include "common/net/net.hpp"
-#include "server/service/guarded.hpp"
+#include "server/service/catch_as_error.hpp"
 #include "server/service/workers.hpp"
 
 namespace multitetra {
@@ -47,7 +47,7 @@ template <typename T>
       [&](std::function<void(Result<T>)> done) {
         auto run = [make = std::move(make), done = std::move(done), executor, kind, stop,
                     guard = asio::make_work_guard(executor)] {
-          auto result = std::make_shared<Result<T>>(guarded(kind, "", stop, make));
+          auto result = std::make_shared<Result<T>>(catch_as_error(kind, "", stop, make));
           post(executor, [done, result] { done(std::move(*result)); });
         };
         workers.post({.share = std::move(share), .number = workers.new_client()},

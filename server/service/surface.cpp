@@ -11,7 +11,7 @@
 namespace multitetra {
 namespace {
 
-Result<LatticeMesh> tile_of(const SurfaceTiles& tiles, std::size_t i) {
+Result<LatticeMesh> tile_of(const ReceivedSurface& tiles, std::size_t i) {
   const IsosurfaceRequest& request = tiles.begin.request;
   LatticeMesh mesh;
   if (tiles.meshes.empty()) {
@@ -69,7 +69,7 @@ Result<void> check_triangles(const StepBegin& step, std::uint64_t max_triangles)
                   "; allow a larger error, set max_triangles, or request it as a stream.");
 }
 
-Result<Surface> assembled(SurfaceTiles tiles, const std::stop_token& stop) {
+Result<Surface> assembled(ReceivedSurface tiles, const std::stop_token& stop) {
   // The digest of a surface is the sum of those of its tiles, which are checked as they are
   // decoded.
   ContentDigest all;

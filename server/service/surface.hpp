@@ -19,7 +19,7 @@
 namespace multitetra {
 
 // A complete final step in tiles, extracted here or received from an upstream.
-struct SurfaceTiles {
+struct ReceivedSurface {
   StepBegin begin;
   // Either `payloads` or `meshes` has one entry per tile; the other is empty.
   std::vector<std::shared_ptr<const std::string>> payloads = {};
@@ -47,7 +47,7 @@ struct Surface {
 
 // Welds the tiles, on all threads. Returns kDamagedData if a tile is missing or differs from its
 // summary. Throws Cancelled soon after `stop` is triggered.
-[[nodiscard]] Result<Surface> assembled(SurfaceTiles tiles, const std::stop_token& stop);
+[[nodiscard]] Result<Surface> assembled(ReceivedSurface tiles, const std::stop_token& stop);
 
 // Returns kLimitExceeded, with advice, for a step with more triangles.
 [[nodiscard]] Result<void> check_triangles(const StepBegin& step, std::uint64_t max_triangles);

@@ -4,10 +4,11 @@
 
 namespace multitetra {
 
-StepTiles SurfaceCache::get(const std::string& key, const std::stop_token& stop, const Make& make) {
+EncodedStep SurfaceCache::get(const std::string& key, const std::stop_token& stop,
+                              const Make& make) {
   if (auto step = find_cached(key)) return *std::move(step);
   return flights_.get(key, stop, [&](const std::stop_token& all_stop) {
-    StepTiles step = make(all_stop);
+    EncodedStep step = make(all_stop);
     add(key, step);
     return step;
   });
@@ -19,7 +20,7 @@ bool SurfaceCache::is_cached(const std::string& key) {
   return found != nullptr && tiles_.has_all(found->tiles);
 }
 
-std::optional<StepTiles> SurfaceCache::find_cached(const std::string& key) {
+std::optional<EncodedStep> SurfaceCache::find_cached(const std::string& key) {
   Outline outline;
   {
     const std::lock_guard lock(mutex_);
@@ -27,7 +28,7 @@ std::optional<StepTiles> SurfaceCache::find_cached(const std::string& key) {
     if (found == nullptr) return std::nullopt;
     outline = *found;
   }
-  StepTiles step = std::move(outline.step);
+  EncodedStep step = std::move(outline.step);
   step.tiles.reserve(outline.tiles.size());
   for (const TileKey& tile : outline.tiles) {
     auto found = tiles_.find(tile);
@@ -37,7 +38,7 @@ std::optional<StepTiles> SurfaceCache::find_cached(const std::string& key) {
   return step;
 }
 
-void SurfaceCache::add(const std::string& key, const StepTiles& step) {
+void SurfaceCache::add(const std::string& key, const EncodedStep& step) {
   Outline outline{.step = step, .tiles = {}};
   outline.step.tiles = {};
   outline.step.meshes = {};

@@ -26,12 +26,12 @@ class SurfaceCache {
   explicit SurfaceCache(std::size_t capacity)
       : tiles_(capacity - capacity / 16), outlines_(capacity / 16) {}
 
-  using Make = std::function<StepTiles(std::stop_token)>;
+  using Make = std::function<EncodedStep(std::stop_token)>;
   // Returns the step of that key, calling `make` unless it is cached or being made. A key must
   // always identify the same step. Throws what `make` throws, and Cancelled soon after `stop` is
   // triggered.
-  [[nodiscard]] StepTiles get(const std::string& key, const std::stop_token& stop,
-                              const Make& make);
+  [[nodiscard]] EncodedStep get(const std::string& key, const std::stop_token& stop,
+                                const Make& make);
 
   // Returns whether get() would find the step in the cache.
   [[nodiscard]] bool is_cached(const std::string& key);
@@ -41,14 +41,14 @@ class SurfaceCache {
  private:
   struct Outline {
     // Its tiles and meshes are empty.
-    StepTiles step;
+    EncodedStep step;
     std::vector<TileKey> tiles;
   };
-  [[nodiscard]] std::optional<StepTiles> find_cached(const std::string& key);
-  void add(const std::string& key, const StepTiles& step);
+  [[nodiscard]] std::optional<EncodedStep> find_cached(const std::string& key);
+  void add(const std::string& key, const EncodedStep& step);
 
   TileCache tiles_;
-  SingleFlight<std::string, StepTiles> flights_;
+  SingleFlight<std::string, EncodedStep> flights_;
   std::mutex mutex_;  // Guards outlines_.
   LruMap<std::string, Outline> outlines_;
 };

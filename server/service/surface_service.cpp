@@ -23,39 +23,40 @@ struct HeldSurfaces {
 
 }  // namespace
 
-std::optional<asio::awaitable<Result<CataloguePtr>>> Caller::find_catalogue(
+std::optional<asio::awaitable<Result<CataloguePtr>>> ServiceClient::find_catalogue(
     const std::string& token) {
-  if (!Permit::of(token, client_->admission().access(), nullptr)) return std::nullopt;
+  if (!ClientAccess::of(token, client_->admission().access(), nullptr)) return std::nullopt;
   return fetch_catalogue(token);
 }
 
-asio::awaitable<Result<void>> Caller::log_in(std::string token) {
+asio::awaitable<Result<void>> ServiceClient::log_in(std::string token) {
   const AdmissionControl& admission = client_->admission();
   if (auto finding = find_catalogue(token)) {
     const auto found = co_await *std::move(finding);
     if (!found) co_return tl::unexpected(found.error());
   }
-  auto permit = Permit::of(std::move(token), admission.access(), catalogue(), limits_);
-  if (!permit) co_return tl::unexpected(permit.error());
-  permit_ = *std::move(permit);
-  if (const auto work = admission.check_draining(); !work) permit_.reject_requests(work.error());
-  client_->set_identity(permit_.rights().name(), permit_.has_token());
+  auto client_access = ClientAccess::of(std::move(token), admission.access(), catalogue(), limits_);
+  if (!client_access) co_return tl::unexpected(client_access.error());
+  client_access_ = *std::move(client_access);
+  if (const auto work = admission.check_draining(); !work)
+    client_access_.reject_requests(work.error());
+  client_->set_identity(client_access_.rights().name(), client_access_.has_token());
   co_return Result<void>();
 }
 
-void Caller::close(std::optional<Error> why) {
+void ServiceClient::close(std::optional<Error> why) {
   if (!closed_)
     closed_ = why.value_or(Error{ErrorCode::kCancelled, "The client has disconnected."});
   stop_.request_stop();
   when_closed();
 }
 
-Error Caller::reason(const Error& error) const {
+Error ServiceClient::reason(const Error& error) const {
   return error.code == ErrorCode::kCancelled && closed_ ? *closed_ : error;
 }
 
-asio::awaitable<Result<void>> Caller::use_surfaces(SurfacesRequest wanted, std::string what,
-                                                   UseSurfaces use) {
+asio::awaitable<Result<void>> ServiceClient::use_surfaces(SurfacesRequest wanted, std::string what,
+                                                          UseSurfaces use) {
   const auto held = std::make_shared<HeldSurfaces>();
   ByteReservations& queue = client_->admission().queue();
   std::uint64_t max_triangles = wanted.max_triangles;
@@ -69,9 +70,10 @@ asio::awaitable<Result<void>> Caller::use_surfaces(SurfacesRequest wanted, std::
                     .scalars = wanted.scalars};
     const auto waiting = client_->reserve(waiting_bytes(open));
     if (!waiting) co_return tl::unexpected(waiting.error());
-    auto action = permit_.accept(std::move(open));
+    auto action = client_access_.accept(std::move(open));
     if (!action) co_return tl::unexpected(action.error());
-    UseSurface add = [held, &queue, share = client_->share(), use = is_last ? use : UseSurfaces()](
+    UseSurface add = [held, &queue, share = client_->quota_key(),
+                      use = is_last ? use : UseSurfaces()](
                          Surface surface, const std::stop_token& stop) -> Result<void> {
       auto memory = queue.take(share, bytes_of(surface.mesh));
       held->is_above_limit = !memory;
@@ -98,10 +100,11 @@ asio::awaitable<Result<void>> Caller::use_surfaces(SurfacesRequest wanted, std::
   co_return Result<void>();
 }
 
-asio::awaitable<Result<DatasetQueryReply>> Caller::run_query(DatasetQuery query, UseReply use) {
+asio::awaitable<Result<DatasetQueryReply>> ServiceClient::run_query(DatasetQuery query,
+                                                                    UseReply use) {
   const auto waiting = client_->reserve(waiting_bytes(query));
   if (!waiting) co_return tl::unexpected(waiting.error());
-  auto action = permit_.accept(std::move(query));
+  auto action = client_access_.accept(std::move(query));
   if (!action) co_return tl::unexpected(action.error());
   std::function<void(QueryDone)> start = [&](QueryDone done) {
     answer(*std::move(action), stop_.get_token(), std::move(use), std::move(done));
@@ -111,20 +114,20 @@ asio::awaitable<Result<DatasetQueryReply>> Caller::run_query(DatasetQuery query,
   co_return made;
 }
 
-asio::awaitable<Result<EstimateReply>> Caller::estimate(std::string dataset,
-                                                        IsosurfaceRequest request) {
+asio::awaitable<Result<EstimateReply>> ServiceClient::estimate(std::string dataset,
+                                                               IsosurfaceRequest request) {
   DatasetQuery query = Estimate{
       .request_id = request_, .dataset = std::move(dataset), .request = std::move(request)};
   co_return the<EstimateReply>(co_await run_query(std::move(query)));
 }
 
-asio::awaitable<Result<SliceReply>> Caller::slice(std::string dataset, SliceRequest slice,
-                                                  UseReply use) {
+asio::awaitable<Result<SliceReply>> ServiceClient::slice(std::string dataset, SliceRequest slice,
+                                                         UseReply use) {
   DatasetQuery query = Slice{.request_id = request_, .dataset = std::move(dataset), .slice = slice};
   co_return the<SliceReply>(co_await run_query(std::move(query), std::move(use)));
 }
 
-asio::awaitable<Result<ProbeReply>> Caller::probe(std::string dataset, ProbeRequest probe) {
+asio::awaitable<Result<ProbeReply>> ServiceClient::probe(std::string dataset, ProbeRequest probe) {
   DatasetQuery query =
       Probe{.request_id = request_, .dataset = std::move(dataset), .probe = std::move(probe)};
   co_return the<ProbeReply>(co_await run_query(std::move(query)));

@@ -2,9 +2,9 @@
 // the workers of this process (local_service.hpp) or by upstream servers
 // (gateway/remote_service.hpp).
 //
-//   const CallerPtr caller = service.open(client);
-//   if (auto known = co_await caller->log_in(token); !known) co_return refusal(known.error());
-//   auto file = co_await caller->made_from_surfaces<std::string>(
+//   const ServiceClientPtr client = service.open(connection);
+//   if (auto known = co_await client->log_in(token); !known) co_return refusal(known.error());
+//   auto file = co_await client->made_from_surfaces<std::string>(
 //       {.dataset = "head", .requests = {{.isovalue = 500.5, .error = 0.5}}}, "mesh file",
 //       [](std::vector<Surface> surfaces, const std::stop_token&) { return written(surfaces); });
 //
@@ -29,7 +29,7 @@
 #include "common/wire/messages.hpp"
 #include "server/operations/admission_control.hpp"
 #include "server/operations/prometheus_metrics.hpp"
-#include "server/service/permit.hpp"
+#include "server/service/client_access.hpp"
 #include "server/service/surface.hpp"
 #include "server/service/tile_cache.hpp"
 
@@ -67,20 +67,20 @@ using QueryDone = std::function<void(Result<DatasetQueryReply> reply)>;
 
 // The service for one client. A coroutine awaits one call at a time; the streams and queries of a
 // conversation may run concurrently.
-class Caller {
+class ServiceClient {
  public:
-  Caller(ConnectionContextPtr client, RequestLimits limits)
+  ServiceClient(ConnectionContextPtr client, RequestLimits limits)
       : client_(std::move(client)), limits_(limits) {}
-  virtual ~Caller() = default;
-  Caller(const Caller&) = delete;
-  Caller& operator=(const Caller&) = delete;
+  virtual ~ServiceClient() = default;
+  ServiceClient(const ServiceClient&) = delete;
+  ServiceClient& operator=(const ServiceClient&) = delete;
 
   // ---- for single requests: with the rights of the client's token, and memory reservations.
   // `what` names what is made, such as "mesh file", for estimates of its time and for the log.
 
   // Checks the token and sets the client's name. Must be called first.
   [[nodiscard]] asio::awaitable<Result<void>> log_in(std::string token);
-  [[nodiscard]] const Permit& permit() const { return permit_; }
+  [[nodiscard]] const ClientAccess& client_access() const { return client_access_; }
   // Sets the request id that is sent to upstream servers. Further surfaces of the request get the
   // following ids.
   void set_request_id(std::uint64_t id) { request_ = id; }
@@ -107,7 +107,7 @@ class Caller {
                                                           UseReply use = {});
   [[nodiscard]] asio::awaitable<Result<ProbeReply>> probe(std::string dataset, ProbeRequest probe);
 
-  // ---- for conversations, which check their permit and reserve memory themselves
+  // ---- for conversations, which check their access and reserve memory themselves
 
   // Fetches the datasets that a token may see from upstream servers. Returns nullopt if catalogue()
   // has them, and for a token that is not in the access list, which is not sent upstream.
@@ -117,11 +117,12 @@ class Caller {
   [[nodiscard]] virtual CataloguePtr catalogue() const = 0;
   // Begins a progressive stream. The previous one must have been dropped. `changed` is called when
   // another message may be ready.
-  [[nodiscard]] virtual ProgressiveStreamPtr steps(StartStream action,
+  [[nodiscard]] virtual ProgressiveStreamPtr steps(ValidatedStream action,
                                                    std::function<void()> changed) = 0;
   // Answers a query, and calls `use`, if any, with the reply. `done` is called exactly once, soon
   // after `stop` is triggered at the latest.
-  virtual void answer(RunQuery action, std::stop_token stop, UseReply use, QueryDone done) = 0;
+  virtual void answer(ValidatedQuery action, std::stop_token stop, UseReply use,
+                      QueryDone done) = 0;
   // Sets the measured bandwidth to the client, used to plan further steps.
   virtual void set_bandwidth(double /*bytes_per_second*/) {}
 
@@ -136,7 +137,7 @@ class Caller {
 
  protected:
   // Makes a final surface and calls `use` with it, then `done` on the executor's thread.
-  virtual void make_surface(StartStream action, std::uint64_t max_triangles, std::string what,
+  virtual void make_surface(ValidatedStream action, std::uint64_t max_triangles, std::string what,
                             std::stop_token stop, UseSurface use,
                             std::function<void(Result<void>)> done) = 0;
   [[nodiscard]] virtual std::optional<asio::awaitable<Result<CataloguePtr>>> fetch_catalogue(
@@ -165,15 +166,15 @@ class Caller {
 
   ConnectionContextPtr client_;
   RequestLimits limits_;
-  Permit permit_;
+  ClientAccess client_access_;
   std::uint64_t request_ = 1;
   std::uint64_t surfaces_ = 0;
   std::stop_source stop_;
   std::optional<Error> closed_;
 };
-using CallerPtr = std::shared_ptr<Caller>;
+using ServiceClientPtr = std::shared_ptr<ServiceClient>;
 
-// Outlives its callers.
+// Outlives its clients.
 class SurfaceService {
  public:
   virtual ~SurfaceService() = default;
@@ -192,7 +193,7 @@ class SurfaceService {
 
   // ---- requests
 
-  [[nodiscard]] virtual CallerPtr open(ConnectionContextPtr client) = 0;
+  [[nodiscard]] virtual ServiceClientPtr open(ConnectionContextPtr client) = 0;
   // Returns a cached tile without normals that the client may see.
   [[nodiscard]] virtual std::optional<TileCache::Found> find_tile(
       const ContentDigest& digest, const TileCache::MaySee& may_see) = 0;

@@ -42,7 +42,7 @@ Session::Session(CataloguePtr catalogue, SessionOptions options, AccessListPtr a
 Actions Session::renew(AccessListPtr access) {
   access_ = std::move(access);
   if (!is_welcomed_ || is_closed_ || !access_) return {};
-  const auto known = permit_.renew(access_);
+  const auto known = client_access_.renew(access_);
   return known ? Actions{} : end(known.error());
 }
 
@@ -93,20 +93,20 @@ Actions Session::answer(const Hello& hello) {
     return end({ErrorCode::kInvalidArgument,
                 "The client does not decode Draco on the lattice (codec 1), which is required."});
   }
-  auto permit = Permit::of(hello.token, access_, catalogue_, limits_);
-  if (!permit) return end(permit.error());
-  permit_ = *std::move(permit);
-  permit_.set_codecs(hello.codecs);
+  auto client_access = ClientAccess::of(hello.token, access_, catalogue_, limits_);
+  if (!client_access) return end(client_access.error());
+  client_access_ = *std::move(client_access);
+  client_access_.set_codecs(hello.codecs);
   is_welcomed_ = true;
   return {Send{Welcome{.version = kProtocolVersion,
-                       .codecs = permit_.codecs(),
+                       .codecs = client_access_.codecs(),
                        .agent = options_.agent,
                        .max_message_bytes = max_message_bytes()}}};
 }
 
 Actions Session::answer(const ListDatasets& list) {
-  if (latest_) permit_.offer(listed_ = latest_());
-  return {Send{DatasetList{.request_id = list.request_id, .datasets = permit_.describe()}}};
+  if (latest_) client_access_.offer(listed_ = latest_());
+  return {Send{DatasetList{.request_id = list.request_id, .datasets = client_access_.describe()}}};
 }
 
 Actions Session::answer(const OpenStream& open) {
@@ -114,7 +114,7 @@ Actions Session::answer(const OpenStream& open) {
       !checked) {
     return {reply(checked.error(), open.request_id)};
   }
-  auto accepted = permit_.accept(open);
+  auto accepted = client_access_.accept(open);
   if (!accepted) return {reply(accepted.error(), open.request_id)};
   Actions actions;
   if (running_) actions.push_back(StopStream{*running_, StreamOutcome::kSuperseded});
@@ -146,7 +146,7 @@ Actions Session::answer(const Probe& probe) { return accept_query(probe); }
 
 Actions Session::accept_query(DatasetQuery query) {
   const std::uint64_t request_id = request_id_of(query);
-  auto accepted = permit_.accept(std::move(query));
+  auto accepted = client_access_.accept(std::move(query));
   if (!accepted) return {reply(accepted.error(), request_id)};
   if (queries_ >= options_.max_queries) {
     return {reply({ErrorCode::kLimitExceeded, "There are " + std::to_string(queries_) +

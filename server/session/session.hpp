@@ -20,7 +20,7 @@
 #include "common/net/frame.hpp"
 #include "common/wire/messages.hpp"
 #include "server/operations/access_list.hpp"
-#include "server/service/permit.hpp"
+#include "server/service/client_access.hpp"
 
 namespace multitetra {
 
@@ -37,7 +37,7 @@ struct StopStream {
 struct Close {
   std::string reason;  // For the log.
 };
-using Action = std::variant<Send, StartStream, RunQuery, StopStream, Close>;
+using Action = std::variant<Send, ValidatedStream, ValidatedQuery, StopStream, Close>;
 using Actions = std::vector<Action>;
 
 struct SessionOptions {
@@ -69,7 +69,7 @@ class Session {
   // Sets the client's catalogue. Must be called before receive(Hello), which uses it.
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
   // Rejects all further streams and queries with this error.
-  void reject_requests(Error why) { permit_.reject_requests(std::move(why)); }
+  void reject_requests(Error why) { client_access_.reject_requests(std::move(why)); }
 
   // Reports that the running stream has sent its last message.
   void stream_ended(std::uint64_t request_id);
@@ -81,7 +81,9 @@ class Session {
   [[nodiscard]] bool is_welcomed() const { return is_welcomed_; }
   [[nodiscard]] bool is_closed() const { return is_closed_; }
   [[nodiscard]] const AccessListPtr& access() const { return access_; }
-  [[nodiscard]] const Permit& permit() const { return permit_; }  // Valid after Welcome.
+  [[nodiscard]] const ClientAccess& client_access() const {
+    return client_access_;
+  }  // Valid after Welcome.
 
  private:
   Actions answer(const Hello& hello);
@@ -100,7 +102,7 @@ class Session {
   SessionOptions options_;
   RequestLimits limits_;
   AccessListPtr access_;
-  Permit permit_;
+  ClientAccess client_access_;
   bool is_welcomed_ = false;
   bool is_closed_ = false;
   // The largest id of all previous streams.

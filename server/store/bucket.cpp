@@ -8,7 +8,7 @@
 
 #include "common/base/percent_encoded.hpp"
 #include "server/store/detail/bucket_listing.hpp"
-#include "server/store/detail/http_place.hpp"
+#include "server/store/detail/resolved_url.hpp"
 #include "server/store/detail/store_client.hpp"
 #include "server/store/store_error.hpp"
 
@@ -54,8 +54,8 @@ void check_next_page(const std::string& folder, const std::string& token,
   }
 }
 
-HttpPlace bucket_place(const std::string& address) {
-  const HttpPlace place = http_place(address);
+ResolvedUrl bucket_place(const std::string& address) {
+  const ResolvedUrl place = resolved_url(address);
   if (place.is_s3) return place;
   throw StoreError(address, "it is not in a bucket", "Write s3://bucket/path");
 }
@@ -125,7 +125,7 @@ class Upload {
   }
 
   std::string address_;
-  HttpPlace place_;
+  ResolvedUrl place_;
   StoreClient client_;
   std::string id_;
   std::vector<std::string> etags_;
@@ -140,7 +140,7 @@ bool is_bucket_folder(std::string_view place, std::string_view suffix) {
 
 std::vector<std::string> list_bucket(const std::string& folder, std::string_view suffix,
                                      const HttpStoreOptions& options, const ListingLimits& limits) {
-  const HttpPlace place = bucket_place(folder);
+  const ResolvedUrl place = bucket_place(folder);
   const std::string whole = folder.ends_with('/') ? folder : folder + "/";
   const std::string bucket = whole.substr(0, whole.find('/', 5) + 1);  // "s3://bucket/"
   const std::string prefix = whole.substr(bucket.size());
@@ -175,7 +175,7 @@ std::vector<std::string> list_bucket(const std::string& folder, std::string_view
 
 std::optional<StoredObject> find_object(const std::string& address, std::size_t bytes,
                                         const HttpStoreOptions& options) {
-  const HttpPlace place = bucket_place(address);
+  const ResolvedUrl place = bucket_place(address);
   StoreClient client(true, options);
   HttpAnswer answer = client.send({.address = place.address(),
                                    .range = StoreRange{.first = 0, .length = bytes},

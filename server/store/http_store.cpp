@@ -5,7 +5,7 @@
 
 #include "common/base/address_text.hpp"
 #include "common/base/percent_encoded.hpp"
-#include "server/store/detail/http_place.hpp"
+#include "server/store/detail/resolved_url.hpp"
 #include "server/store/detail/store_client.hpp"
 
 namespace multitetra {
@@ -72,7 +72,7 @@ class HttpStore : public ObjectStore {
 
 std::unique_ptr<ObjectStore> http_store(const std::string& address,
                                         const HttpStoreOptions& options) {
-  const HttpPlace place = http_place(address);
+  const ResolvedUrl place = resolved_url(address);
   std::string base = place.address();
   if (!base.ends_with('/')) base += '/';
   return std::make_unique<HttpStore>(std::move(base), place.is_s3, options);

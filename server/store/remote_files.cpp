@@ -10,7 +10,7 @@
 
 #include "common/base/hex_text.hpp"
 #include "server/store/detail/disk_cache.hpp"
-#include "server/store/detail/http_place.hpp"
+#include "server/store/detail/resolved_url.hpp"
 #include "server/store/detail/store_client.hpp"
 
 namespace multitetra {
@@ -81,7 +81,7 @@ std::shared_ptr<StoreClient> RemoteFiles::client_for(const std::string& origin, 
 
 std::vector<std::byte> RemoteFiles::fetch_beginning(const std::string& address, std::size_t bytes,
                                                     OpenFile& file) {
-  const HttpPlace place = http_place(address);
+  const ResolvedUrl place = resolved_url(address);
   file.address = address;
   file.url = place.address();
   file.client = client_for(place.origin, place.is_s3);

@@ -8,7 +8,7 @@
 
 namespace multitetra {
 
-Result<std::vector<ScalarsOfTile>> step_scalars(const StepTiles& step,
+Result<std::vector<ScalarsOfTile>> step_scalars(const EncodedStep& step,
                                                 const IsosurfaceRequest& request,
                                                 const DatasetInfo& surface,
                                                 const PreparedVolume& field,

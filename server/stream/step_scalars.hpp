@@ -21,7 +21,7 @@ struct ScalarsOfTile {
 // dataset `surface`. Fails with kDamagedData, an internal error, if a tile cannot be decoded.
 // Throws Cancelled soon after `stop` is triggered, and rethrows exceptions from reading the field.
 [[nodiscard]] Result<std::vector<ScalarsOfTile>> step_scalars(
-    const StepTiles& step, const IsosurfaceRequest& request, const DatasetInfo& surface,
+    const EncodedStep& step, const IsosurfaceRequest& request, const DatasetInfo& surface,
     const PreparedVolume& field, const ScalarRange& range, std::stop_token stop);
 
 // Returns the total size of the codes.

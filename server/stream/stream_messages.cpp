@@ -28,7 +28,7 @@ std::optional<StreamState> StreamMessages::take_request() {
   return state_;
 }
 
-void StreamMessages::supply(MadeStep step, double seconds) {
+void StreamMessages::supply(StepResult step, double seconds) {
   if (phase_ != Phase::kMaking) return;
   if (step.is_over) {
     end(StreamOutcome::kComplete);
@@ -37,7 +37,7 @@ void StreamMessages::supply(MadeStep step, double seconds) {
   begin(std::move(step), seconds);
 }
 
-void StreamMessages::supply(std::vector<MadeStep> previews, double seconds) {
+void StreamMessages::supply(std::vector<StepResult> previews, double seconds) {
   if (phase_ != Phase::kMaking) return;
   assert(!previews.empty());
   seconds_a_preview_ = seconds / static_cast<double>(previews.size());
@@ -49,12 +49,12 @@ void StreamMessages::supply(std::vector<MadeStep> previews, double seconds) {
 // A client keeps the tiles of each dataset apart, so each has all of its own.
 void StreamMessages::begin_next_preview() {
   known_.clear();
-  MadeStep next = std::move(previews_.front());
+  StepResult next = std::move(previews_.front());
   previews_.pop_front();
   begin(std::move(next), seconds_a_preview_);
 }
 
-void StreamMessages::begin(MadeStep step, double seconds) {
+void StreamMessages::begin(StepResult step, double seconds) {
   current_ = std::move(step);
   next_tile_ = 0;
   totals_ = {.request_id = request_id_, .step = step_, .digest = {}, .seconds = seconds};

@@ -33,9 +33,9 @@ class StreamMessages {
   // messages are left, a step is being computed, or none follows.
   [[nodiscard]] std::optional<StreamState> take_request();
   // Supplies the step for the returned state, and the time it took. Ignored after end() or fail().
-  void supply(MadeStep step, double seconds);
+  void supply(StepResult step, double seconds);
   // Supplies previews of the next datasets, at least one.
-  void supply(std::vector<MadeStep> previews, double seconds);
+  void supply(std::vector<StepResult> previews, double seconds);
   // Returns the dataset of the step that is being made: 0 is OpenStream::dataset.
   [[nodiscard]] std::size_t dataset() const { return datasets_ > 1 ? step_ : 0; }
 
@@ -52,7 +52,7 @@ class StreamMessages {
  private:
   enum class Phase { kWanted, kMaking, kBegin, kTiles, kLast, kFinished };
 
-  void begin(MadeStep step, double seconds);
+  void begin(StepResult step, double seconds);
   void begin_next_preview();
   void after_preview();
   [[nodiscard]] StepBegin step_begin() const;
@@ -71,9 +71,9 @@ class StreamMessages {
   Phase phase_ = Phase::kWanted;
   std::uint32_t step_ = 0;  // The step being computed or sent.
   std::size_t datasets_ = 1;
-  MadeStep current_;
+  StepResult current_;
   // The previews of the datasets after that of current_.
-  std::deque<MadeStep> previews_;
+  std::deque<StepResult> previews_;
   double seconds_a_preview_ = 0;
   std::size_t next_tile_ = 0;
   // The totals of the current step so far.

@@ -54,7 +54,7 @@ std::string budget_of(const IsosurfaceRequest& request) {
 // A final step, and its request with the thresholds that the budget required.
 struct FinalSurface {
   IsosurfaceRequest request;
-  StepTiles tiled;
+  EncodedStep tiled;
 };
 
 // Returns the estimate scaled by its error for a surface that was built.
@@ -131,8 +131,8 @@ Result<void> check_coarsest(const IsosurfaceRequest& request, const SurfaceProvi
 }
 
 // Builds a step. Budgets of bytes require encoded tiles.
-StepTiles made(const SurfaceProvider& source, const StepRequest& step, bool as_meshes,
-               const std::stop_token& stop) {
+EncodedStep made(const SurfaceProvider& source, const StepRequest& step, bool as_meshes,
+                 const std::stop_token& stop) {
   const bool has_meshes = as_meshes && step.request.max_bytes == 0;
   return has_meshes ? source.make_meshes(step, stop) : source.make(step, stop);
 }
@@ -152,7 +152,7 @@ Result<FinalSurface> make_within_budget(const SurfaceProvider& source,
   std::optional<FinalSurface> best;
   for (int surfaces = 1;; ++surfaces) {
     const IsosurfaceRequest request = schedule.at(level);
-    StepTiles tiled = made(source, {.request = request}, as_meshes, stop);
+    EncodedStep tiled = made(source, {.request = request}, as_meshes, stop);
     const SurfaceSize size = size_of(tiled);
     const double part = part_of_budget(size, request);
     if (part <= 1) {
@@ -185,8 +185,8 @@ Result<FinalSurface> make_simplified(const SurfaceProvider& source,
                                      const std::stop_token& stop) {
   FinalSurface last{.request = request,
                     .tiled = made(source, {.request = request}, as_meshes, stop)};
-  double& at_least = last.request.thresholds.at_least;
-  at_least = std::max(at_least, last.tiled.at_least);
+  double& at_least = last.request.thresholds.error_floor;
+  at_least = std::max(at_least, last.tiled.error_floor);
   if (const SurfaceSize size = size_of(last.tiled); !fits(size, request)) {
     return budget_too_small(size, request, source, stop);
   }
@@ -209,9 +209,10 @@ PlanLimits plan_limits(const StreamState& state, const StepLimits& limits) {
 }
 
 // Builds a cell as requested: it is too small for previews, and has no budget.
-Result<MadeStep> make_cell(const SurfaceProvider& source, const StreamState& state,
-                           const std::stop_token& stop, const StepLimits& limits) {
-  MadeStep cell{.step = final_step(state.request), .is_final = true, .encoded = {}, .after = state};
+Result<StepResult> make_cell(const SurfaceProvider& source, const StreamState& state,
+                             const std::stop_token& stop, const StepLimits& limits) {
+  StepResult cell{
+      .step = final_step(state.request), .is_final = true, .encoded = {}, .after = state};
   cell.encoded = made(source, cell.step, limits.as_meshes, stop);
   const auto allowed =
       TriangleLimit(source, limits.max_triangles, stop).check_made(cell.step.request, cell.encoded);
@@ -233,7 +234,7 @@ class NextStepMaker {
         schedule_(state.request, source.info()),
         made_{.after = state} {}
 
-  Result<MadeStep> make() {
+  Result<StepResult> make() {
     if (const auto allowed = check_request(); !allowed) return tl::unexpected(allowed.error());
     const IsosurfaceRequest request = request_to_plan();
     plan(request);
@@ -329,13 +330,13 @@ class NextStepMaker {
   SizeEstimates sizes_;
   TriangleLimit triangle_limit_;
   ErrorSchedule schedule_;
-  MadeStep made_;
+  StepResult made_;
 };
 
 }  // namespace
 
-Result<MadeStep> make_next_step(const SurfaceProvider& source, const StreamState& state,
-                                std::stop_token stop, const StepLimits& limits) {
+Result<StepResult> make_next_step(const SurfaceProvider& source, const StreamState& state,
+                                  std::stop_token stop, const StepLimits& limits) {
   if (state.request.cell) return make_cell(source, state, stop, limits);
   return NextStepMaker(source, state, stop, limits).make();
 }

@@ -30,12 +30,12 @@ struct StreamState {
   MeshUse use = MeshUse::kKeep;
 };
 
-struct MadeStep {
+struct StepResult {
   StepRequest step = {};
   bool is_final = false;
   // Nothing was built: there are no more previews, and only previews were requested.
   bool is_over = false;
-  StepTiles encoded = {};
+  EncodedStep encoded = {};
   // This step is not yet in `delivered`.
   StreamState after = {};
   // The scalars of each tile, if the stream has scalars.
@@ -59,9 +59,9 @@ struct StepLimits {
 // certain, if the final step would exceed max_triangles; the error text states its size or the
 // error at which it would fit. Rethrows exceptions of the source; throws Cancelled soon after
 // `stop` is triggered.
-[[nodiscard]] Result<MadeStep> make_next_step(const SurfaceProvider& source,
-                                              const StreamState& state, std::stop_token stop,
-                                              const StepLimits& limits = {});
+[[nodiscard]] Result<StepResult> make_next_step(const SurfaceProvider& source,
+                                                const StreamState& state, std::stop_token stop,
+                                                const StepLimits& limits = {});
 
 // Estimates the size of the reply to a request, and the request as its budget allows it, from a
 // sample (surface_sizes.hpp). Fails with kLimitExceeded if the coarsest one seems larger.

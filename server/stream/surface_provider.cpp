@@ -4,7 +4,7 @@
 
 namespace multitetra {
 
-SurfaceSize size_of(const StepTiles& step) {
+SurfaceSize size_of(const EncodedStep& step) {
   SurfaceSize size;
   for (const EncodedTile& tile : step.tiles) {
     size.triangles += tile.summary.triangles;

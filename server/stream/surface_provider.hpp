@@ -18,7 +18,7 @@
 namespace multitetra {
 
 // A complete conforming model in tiles: encoded for sending, or as meshes for use in this process.
-struct StepTiles {
+struct EncodedStep {
   // Tetrahedra of the model.
   std::uint64_t tetrahedra = 0;
   // Tetrahedra that the surface crosses.
@@ -30,13 +30,13 @@ struct StepTiles {
   std::uint32_t crossed_octants = 0;  // See StepBegin.
   bool is_in_shells = false;
   // With a budget and simplification: the smallest floor of thresholds that the budget required.
-  double at_least = 0;
+  double error_floor = 0;
   // Empty, or one per tile, whose payload is then null. Normals are as decoded.
   std::vector<std::shared_ptr<const LatticeMesh>> meshes = {};
 };
 
 // Returns the total size of all tiles; meshes have no bytes.
-[[nodiscard]] SurfaceSize size_of(const StepTiles& step);
+[[nodiscard]] SurfaceSize size_of(const EncodedStep& step);
 
 // Logically immutable and thread-safe; shared by all clients. Long operations throw Cancelled
 // (in_parallel.hpp) soon after `stop` is triggered.
@@ -48,9 +48,10 @@ class SurfaceProvider {
 
   // Builds a step. Requires a validated request. The same step gives the same tiles, on any thread.
   // A simplified final step is within its request's budget, or is the coarsest possible one.
-  [[nodiscard]] virtual StepTiles make(const StepRequest& step, std::stop_token stop) const = 0;
+  [[nodiscard]] virtual EncodedStep make(const StepRequest& step, std::stop_token stop) const = 0;
   // Builds the same step, with meshes where these are cheaper than encoded tiles.
-  [[nodiscard]] virtual StepTiles make_meshes(const StepRequest& step, std::stop_token stop) const {
+  [[nodiscard]] virtual EncodedStep make_meshes(const StepRequest& step,
+                                                std::stop_token stop) const {
     return make(step, std::move(stop));
   }
   // Returns whether make() is known to have this step in a cache.

@@ -10,9 +10,9 @@
 #include "common/base/hex_text.hpp"
 #include "common/base/number_text.hpp"
 #include "common/base/parse_number.hpp"
+#include "common/mesh/checksum.hpp"
 #include "common/request/request_key.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
-#include "server/dataset/checksum.hpp"
 
 namespace multitetra {
 namespace {
@@ -137,7 +137,7 @@ IsosurfaceRequest Tileset::request(const OctreeCube& cube, int level) const {
           .topology_tolerance = is_preview(level) ? finest / 2.0 : 0,
           .lattice_resolution = lattice_resolution(level),
           .simplify = true,
-          .cell = SurfaceCell{.cube = cube, .finest_spacing = finest}};
+          .cell = OctreeNode{.cube = cube, .finest_spacing = finest}};
 }
 
 IsosurfaceRequest Tileset::request(const OctreeCube& cell) const {

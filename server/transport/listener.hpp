@@ -13,8 +13,8 @@
 
 namespace multitetra {
 
-class Conversation;
-using ConversationPtr = std::shared_ptr<Conversation>;
+class SessionRunner;
+using SessionRunnerPtr = std::shared_ptr<SessionRunner>;
 class SurfaceService;
 
 class Listener {
@@ -37,7 +37,7 @@ struct ServerContext {
   asio::io_context& io;
   AdmissionControl& admission;
   SurfaceService& service;
-  std::function<ConversationPtr(ConnectionContextPtr client)> new_conversation;
+  std::function<SessionRunnerPtr(ConnectionContextPtr client)> new_session_runner;
   // Returns Prometheus text; empty: no metrics.
   std::function<std::string()> metrics = {};
 };

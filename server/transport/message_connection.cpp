@@ -9,12 +9,12 @@
 namespace multitetra {
 
 MessageConnection::MessageConnection(std::unique_ptr<ByteStream> stream, OpenTransport open,
-                                     ConnectionContextPtr client, ConversationPtr conversation,
+                                     ConnectionContextPtr client, SessionRunnerPtr session_runner,
                                      ConnectionOptions options)
     : stream_(std::move(stream)),
       open_(std::move(open)),
       client_(std::move(client)),
-      conversation_(std::move(conversation)),
+      session_runner_(std::move(session_runner)),
       options_(options) {
   set_socket_options(stream_->socket());
   if (options_.send_buffer_bytes) {
@@ -42,14 +42,14 @@ void MessageConnection::spawn(asio::awaitable<void> (MessageConnection::*corouti
 }
 
 void MessageConnection::end(const Error& why) {
-  conversation_->end(why);
+  session_runner_->end(why);
   linger_.set(options_.linger);
 }
 
 void MessageConnection::enforce_limits(Clock::time_point now) {
   if (hello_.is_past(now)) {
     hello_.clear();
-    if (!conversation_->is_welcomed()) {
+    if (!session_runner_->is_welcomed()) {
       end({ErrorCode::kUnavailable, "The first message did not arrive in time."});
       return;  // The linger time begins now.
     }
@@ -57,19 +57,19 @@ void MessageConnection::enforce_limits(Clock::time_point now) {
   if (write_.is_past(now) || linger_.is_past(now)) {
     close();
   } else {
-    conversation_->enforce_limits(now);
+    session_runner_->enforce_limits(now);
   }
 }
 
 asio::awaitable<void> MessageConnection::open_and_read() {
   auto opened = co_await open_(
-      *stream_, TransportOptions{.max_message_bytes = std::min(conversation_->max_message_bytes(),
+      *stream_, TransportOptions{.max_message_bytes = std::min(session_runner_->max_message_bytes(),
                                                                options_.max_hello_bytes),
                                  .read_buffer_bytes = 16 * 1024});
   open_ = {};
   if (!opened) {
     log(LogLevel::kInfo, opened.error().text);
-    conversation_->leave();
+    session_runner_->on_disconnect();
     co_return;
   }
   transport_ = *std::move(opened);
@@ -79,29 +79,29 @@ asio::awaitable<void> MessageConnection::open_and_read() {
 
 asio::awaitable<void> MessageConnection::read() {
   for (;;) {
-    co_await conversation_->until_readable();
+    co_await session_runner_->until_readable();
     const Result<std::string> content = co_await transport_->receive();
     if (!content) {
       if (content.error().code == ErrorCode::kUnavailable) break;
-      if (!conversation_->is_over()) end(content.error());
+      if (!session_runner_->is_over()) end(content.error());
       co_await transport_->drain();
       break;
     }
-    if (conversation_->is_over()) continue;  // Drops input after the end.
-    conversation_->receive(*content);
-    if (conversation_->is_welcomed()) transport_->set_limit(conversation_->max_message_bytes());
+    if (session_runner_->is_over()) continue;  // Drops input after the end.
+    session_runner_->receive(*content);
+    if (session_runner_->is_welcomed()) transport_->set_limit(session_runner_->max_message_bytes());
   }
-  if (transport_->was_cut_off() && !conversation_->is_over()) {
+  if (transport_->was_cut_off() && !session_runner_->is_over()) {
     log(LogLevel::kInfo, "connection closed within a message");
   }
-  conversation_->leave();
+  session_runner_->on_disconnect();
 }
 
 asio::awaitable<void> MessageConnection::write() {
-  while (const auto message = co_await conversation_->next_message()) {
+  while (const auto message = co_await session_runner_->next_message()) {
     std::string content = serialize(*message);
     if (content.size() > kMaxServerFrameBytes) {
-      conversation_->reject_oversized_reply(*message);
+      session_runner_->reject_oversized_reply(*message);
       continue;
     }
     write_.set(options_.write_timeout);
@@ -113,7 +113,7 @@ asio::awaitable<void> MessageConnection::write() {
       co_return;
     }
     link_.write_ends(Clock::now(), *sent, stream_->unsent());
-    conversation_->set_bandwidth(link_.bytes_per_second());
+    session_runner_->set_bandwidth(link_.bytes_per_second());
     client_->admission().observer().sent(client_->facts().protocol, *sent);
   }
   linger_.set(options_.linger);
@@ -122,7 +122,7 @@ asio::awaitable<void> MessageConnection::write() {
 
 void MessageConnection::close() {
   stream_->close();
-  conversation_->leave();
+  session_runner_->on_disconnect();
 }
 
 void MessageConnection::coroutine_done(const std::exception_ptr& failure) {

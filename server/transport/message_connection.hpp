@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "common/net/message_transport.hpp"
-#include "server/conversation/conversation.hpp"
+#include "server/conversation/session_runner.hpp"
 #include "server/operations/admission_control.hpp"
 #include "server/operations/log.hpp"
 #include "server/transport/bandwidth_estimator.hpp"
@@ -22,14 +22,14 @@ class MessageConnection : public Connection,
                           public std::enable_shared_from_this<MessageConnection> {
  public:
   MessageConnection(std::unique_ptr<ByteStream> stream, OpenTransport open,
-                    ConnectionContextPtr client, ConversationPtr conversation,
+                    ConnectionContextPtr client, SessionRunnerPtr session_runner,
                     ConnectionOptions options);
 
   // Both coroutines keep the connection alive. Calls `on_closed` once, when both are done.
   void start(std::function<void()> on_closed);
 
   [[nodiscard]] std::optional<Clock::time_point> idle_since() const override {
-    return conversation_->idle_since();
+    return session_runner_->idle_since();
   }
   void end(const Error& why) override;
   void enforce_limits(Clock::time_point now) override;
@@ -47,7 +47,7 @@ class MessageConnection : public Connection,
   OpenTransport open_;
   std::unique_ptr<MessageTransport> transport_;
   ConnectionContextPtr client_;
-  ConversationPtr conversation_;
+  SessionRunnerPtr session_runner_;
   ConnectionOptions options_;
   BandwidthEstimator link_;
   std::function<void()> on_closed_;

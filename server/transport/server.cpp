@@ -9,7 +9,7 @@
 
 #include "common/net/coroutines.hpp"
 #include "common/net/net.hpp"
-#include "server/conversation/conversation.hpp"
+#include "server/conversation/session_runner.hpp"
 #include "server/operations/heap_trimmer.hpp"
 #include "server/operations/log.hpp"
 #include "server/transport/tcp_listener.hpp"
@@ -64,8 +64,8 @@ class Server::Running {
         .io = io_,
         .admission = admission_,
         .service = *service_,
-        .new_conversation =
-            [this](ConnectionContextPtr client) { return new_conversation(std::move(client)); },
+        .new_session_runner =
+            [this](ConnectionContextPtr client) { return new_session_runner(std::move(client)); },
         .metrics =
             options_.metrics ? [this] { return metrics(); } : std::function<std::string()>()};
     if (options_.has_tcp_listener) {
@@ -124,13 +124,13 @@ class Server::Running {
   }
 
  private:
-  ConversationPtr new_conversation(ConnectionContextPtr client) {
-    const CallerPtr caller = service_->open(client);
-    return std::make_shared<Conversation>(
-        io_.get_executor(), caller,
+  SessionRunnerPtr new_session_runner(ConnectionContextPtr client) {
+    const ServiceClientPtr service_client = service_->open(client);
+    return std::make_shared<SessionRunner>(
+        io_.get_executor(), service_client,
         Session(
-            caller->catalogue(), options_.session, admission_.access(),
-            [caller] { return caller->catalogue(); }, caller->limits()),
+            service_client->catalogue(), options_.session, admission_.access(),
+            [service_client] { return service_client->catalogue(); }, service_client->limits()),
         std::move(client), options_.idle_time);
   }
 

@@ -48,7 +48,7 @@ void TcpListener::accept(tcp::socket socket, const Peer& peer) {
   const std::uint64_t id = admitted.client->facts().connection;
   auto stream = std::make_unique<ByteStream>(std::move(socket), server_.admission.tls());
   const auto connection = std::make_shared<MessageConnection>(
-      std::move(stream), open_frames, admitted.client, server_.new_conversation(admitted.client),
+      std::move(stream), open_frames, admitted.client, server_.new_session_runner(admitted.client),
       options_.connection);
   connections_.put(id, connection);
   try {

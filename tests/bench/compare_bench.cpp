@@ -28,7 +28,7 @@
 
 #include "common/base/in_parallel.hpp"
 #include "common/cli/command_line.hpp"
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "common/mesh/surface_distance.hpp"
 #include "common/wire/shell_tile.hpp"
 #include "common/wire/tile.hpp"
@@ -120,7 +120,7 @@ PlainMesh plain(const std::vector<LatticeMesh>& tiles, const Vec3& voxels) {
   return result;
 }
 
-std::vector<LatticeMesh> meshes_of(TiledSurface surface) {
+std::vector<LatticeMesh> meshes_of(TiledMesh surface) {
   std::vector<LatticeMesh> meshes;
   for (TileMesh& tile : surface.tiles) meshes.push_back(std::move(tile.mesh));
   return meshes;
@@ -317,7 +317,7 @@ class Comparison {
   }
 
   [[nodiscard]] Made draco_step(const IsosurfaceRequest& request) const {
-    TiledSurface surface = extractor_->extract({.request = request});
+    TiledMesh surface = extractor_->extract({.request = request});
     const auto tiles =
         std::make_shared<const std::vector<EncodedTile>>(testing::encode_tiles(surface));
     stop_clock();

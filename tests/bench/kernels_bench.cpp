@@ -137,7 +137,7 @@ void prepared_extraction(benchmark::State& state) {
       .request = {.isovalue = kIsovalue, .error = static_cast<double>(state.range(0)) / 100}};
   std::int64_t count = 0;
   for (auto _ : state) {
-    const TiledSurface surface = extractor.extract(step);
+    const TiledMesh surface = extractor.extract(step);
     for (const auto& tile : surface.tiles) {
       count += static_cast<std::int64_t>(tile.mesh.triangles.size());
     }

@@ -16,7 +16,7 @@
 
 #include "client/library/surface_stream.hpp"
 #include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
+#include "server/service/caching_surface_provider.hpp"
 #include "tests/bench/shaped_link.hpp"
 #include "tests/support/running_server.hpp"
 
@@ -124,7 +124,7 @@ class MeasuredServer {
 
   static CataloguePtr catalogue_of(std::shared_ptr<const SurfaceExtractor> extractor) {
     auto catalogue = std::make_shared<DatasetCatalogue>();
-    catalogue->add(std::make_shared<ExtractedSurfaces>(std::move(extractor)));
+    catalogue->add(std::make_shared<CachingSurfaceProvider>(std::move(extractor)));
     return catalogue;
   }
 

@@ -22,7 +22,7 @@
 
 #include "common/base/in_parallel.hpp"
 #include "common/cli/command_line.hpp"
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "server/core/errors/leaves.hpp"
 #include "server/core/errors/own_error.hpp"
 #include "server/core/errors/saturated_errors.hpp"
@@ -85,7 +85,7 @@ Json times_of(const Arguments& arguments, const ReferenceExtractor& extractor,
 }
 
 Json counts_of(const ReferenceExtractor& extractor, const Model& model, double isovalue) {
-  const TiledSurface surface = extractor.surface(model, {.isovalue = isovalue});
+  const TiledMesh surface = extractor.surface(model, {.isovalue = isovalue});
   std::uint64_t triangles = 0;
   for (const TileMesh& tile : surface.tiles) triangles += tile.mesh.triangles.size();
   return {{"tetrahedra", surface.tetrahedra},
@@ -95,7 +95,7 @@ Json counts_of(const ReferenceExtractor& extractor, const Model& model, double i
 
 struct Way {
   const char* name;
-  ErrorMeasure measure;
+  ErrorMeasure error_measure;
   TopologyRule rule;
   bool from_spectrum;
 };
@@ -107,7 +107,7 @@ constexpr Way kWays[] = {
 
 Json counts_of(const ReferenceExtractor& extractor, const PreparedVolume& dataset, const Way& way,
                IsosurfaceRequest request) {
-  request.measure = way.measure;
+  request.error_measure = way.error_measure;
   request.topology_rule = way.rule;
   const ResolvedStep spec = resolved_step({.request = request}, dataset.info);
   const auto model =

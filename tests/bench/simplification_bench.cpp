@@ -143,7 +143,7 @@ int main(int argc, char** argv) {
     }
     report("plain", plain, plain, before, step, full, border);
     Totals input;
-    TiledSurface model = surface(model_error, 16000);
+    TiledMesh model = surface(model_error, 16000);
     for (const TileMesh& t : model.tiles) {
       input.triangles += static_cast<double>(t.mesh.triangles.size());
     }

@@ -15,7 +15,7 @@
 
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
+#include "server/service/caching_surface_provider.hpp"
 #include "server/stream/stream_plan.hpp"
 
 namespace multitetra {
@@ -24,7 +24,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 struct Row {
-  std::vector<MadeStep> steps;
+  std::vector<StepResult> steps;
   std::vector<double> seconds;  // From the request to each step, in the server.
   // The final step, requested alone.
   double alone_seconds = 0;
@@ -39,7 +39,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-Row measure(const ExtractedSurfaces& source, const IsosurfaceRequest& request) {
+Row measure(const CachingSurfaceProvider& source, const IsosurfaceRequest& request) {
   Row row;
   Clock::time_point start = Clock::now();
   (void)make_next_step(source,
@@ -55,7 +55,7 @@ Row measure(const ExtractedSurfaces& source, const IsosurfaceRequest& request) {
   start = Clock::now();
   StreamState state{.request = request, .delivered = {}};
   while (row.steps.empty() || !row.steps.back().is_final) {
-    MadeStep made = make_next_step(source, state, {}).value();
+    StepResult made = make_next_step(source, state, {}).value();
     row.seconds.push_back(seconds_since(start));
     state = made.after;
     state.delivered.push_back({.step = made.step, .size = size_of(made.encoded)});
@@ -87,7 +87,7 @@ void print(const std::string& name, double isovalue, double error, const Row& ro
 
 void run(const std::string& file, const std::vector<double>& isovalues, bool simplify) {
   const DatasetPtr dataset = open_dataset(file);
-  const ExtractedSurfaces source(std::make_shared<const SurfaceExtractor>(dataset));
+  const CachingSurfaceProvider source(std::make_shared<const SurfaceExtractor>(dataset));
   for (const double isovalue : isovalues) {
     for (const double error : {0.25, 1.0, 2.0}) {
       print(dataset->info.name, isovalue, error,

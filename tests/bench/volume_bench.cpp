@@ -68,19 +68,19 @@ double seconds_of(const Body& body) {
   return seconds.count();
 }
 
-std::uint64_t triangles_of(const TiledSurface& surface) {
+std::uint64_t triangles_of(const TiledMesh& surface) {
   std::uint64_t count = 0;
   for (const TileMesh& tile : surface.tiles) count += tile.mesh.triangles.size();
   return count;
 }
 
 Outcome extract(const SurfaceExtractor& extractor, const StepRequest& step) {
-  auto surface = std::make_shared<const TiledSurface>(extractor.extract(step));
+  auto surface = std::make_shared<const TiledMesh>(extractor.extract(step));
   return {.triangles = triangles_of(*surface), .encoded_bytes = 0, .kept = std::move(surface)};
 }
 
-Outcome encode(std::shared_ptr<const TiledSurface> surface) {
-  using Both = std::pair<std::shared_ptr<const TiledSurface>, std::vector<EncodedTile>>;
+Outcome encode(std::shared_ptr<const TiledMesh> surface) {
+  using Both = std::pair<std::shared_ptr<const TiledMesh>, std::vector<EncodedTile>>;
   const auto both = std::make_shared<const Both>(surface, testing::encode_tiles(*surface));
   Outcome outcome{.triangles = triangles_of(*surface), .encoded_bytes = 0, .kept = both};
   for (const EncodedTile& tile : both->second) outcome.encoded_bytes += tile.summary.bytes;
@@ -127,10 +127,10 @@ std::vector<Work> works_of(const SurfaceExtractor& extractor, double isovalue) {
     add_extraction("first preview", *preview);
     works.push_back({"first preview, planned and encoded", [&extractor, isovalue](int) {
                        const StepRequest step = first_preview(extractor, isovalue).value();
-                       return encode(std::make_shared<const TiledSurface>(extractor.extract(step)));
+                       return encode(std::make_shared<const TiledMesh>(extractor.extract(step)));
                      }});
   }
-  const auto surface = std::make_shared<const TiledSurface>(
+  const auto surface = std::make_shared<const TiledMesh>(
       extractor.extract({.request = request_for(isovalue, kEncodedError)}));
   works.push_back({"encode, error 0.5", [surface](int) { return encode(surface); }});
   return works;

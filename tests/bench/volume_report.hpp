@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "common/cli/json_report.hpp"
 #include "common/dataset/dataset_info.hpp"
+#include "common/json/json_report.hpp"
 
 namespace multitetra {
 

@@ -24,7 +24,7 @@ TEST(DecodedTiles, WeldToTheExtractedMeshAtEveryLatticeResolution) {
       SCOPED_TRACE(::testing::Message() << dataset->info.name << ", r = " << resolution);
       const StepRequest step{
           .request = {.isovalue = isovalue, .error = 0.25, .lattice_resolution = resolution}};
-      const TiledSurface surface = extractor.extract(step);
+      const TiledMesh surface = extractor.extract(step);
       const std::vector<EncodedTile> encoded = testing::encode_tiles(surface);
       ASSERT_GE(encoded.size(), 3U);
 

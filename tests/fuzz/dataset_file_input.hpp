@@ -16,7 +16,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/dataset/checksum.hpp"
+#include "common/mesh/checksum.hpp"
 #include "server/dataset/prepared_format.hpp"
 #include "tests/support/memory_source.hpp"
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "server/dataset/checksum.hpp"
+#include "common/mesh/checksum.hpp"
 #include "server/dataset/prepared_bricks.hpp"
 #include "server/dataset/verify_dataset.hpp"
 #include "tests/fuzz/dataset_file_input.hpp"

@@ -14,9 +14,9 @@
 
 namespace multitetra::testing {
 
-using MakeStep = std::function<StepTiles(const StepRequest&, std::stop_token)>;
+using MakeStep = std::function<EncodedStep(const StepRequest&, std::stop_token)>;
 
-inline StepTiles octahedron_step(const StepRequest& step) {
+inline EncodedStep octahedron_step(const StepRequest& step) {
   const bool is_fine = step.request.topology_tolerance == 0;
   const int resolution = step.request.lattice_resolution;
   return {.tetrahedra = 100,
@@ -45,7 +45,7 @@ class FakeSteps : public SurfaceProvider {
   }
 
   [[nodiscard]] const DatasetInfo& info() const override { return info_; }
-  [[nodiscard]] StepTiles make(const StepRequest& step, std::stop_token stop) const override {
+  [[nodiscard]] EncodedStep make(const StepRequest& step, std::stop_token stop) const override {
     return make_(step, std::move(stop));
   }
   // Previews are a small part of the whole.
@@ -60,7 +60,7 @@ class FakeSteps : public SurfaceProvider {
 
 // Runs until stopped, like a very long extraction.
 inline MakeStep endless(Count& running) {
-  return [&running](const StepRequest&, const std::stop_token& stop) -> StepTiles {
+  return [&running](const StepRequest&, const std::stop_token& stop) -> EncodedStep {
     ++running;
     Gate().pass(stop);
     --running;
@@ -72,7 +72,7 @@ inline MakeStep endless(Count& running) {
 inline MakeStep heavy(std::size_t count, std::size_t bytes) {
   return [count, bytes](const StepRequest&, const std::stop_token&) {
     const auto payload = std::make_shared<const std::string>(bytes, 'x');
-    StepTiles step;
+    EncodedStep step;
     for (std::size_t i = 0; i < count; ++i) {
       const TileSummary summary{.cube = {.exponent = 0, .x = static_cast<std::int32_t>(i)},
                                 .digest = {1, i},

@@ -16,7 +16,7 @@ namespace multitetra::testing {
 struct Case {
   double isovalue = 0;
   double threshold = 0;  // World units.
-  ErrorMeasure measure = ErrorMeasure::kPaper;
+  ErrorMeasure error_measure = ErrorMeasure::kPaper;
   TopologyRule rule = TopologyRule::kPaper;
   double topology_tolerance = 0;
   std::int32_t finest_spacing = 1;
@@ -82,9 +82,9 @@ class ReferenceIsosurfaces {
   }
 
   [[nodiscard]] ErrorBasedModel model(const Case& c) {
-    const auto key = std::tuple(c.isovalue, c.measure, c.rule);
+    const auto key = std::tuple(c.isovalue, c.error_measure, c.rule);
     if (!errors_ || key != key_) {
-      errors_ = std::make_shared<SaturatedErrors>(field_, c.isovalue, c.measure, c.rule);
+      errors_ = std::make_shared<SaturatedErrors>(field_, c.isovalue, c.error_measure, c.rule);
       key_ = key;
     }
     const IsosurfaceRequest request{

@@ -26,7 +26,7 @@ class ReadyWhen : public SurfaceService {
  public:
   ReadyWhen(SurfaceService& service, std::function<bool()> is_ready)
       : service_(service), is_ready_(std::move(is_ready)) {}
-  [[nodiscard]] CallerPtr open(ConnectionContextPtr client) override {
+  [[nodiscard]] ServiceClientPtr open(ConnectionContextPtr client) override {
     return service_.open(std::move(client));
   }
   [[nodiscard]] std::optional<TileCache::Found> find_tile(
@@ -68,7 +68,7 @@ class RunningHttpServer {
                   return listener({.io = context.io,
                                    .admission = context.admission,
                                    .service = *service_,
-                                   .new_conversation = context.new_conversation,
+                                   .new_session_runner = context.new_session_runner,
                                    .metrics = context.metrics});
                 }}),
         thread_([this] { server_.run(); }) {}

@@ -95,11 +95,11 @@ inline LocalThresholds local_thresholds(Random& random) {
     thresholds.grid = std::make_shared<const ThresholdGrid>(threshold_grid(random));
   }
   if (random() % 2 == 0) thresholds.view = threshold_view(random);
-  if (random() % 2 == 0) thresholds.at_least = std::abs(number(random));
+  if (random() % 2 == 0) thresholds.error_floor = std::abs(number(random));
   return thresholds;
 }
 
-inline SurfaceCell surface_cell(Random& random) {
+inline OctreeNode surface_cell(Random& random) {
   const std::int32_t exponent = int_in(1, kMaxLatticeBits, random);
   return {.cube = {exponent, int_in(0, 1 << 20, random), int_in(0, 1 << 20, random),
                    int_in(0, 1 << 20, random)},
@@ -111,7 +111,7 @@ inline IsosurfaceRequest request(Random& random) {
       .isovalue = number(random),
       .error = std::abs(number(random)),
       .unit = one_of<ErrorUnit>(0, 1, random),
-      .measure = one_of<ErrorMeasure>(0, 1, random),
+      .error_measure = one_of<ErrorMeasure>(0, 1, random),
       .topology_rule = one_of<TopologyRule>(0, 1, random),
       .topology_tolerance = std::abs(number(random)),
       .lattice_resolution = int_in(kMinLatticeResolution, kMaxLatticeResolution, random),

@@ -6,8 +6,8 @@
 
 #include "common/mesh/content_digest.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "server/service/caching_surface_provider.hpp"
 #include "server/service/dataset_catalogue.hpp"
-#include "server/service/extracted_surfaces.hpp"
 #include "tests/support/make_dataset.hpp"
 
 namespace multitetra::testing {
@@ -16,7 +16,7 @@ inline std::shared_ptr<DatasetCatalogue> catalogue_with(std::initializer_list<Da
                                                         std::shared_ptr<SurfaceCache> cache = {}) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
   for (const DatasetPtr& dataset : datasets) {
-    catalogue->add(std::make_shared<ExtractedSurfaces>(
+    catalogue->add(std::make_shared<CachingSurfaceProvider>(
         std::make_shared<const SurfaceExtractor>(dataset), cache));
   }
   return catalogue;

@@ -115,7 +115,7 @@ inline LocalThresholds random_thresholds(const DatasetInfo& info, std::mt19937_6
     thresholds.grid = std::make_shared<const ThresholdGrid>(random_grid(info, random));
   }
   if (random() % 3 == 0) thresholds.view = random_view(info, thresholds.coordinates, random);
-  if (random() % 3 == 0) thresholds.at_least = between(0, 1, random);
+  if (random() % 3 == 0) thresholds.error_floor = between(0, 1, random);
   return thresholds;
 }
 
@@ -232,7 +232,7 @@ inline double threshold_at(const IsosurfaceRequest& request, const DatasetInfo& 
   const double here = thresholds.combination == Combination::kMinimum
                           ? least.value_or(everywhere)
                           : last_region.value_or(by_view.value_or(by_grid.value_or(everywhere)));
-  return std::max(here, thresholds.at_least * unit);
+  return std::max(here, thresholds.error_floor * unit);
 }
 
 }  // namespace multitetra::testing

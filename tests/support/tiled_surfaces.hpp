@@ -10,13 +10,12 @@
 
 namespace multitetra::testing {
 
-inline LatticeMesh mesh_of(const TiledSurface& surface,
-                           int resolution = kDefaultLatticeResolution) {
+inline LatticeMesh mesh_of(const TiledMesh& surface, int resolution = kDefaultLatticeResolution) {
   return weld(surface.tiles, resolution);
 }
 
 // With Draco, in order, on all threads.
-inline std::vector<EncodedTile> encode_tiles(const TiledSurface& surface) {
+inline std::vector<EncodedTile> encode_tiles(const TiledMesh& surface) {
   std::vector<EncodedTile> encoded(surface.tiles.size());
   in_parallel(encoded.size(), [&](std::size_t i) {
     const TileMesh& tile = surface.tiles[i];

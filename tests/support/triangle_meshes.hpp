@@ -23,7 +23,7 @@ inline TriangleMesh in_world(const LatticeMesh& mesh, const DatasetInfo& info) {
 
 // Extracts the requested surface.
 inline TriangleMesh extracted(const DatasetPtr& dataset, const IsosurfaceRequest& request) {
-  const TiledSurface surface = SurfaceExtractor(dataset).extract({.request = request});
+  const TiledMesh surface = SurfaceExtractor(dataset).extract({.request = request});
   return in_world(weld(surface.tiles, request.lattice_resolution), dataset->info);
 }
 

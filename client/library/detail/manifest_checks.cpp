@@ -33,11 +33,11 @@ std::optional<std::string> parameter_fault(const StepBegin& begin,
     if (const auto beyond = budget_fault(begin, requested)) return beyond;
     if (has_budget(requested)) {
       // Within a budget the final step may be coarser than requested, and states its error.
-      given.thresholds.at_least = requested.thresholds.at_least;
+      given.thresholds.error_floor = requested.thresholds.error_floor;
       given.topology_tolerance = requested.topology_tolerance;
     }
     if (given != requested) return "the parameters of the final step differ from the request";
-    if (begin.request.thresholds.at_least < requested.thresholds.at_least ||
+    if (begin.request.thresholds.error_floor < requested.thresholds.error_floor ||
         begin.request.topology_tolerance < requested.topology_tolerance) {
       return "the final step is finer than the request";
     }
@@ -51,11 +51,11 @@ std::optional<std::string> parameter_fault(const StepBegin& begin,
   if (given.lattice_resolution > requested.lattice_resolution) {
     return "a preview's lattice is finer than the request's";
   }
-  if (!(given.thresholds.at_least >= requested.thresholds.at_least)) {
+  if (!(given.thresholds.error_floor >= requested.thresholds.error_floor)) {
     return "a preview's least threshold is below the request's";
   }
   given.lattice_resolution = requested.lattice_resolution;
-  given.thresholds.at_least = requested.thresholds.at_least;
+  given.thresholds.error_floor = requested.thresholds.error_floor;
   given.error = requested.error;
   given.topology_tolerance = requested.topology_tolerance;
   if (given != requested) return "a preview differs from the request in more than its accuracy";

@@ -129,7 +129,7 @@ void write(const LocalThresholds& thresholds, v1::ThresholdMap& wire) {
   }
   if (thresholds.grid) write(*thresholds.grid, *wire.mutable_threshold_grid());
   if (thresholds.view) write(*thresholds.view, *wire.mutable_view());
-  wire.set_at_least(thresholds.at_least);
+  wire.set_at_least(thresholds.error_floor);
 }
 
 LocalThresholds read(const v1::ThresholdMap& wire, FieldChecks& checks) {
@@ -148,11 +148,11 @@ LocalThresholds read(const v1::ThresholdMap& wire, FieldChecks& checks) {
     thresholds.grid = std::make_shared<const ThresholdGrid>(read(wire.threshold_grid(), checks));
   }
   if (wire.has_view()) thresholds.view = read(wire.view(), checks);
-  thresholds.at_least = wire.at_least();
+  thresholds.error_floor = wire.at_least();
   return thresholds;
 }
 
-void write(const SurfaceCell& cell, v1::SurfaceCell& wire) {
+void write(const OctreeNode& cell, v1::SurfaceCell& wire) {
   wire.set_exponent(static_cast<std::uint32_t>(cell.cube.exponent));
   wire.set_x(static_cast<std::uint32_t>(cell.cube.x));
   wire.set_y(static_cast<std::uint32_t>(cell.cube.y));
@@ -165,7 +165,7 @@ int to_int(std::uint32_t number) {
   return static_cast<int>(std::min<std::uint32_t>(number, 1000000));
 }
 
-SurfaceCell read(const v1::SurfaceCell& wire) {
+OctreeNode read(const v1::SurfaceCell& wire) {
   // Larger numbers are out of range in any case.
   const auto within = [most = std::uint32_t{1} << kMaxLatticeBits](std::uint32_t number) {
     return static_cast<std::int32_t>(std::min(number, most));
@@ -184,7 +184,7 @@ void write_request(const IsosurfaceRequest& request, v1::IsosurfaceRequest& wire
   wire.mutable_threshold()->set_error(request.error);
   wire.mutable_threshold()->set_unit(to_wire<v1::ErrorUnit>(request.unit));
   write(request.thresholds, *wire.mutable_threshold());
-  wire.set_bound(to_wire<v1::ErrorMeasure>(request.measure));
+  wire.set_bound(to_wire<v1::ErrorMeasure>(request.error_measure));
   wire.set_topology_rule(to_wire<v1::TopologyRule>(request.topology_rule));
   wire.set_topology_tolerance(request.topology_tolerance);
   wire.set_lattice(static_cast<std::uint32_t>(request.lattice_resolution));
@@ -204,8 +204,8 @@ IsosurfaceRequest read_request(const v1::IsosurfaceRequest& wire, FieldChecks& c
       checks.enumerator<ErrorUnit>("IsosurfaceRequest.threshold.unit", wire.threshold().unit(),
                                    ErrorUnit::kWorld, ErrorUnit::kVoxel);
   request.thresholds = read(wire.threshold(), checks);
-  request.measure = checks.enumerator<ErrorMeasure>("IsosurfaceRequest.bound", wire.bound(),
-                                                    ErrorMeasure::kPaper, ErrorMeasure::kCertified);
+  request.error_measure = checks.enumerator<ErrorMeasure>(
+      "IsosurfaceRequest.bound", wire.bound(), ErrorMeasure::kPaper, ErrorMeasure::kCertified);
   request.topology_rule =
       checks.enumerator<TopologyRule>("IsosurfaceRequest.topology_rule", wire.topology_rule(),
                                       TopologyRule::kPaper, TopologyRule::kExact);

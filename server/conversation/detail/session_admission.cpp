@@ -61,7 +61,8 @@ Received receive_from(ConnectionContext& client, Session& session,
   Received received;
   Actions& actions = received.actions;
   if (const auto work = admission.check_draining(); !work) session.reject_requests(work.error());
-  const bool has_expired = session.permit().rights().has_expired(std::chrono::system_clock::now());
+  const bool has_expired =
+      session.client_access().rights().has_expired(std::chrono::system_clock::now());
   if (has_expired || session.access() != admission.access()) {
     append(actions, session.renew(admission.access()));
   }
@@ -80,7 +81,8 @@ Received receive_from(ConnectionContext& client, Session& session,
     actions.push_back(Send{std::move(admitted.error())});
   }
   if (!was_welcomed && session.is_welcomed()) {
-    client.set_identity(session.permit().rights().name(), session.permit().has_token());
+    client.set_identity(session.client_access().rights().name(),
+                        session.client_access().has_token());
     if (hello) {
       client.set_forwarded_share(hello->on_behalf_of, hello->client_address);
     }

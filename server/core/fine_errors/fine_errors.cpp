@@ -277,7 +277,7 @@ float FineErrors::with_own_error(GridPoint p, std::ptrdiff_t at, int exponent, f
   if (is_forbidden && (1 << exponent) > options_.topology_tolerance) {
     return std::numeric_limits<float>::infinity();
   }
-  return options_.measure == ErrorMeasure::kPaper
+  return options_.error_measure == ErrorMeasure::kPaper
              ? std::max(below, rounded_up(own.displacement))
              : rounded_up(own.certified + static_cast<double>(below));
 }

@@ -25,7 +25,7 @@ namespace multitetra {
 
 struct FineErrorsOptions {
   double isovalue = 0;
-  ErrorMeasure measure = ErrorMeasure::kCertified;
+  ErrorMeasure error_measure = ErrorMeasure::kCertified;
   TopologyRule rule = TopologyRule::kExact;
   double topology_tolerance = 0;  // In grid steps.
   // In world units. Errors above it are not computed exactly.

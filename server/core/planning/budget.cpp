@@ -39,7 +39,7 @@ double least_threshold(const IsosurfaceRequest& request) {
     }
   }
   if (local.view) least = 0;
-  return std::max(least, local.at_least);
+  return std::max(least, local.error_floor);
 }
 
 }  // namespace
@@ -62,8 +62,8 @@ ErrorSchedule::ErrorSchedule(const IsosurfaceRequest& request, const DatasetInfo
 IsosurfaceRequest ErrorSchedule::at(int level) const {
   IsosurfaceRequest result = request_;
   if (level > 0) {
-    result.thresholds.at_least =
-        std::max(request_.thresholds.at_least, unit_ * floor_of(below_ + level - 1));
+    result.thresholds.error_floor =
+        std::max(request_.thresholds.error_floor, unit_ * floor_of(below_ + level - 1));
   }
   return result;
 }

@@ -236,7 +236,7 @@ StepRequest preview_step(const IsosurfaceRequest& request, const Preview& previe
   step.request.simplify = request.simplify && !preview.is_unsimplified && !preview.shell;
   step.shell = preview.shell;
   if (finest == 1) return step;
-  double& floor = step.request.thresholds.at_least;
+  double& floor = step.request.thresholds.error_floor;
   floor = std::min(std::max(floor, finest / 2.0 * unit), std::numeric_limits<double>::max());
   step.request.topology_tolerance = std::max(request.topology_tolerance, finest / 2.0);
   // Coarse tetrahedra do not benefit from fine lattice steps; shells encode them for free.

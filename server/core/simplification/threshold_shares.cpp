@@ -8,7 +8,7 @@ IsosurfaceRequest model_request(const IsosurfaceRequest& request) {
   IsosurfaceRequest model = request;
   LocalThresholds& local = model.thresholds;
   model.error *= kModelShare;
-  local.at_least *= kModelShare;
+  local.error_floor *= kModelShare;
   for (ThresholdRegion& region : local.regions) region.threshold *= kModelShare;
   if (local.grid) {
     ThresholdGrid grid = *local.grid;

@@ -54,19 +54,19 @@ struct MapParts {
 
   Combination combination;
   double everywhere;
-  double at_least;
+  double error_floor;
   Box places;
   RegionSet regions;
   std::optional<ThresholdPyramid> grid;
   std::optional<ViewThreshold> view;
-  // If not set, the map is `at_least` everywhere.
+  // If not set, the map is `error_floor` everywhere.
   bool has_finite_squares;
 };
 
 MapParts::MapParts(const IsosurfaceRequest& request, const DatasetInfo& info)
     : combination(request.thresholds.combination),
       everywhere(world(request.error, unit_of(request, info))),
-      at_least(world(request.thresholds.at_least, unit_of(request, info))),
+      error_floor(world(request.thresholds.error_floor, unit_of(request, info))),
       places(places_of(info)),
       regions(request.thresholds.regions, combination,
               request.thresholds.coordinates == CoordinateSystem::kWorld ? grid_to_world(info)
@@ -91,7 +91,7 @@ MapParts::MapParts(const IsosurfaceRequest& request, const DatasetInfo& info)
 // the minimum, it is an upper bound.
 double MapParts::largest() const {
   constexpr double kNothing = std::numeric_limits<double>::infinity();
-  if (!has_finite_squares) return at_least;
+  if (!has_finite_squares) return error_floor;
   const RegionSet::List list = regions.relevant(regions.all(), places);
   double of_regions = 0;
   for (const RegionSet::Index i : list.regions) {
@@ -104,7 +104,7 @@ double MapParts::largest() const {
     const double whole = std::min({list.is_closed ? of_regions : kNothing,
                                    is_grid_whole ? of_grid : kNothing, view ? of_view : kNothing});
     const double any = std::max({of_regions, of_grid, of_view, everywhere});
-    return std::max(std::min(whole, any), at_least);
+    return std::max(std::min(whole, any), error_floor);
   }
   double largest = of_regions;
   if (!list.is_closed) {
@@ -112,7 +112,7 @@ double MapParts::largest() const {
                                 : is_grid_whole ? of_grid
                                                 : std::max(of_grid, everywhere));
   }
-  return std::max(largest, at_least);
+  return std::max(largest, error_floor);
 }
 
 }  // namespace
@@ -126,7 +126,7 @@ struct ThresholdMap::IndexedParts {
     const Box places = clamped(box, pieces.places);
     const double least =
         pieces.combination == Combination::kInOrder ? least_in_order(places) : least_of_all(places);
-    return std::max(least, pieces.at_least);
+    return std::max(least, pieces.error_floor);
   }
 
   // Regions hide the view, the view hides the grid, and the grid hides the threshold everywhere.
@@ -163,7 +163,7 @@ ThresholdMap::ThresholdMap(const IsosurfaceRequest& request, const DatasetInfo& 
   if (request.thresholds.is_uniform()) {
     const double unit = unit_of(request, info);
     least_ = largest_ =
-        std::max(world(request.error, unit), world(request.thresholds.at_least, unit));
+        std::max(world(request.error, unit), world(request.thresholds.error_floor, unit));
     return;
   }
   MapParts pieces(request, info);

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "common/base/json.hpp"
+#include "common/mesh/checksum.hpp"
 #include "server/core/framework/axes.hpp"
 #include "server/dataset/brick_order.hpp"
-#include "server/dataset/checksum.hpp"
 #include "server/dataset/partitioned/detail/part_files.hpp"
 
 namespace multitetra {

@@ -48,8 +48,8 @@ CubeSurface surface_in(const CubeExtractor& extractor, std::vector<ExtractedCube
 
 }  // namespace
 
-TiledSurface extract_in_parallel(const CubeExtractor& extractor, const OctreeCube& root,
-                                 int exponent, std::stop_token stop) {
+TiledMesh extract_in_parallel(const CubeExtractor& extractor, const OctreeCube& root, int exponent,
+                              std::stop_token stop) {
   exponent = std::min(exponent, root.exponent);
   std::vector<ExtractedCube> tree;
   std::vector<std::size_t> parents;
@@ -63,7 +63,7 @@ TiledSurface extract_in_parallel(const CubeExtractor& extractor, const OctreeCub
       parents, [&](std::size_t i) { tree[i].surface = surface_in(extractor, tree, tree[i]); },
       stop);
   CubeSurface whole = std::move(tree.back().surface);
-  TiledSurface surface{
+  TiledMesh surface{
       .tetrahedra = whole.tetrahedra, .active_tetrahedra = whole.active_tetrahedra, .tiles = {}};
   surface.tiles = finished_tiles(std::move(whole), root);
   return surface;

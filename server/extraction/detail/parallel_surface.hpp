@@ -30,8 +30,7 @@ class CubeExtractor {
 
 // Returns the surface in `root`, extracted in cubes of 2^exponent steps. The result does not depend
 // on the exponent or the number of threads. Throws Cancelled soon after `stop` is triggered.
-[[nodiscard]] TiledSurface extract_in_parallel(const CubeExtractor& extractor,
-                                               const OctreeCube& root, int exponent,
-                                               std::stop_token stop);
+[[nodiscard]] TiledMesh extract_in_parallel(const CubeExtractor& extractor, const OctreeCube& root,
+                                            int exponent, std::stop_token stop);
 
 }  // namespace multitetra

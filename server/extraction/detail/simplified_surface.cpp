@@ -226,7 +226,7 @@ std::vector<TileMesh> SurfaceSimplifier::tiles(std::size_t most) const {
   return tiles;
 }
 
-void simplify(TiledSurface& surface, const ResolvedStep& spec, int root_exponent,
+void simplify(TiledMesh& surface, const ResolvedStep& spec, int root_exponent,
               const std::stop_token& stop) {
   if (!spec.request().simplify) return;
   const SimplificationOptions options = spec.simplification();

@@ -41,7 +41,7 @@ class SurfaceSimplifier {
 };
 
 // Simplifies a surface as its step requests.
-void simplify(TiledSurface& surface, const ResolvedStep& spec, int root_exponent,
+void simplify(TiledMesh& surface, const ResolvedStep& spec, int root_exponent,
               const std::stop_token& stop);
 
 }  // namespace multitetra

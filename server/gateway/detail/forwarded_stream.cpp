@@ -3,7 +3,7 @@
 #include <span>
 #include <string_view>
 
-#include "server/dataset/checksum.hpp"
+#include "common/mesh/checksum.hpp"
 
 namespace multitetra {
 namespace {

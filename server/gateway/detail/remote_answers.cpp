@@ -6,7 +6,7 @@
 
 #include "common/base/in_parallel.hpp"
 #include "common/net/coroutines.hpp"
-#include "server/gateway/detail/remote_caller.hpp"
+#include "server/gateway/detail/remote_service_client.hpp"
 #include "server/gateway/detail/upstream_tiles.hpp"
 #include "server/service/run_on_workers.hpp"
 #include "server/session/answers.hpp"
@@ -33,28 +33,30 @@ constexpr std::uint64_t kManyTriangles = 200'000;
 
 // ---- queries
 
-void RemoteCaller::answer(RunQuery action, std::stop_token stop, UseReply use, QueryDone done) {
+void RemoteServiceClient::answer(ValidatedQuery action, std::stop_token stop, UseReply use,
+                                 QueryDone done) {
   spawn(executor_, [self = shared_from_this(), action = std::move(action), stop = std::move(stop),
                     use = std::move(use), done = std::move(done)]() mutable {
     return self->forward_query(std::move(action), std::move(stop), std::move(use), std::move(done));
   });
 }
 
-asio::awaitable<void> RemoteCaller::forward_query(RunQuery action, std::stop_token stop,
-                                                  UseReply use, QueryDone done) {
+asio::awaitable<void> RemoteServiceClient::forward_query(ValidatedQuery action,
+                                                         std::stop_token stop, UseReply use,
+                                                         QueryDone done) {
   const auto self = shared_from_this();
   const std::string kind = kind_of(action.query);
   auto reply = co_await forwarded(std::move(action));
   if (reply && use) {
     std::function<Result<void>()> run = [&] { return use(*reply); };
-    const auto used = co_await run_on_workers<void>(assembling_, client()->share(), kind,
+    const auto used = co_await run_on_workers<void>(assembling_, client()->quota_key(), kind,
                                                     /*is_long=*/false, stop, std::move(run));
     if (!used) reply = tl::unexpected(used.error());
   }
   done(std::move(reply));
 }
 
-asio::awaitable<Result<DatasetQueryReply>> RemoteCaller::forwarded(RunQuery action) {
+asio::awaitable<Result<DatasetQueryReply>> RemoteServiceClient::forwarded(ValidatedQuery action) {
   auto dataset = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
   UpstreamClient client = upstream_client();
   auto answer = co_await queries_.request(std::move(dataset), std::move(client), action.query);
@@ -68,13 +70,13 @@ asio::awaitable<Result<DatasetQueryReply>> RemoteCaller::forwarded(RunQuery acti
 
 // ---- surfaces
 
-asio::awaitable<Result<RemoteCaller::Collected>> RemoteCaller::collect(
-    StartStream action, std::uint64_t max_triangles) {
+asio::awaitable<Result<RemoteServiceClient::Collected>> RemoteServiceClient::collect(
+    ValidatedStream action, std::uint64_t max_triangles) {
   const auto changed = std::make_shared<AsyncEvent>(executor_);
   const ProgressiveStreamPtr stream =
       steps(std::move(action), [changed] { changed->notify_all(); });
   Collected collected;
-  SurfaceTiles& tiles = collected.tiles;
+  ReceivedSurface& tiles = collected.tiles;
   for (;;) {
     auto message = stream->take();
     if (is_closed_) co_return fail(ErrorCode::kCancelled, "The client has disconnected.");
@@ -111,10 +113,11 @@ asio::awaitable<Result<RemoteCaller::Collected>> RemoteCaller::collect(
   }
 }
 
-asio::awaitable<void> RemoteCaller::forward_surface(StartStream action, std::uint64_t max_triangles,
-                                                    std::string what, std::stop_token stop,
-                                                    UseSurface use,
-                                                    std::function<void(Result<void>)> done) {
+asio::awaitable<void> RemoteServiceClient::forward_surface(ValidatedStream action,
+                                                           std::uint64_t max_triangles,
+                                                           std::string what, std::stop_token stop,
+                                                           UseSurface use,
+                                                           std::function<void(Result<void>)> done) {
   const auto self = shared_from_this();
   auto collected = co_await collect(std::move(action), max_triangles);
   if (!collected) {
@@ -122,13 +125,13 @@ asio::awaitable<void> RemoteCaller::forward_surface(StartStream action, std::uin
     co_return;
   }
   const bool is_large = triangles_of(collected->tiles.begin) > kManyTriangles;
-  const auto tiles = std::make_shared<SurfaceTiles>(std::move(collected->tiles));
+  const auto tiles = std::make_shared<ReceivedSurface>(std::move(collected->tiles));
   std::function<Result<void>()> assemble = [tiles, stop, use = std::move(use)]() -> Result<void> {
     auto surface = assembled(std::move(*tiles), stop);
     if (!surface) return tl::unexpected(surface.error());
     return use(*std::move(surface), stop);
   };
-  const auto made = co_await run_on_workers<void>(assembling_, client()->share(),
+  const auto made = co_await run_on_workers<void>(assembling_, client()->quota_key(),
                                                   (is_large ? "large " : "small ") + what, is_large,
                                                   stop, std::move(assemble));
   if (!made && made.error().code == ErrorCode::kDamagedData && reached_) {
@@ -137,9 +140,9 @@ asio::awaitable<void> RemoteCaller::forward_surface(StartStream action, std::uin
   done(made);
 }
 
-void RemoteCaller::make_surface(StartStream action, std::uint64_t max_triangles, std::string what,
-                                std::stop_token stop, UseSurface use,
-                                std::function<void(Result<void>)> done) {
+void RemoteServiceClient::make_surface(ValidatedStream action, std::uint64_t max_triangles,
+                                       std::string what, std::stop_token stop, UseSurface use,
+                                       std::function<void(Result<void>)> done) {
   spawn(executor_, [self = shared_from_this(), action = std::move(action), max_triangles,
                     what = std::move(what), stop = std::move(stop), use = std::move(use),
                     done = std::move(done)]() mutable {

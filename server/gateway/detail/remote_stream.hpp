@@ -30,7 +30,7 @@ class RemoteStream : public ProgressiveStream {
     std::function<void(RemoteStream&)> stopped;
   };
 
-  RemoteStream(StartStream action, Events events)
+  RemoteStream(ValidatedStream action, Events events)
       : forwarded(std::move(action.open)),
         dataset(std::dynamic_pointer_cast<const UpstreamDataset>(action.source)),
         shells(action.shells),

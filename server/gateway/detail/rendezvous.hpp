@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/dataset/checksum.hpp"
+#include "common/mesh/checksum.hpp"
 
 namespace multitetra {
 

@@ -23,7 +23,7 @@ asio::awaitable<void> pause(asio::any_io_executor executor, std::chrono::millise
 
 }  // namespace
 
-StepTiles UpstreamDataset::make(const StepRequest&, std::stop_token) const {
+EncodedStep UpstreamDataset::make(const StepRequest&, std::stop_token) const {
   throw std::logic_error("A gateway makes no steps.");
 }
 SizeEstimates UpstreamDataset::sizes(std::stop_token, SizeAccuracy) const {

@@ -31,7 +31,7 @@ class UpstreamDataset : public SurfaceProvider {
 
   [[nodiscard]] const DatasetInfo& info() const override { return info_; }
   [[nodiscard]] bool sends_shells() const override { return shells; }
-  [[nodiscard]] StepTiles make(const StepRequest& step, std::stop_token stop) const override;
+  [[nodiscard]] EncodedStep make(const StepRequest& step, std::stop_token stop) const override;
   [[nodiscard]] SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
 
   // Upstreams with exactly this dataset, the preferred one first.
@@ -46,7 +46,7 @@ class UpstreamDataset : public SurfaceProvider {
 // The client on whose behalf a request is forwarded.
 struct UpstreamClient {
   std::string token = {};
-  std::string share = {};    // ConnectionContext::share(); empty for the gateway itself.
+  std::string share = {};    // ConnectionContext::quota_key(); empty for the gateway itself.
   std::string address = {};  // Address for the servers' logs.
   // Decodes sample shells and may receive them.
   bool shells = false;

@@ -74,15 +74,15 @@ void HttpConnection::end(const Error& why) {
   is_ending_ = true;
   if (!is_answering_) {  // Idle, or reading a request that will not be answered.
     stream_->close();
-  } else if (context_ && context_->caller) {
-    context_->caller->close(why);
+  } else if (context_ && context_->service_client) {
+    context_->service_client->close(why);
   } else {
     deadline_.set(options_.connection.linger);
   }
 }
 
 void HttpConnection::enforce_limits(Clock::time_point now) {
-  if (context_ && context_->caller) context_->caller->enforce_limits(now);
+  if (context_ && context_->service_client) context_->service_client->enforce_limits(now);
   if (!deadline_.is_past(now)) return;
   log_line(LogLevel::kDebug, "closing the connection: it took too long",
            {{"peer", client_->facts().peer}});
@@ -111,25 +111,26 @@ asio::awaitable<void> HttpConnection::run() {
     const auto admitted = check_admission(*request);
     if (!admitted && !handler_.is_probe(view_of(request->target()))) {
       context->kind = "refused";
-      const Answer answer = error_answer(503, admitted.error(), context->request_id);
-      co_await write(answer, with_body, /*keep_alive=*/false);
-      send(&*request, *context, answer, with_body, outcome_of(answer));
+      const HttpResponse response = error_answer(503, admitted.error(), context->request_id);
+      co_await write(response, with_body, /*keep_alive=*/false);
+      send(&*request, *context, response, with_body, outcome_of(response));
       break;
     }
     context_ = context;
-    const Answer answer = co_await handler_.answer(*request, *context);
+    const HttpResponse response = co_await handler_.answer(*request, *context);
     context_.reset();
-    if (answer.status == 101) {
+    if (response.status == 101) {
       upgrade_ = std::move(request);
       co_return;
     }
     const bool keep_alive = admitted && request->keep_alive() && !is_ending_;
-    const bool is_written = !context->has_left && co_await write(answer, with_body, keep_alive);
+    const bool is_written =
+        !context->is_disconnected && co_await write(response, with_body, keep_alive);
     if (context->record && is_written) {
-      context->record->sent_body(with_body ? answer.body.length : 0);
-      context->record->end(outcome_of(answer));
+      context->record->sent_body(with_body ? response.body.length : 0);
+      context->record->end(outcome_of(response));
     }
-    send(&*request, *context, answer, with_body, is_written ? outcome_of(answer) : "left");
+    send(&*request, *context, response, with_body, is_written ? outcome_of(response) : "left");
     if (!is_written) co_return;
     if (!keep_alive || is_ending_) break;
     is_answering_ = false;
@@ -139,12 +140,12 @@ asio::awaitable<void> HttpConnection::run() {
 }
 
 void HttpConnection::send(const HttpRequest* request, const RequestContext& context,
-                          const Answer& answer, bool with_body, std::string_view outcome) {
+                          const HttpResponse& response, bool with_body, std::string_view outcome) {
   const std::chrono::duration<double> taken = Clock::now() - context.began;
   const std::string_view reason =
-      context.reason.empty() && answer.error ? answer.error->text : context.reason;
-  if (answer.error) {
-    client_->admission().observer().error_answered(client_->facts(), *answer.error, 0);
+      context.reason.empty() && response.error ? response.error->text : context.reason;
+  if (response.error) {
+    client_->admission().observer().error_answered(client_->facts(), *response.error, 0);
   }
   constexpr std::size_t kLongestId = 128;
   const std::string_view proxy_id =
@@ -158,8 +159,8 @@ void HttpConnection::send(const HttpRequest* request, const RequestContext& cont
                          .method = request ? view_of(request->method_string()) : std::string_view(),
                          .target = target,
                          .dataset = context.record ? context.record->facts().dataset : "",
-                         .status = context.has_left ? kClientHasLeft : answer.status,
-                         .bytes = with_body ? answer.body.length : 0,
+                         .status = context.is_disconnected ? kClientHasLeft : response.status,
+                         .bytes = with_body ? response.body.length : 0,
                          .seconds = taken.count(),
                          .outcome = outcome,
                          .reason = reason});
@@ -190,10 +191,10 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
       RequestContext context;
       context.take_number(new_request_number());
       // Made before it is awaited: GCC 12 destroys an aggregate of an awaiting expression twice.
-      const Answer answer = error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},
-                                         context.request_id);
-      co_await write(answer, /*with_body=*/true, /*keep_alive=*/false);
-      send(nullptr, context, answer, /*with_body=*/true, outcome_of(answer));
+      const HttpResponse response = error_answer(
+          broken.status, {ErrorCode::kMalformedMessage, broken.text}, context.request_id);
+      co_await write(response, /*with_body=*/true, /*keep_alive=*/false);
+      send(nullptr, context, response, /*with_body=*/true, outcome_of(response));
       co_return std::nullopt;
     }
     if (*request) co_return std::move(**request);
@@ -206,9 +207,10 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
   }
 }
 
-asio::awaitable<bool> HttpConnection::write(const Answer& answer, bool with_body, bool keep_alive) {
-  const std::string head = head_of(answer, keep_alive);
-  const Body& body = answer.body;
+asio::awaitable<bool> HttpConnection::write(const HttpResponse& response, bool with_body,
+                                            bool keep_alive) {
+  const std::string head = head_of(response, keep_alive);
+  const Body& body = response.body;
   const auto* file = std::get_if<SharedFile>(&body.whole);
   std::array<asio::const_buffer, 2> parts = {asio::buffer(head), asio::const_buffer()};
   if (with_body && !file && body.length > 0) {
@@ -256,7 +258,7 @@ void HttpConnection::watch() {
 void HttpConnection::watch_unread() {
   constexpr auto kPause = std::chrono::milliseconds(100);
   const bool is_ended = context_ && stream_->is_ended_by_peer();
-  if (is_ended) context_->leave();
+  if (is_ended) context_->on_disconnect();
   is_watching_ = context_ && !is_ended;
   if (!is_watching_) return;
   watch_timer_.expires_after(kPause);
@@ -277,12 +279,12 @@ asio::awaitable<void> HttpConnection::refuse_plain_http() {
   deadline_.set(options_.connection.linger);
   constexpr std::string_view kWords =
       "This port uses TLS: write https:// instead of http://, and wss:// instead of ws://.\n";
-  const std::string answer =
+  const std::string response =
       "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nConnection: close\r\n"
       "Content-Length: " +
       std::to_string(kWords.size()) + "\r\n\r\n" + std::string(kWords);
   error_code error;
-  co_await asio::async_write(stream_->socket(), asio::buffer(answer), use_error(error));
+  co_await asio::async_write(stream_->socket(), asio::buffer(response), use_error(error));
   if (error) co_return;
   stream_->socket().shutdown(tcp::socket::shutdown_send, error);
   co_await drain();

@@ -39,14 +39,14 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   // Returns the error for a request that is above the limits of connections.
   [[nodiscard]] Result<void> check_admission(const HttpRequest& request);
   // Returns whether everything was written.
-  asio::awaitable<bool> write(const Answer& answer, bool with_body, bool keep_alive);
+  asio::awaitable<bool> write(const HttpResponse& response, bool with_body, bool keep_alive);
   asio::awaitable<bool> write_file(const ScratchFile& file, std::uint64_t first,
                                    std::uint64_t length);
   asio::awaitable<void> close_connection();
   asio::awaitable<void> refuse_plain_http();
   asio::awaitable<void> drain();
   // Reports an answered request to the observer. `request` is null if the bytes were malformed.
-  void send(const HttpRequest* request, const RequestContext& context, const Answer& answer,
+  void send(const HttpRequest* request, const RequestContext& context, const HttpResponse& response,
             bool with_body, std::string_view outcome);
   // Cancels the request if the client closes the connection meanwhile.
   void watch();

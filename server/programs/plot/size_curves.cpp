@@ -27,7 +27,7 @@ std::vector<double> sampled_triangles(const SurfaceExtractor& extractor, double 
   const PreparedVolume& dataset = extractor.dataset();
   StepRequest step = {.request = {.isovalue = isovalue, .simplify = options.simplify}};
   const auto spectrum = std::make_shared<const SpectrumErrors>(
-      dataset.spectrum, isovalue, step.request.measure, step.request.topology_rule);
+      dataset.spectrum, isovalue, step.request.error_measure, step.request.topology_rule);
   const auto spec_of = [&](double error) {
     step.request.error = error;
     return ResolvedStep(step, dataset.info);
@@ -63,7 +63,7 @@ std::vector<double> exact_triangles(const PreparedVolume& dataset, double isoval
                                     const std::vector<double>& errors, bool simplify) {
   std::vector<double> triangles;
   for (const double error : errors) {
-    const TiledSurface surface = ReferenceExtractor(dataset).extract(resolved_step(
+    const TiledMesh surface = ReferenceExtractor(dataset).extract(resolved_step(
         {.request = {.isovalue = isovalue, .error = error, .simplify = simplify}}, dataset.info));
     double count = 0;
     for (const TileMesh& tile : surface.tiles) {

@@ -8,7 +8,7 @@
 #include "common/base/json.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/cli/human_units.hpp"
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "server/dataset/partitioned/part_plan.hpp"
 #include "server/dataset/partitioned/prepare_parts.hpp"
 #include "server/programs/progress.hpp"

@@ -9,7 +9,7 @@
 #include "common/base/number_text.hpp"
 #include "common/base/utf8.hpp"
 #include "common/cli/human_units.hpp"
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "server/dataset/label_detection.hpp"
 #include "server/dataset/prepared_file.hpp"
 #include "server/dataset/section_table.hpp"

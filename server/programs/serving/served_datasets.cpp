@@ -12,7 +12,7 @@
 #include "common/base/number_text.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/operations/log.hpp"
-#include "server/service/extracted_surfaces.hpp"
+#include "server/service/caching_surface_provider.hpp"
 #include "server/store/store_error.hpp"
 
 namespace multitetra {
@@ -71,7 +71,7 @@ ServedDatasets::Opened* ServedDatasets::opened(const std::string& place) {
   if (before != opened_.end() && before->second.identity == identity) return &before->second;
   try {
     const DatasetPtr dataset = open_dataset(place, files_);
-    const auto source = std::make_shared<ExtractedSurfaces>(
+    const auto source = std::make_shared<CachingSurfaceProvider>(
         std::make_shared<SurfaceExtractor>(dataset, pool_), cache_);
     return &opened_.insert_or_assign(place, Opened{identity, source}).first->second;
   } catch (const std::exception& error) {

@@ -12,7 +12,7 @@
 #include "common/base/hex_text.hpp"
 #include "common/base/natural_order.hpp"
 #include "common/base/text.hpp"
-#include "server/dataset/checksum.hpp"
+#include "common/mesh/checksum.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/provenance.hpp"
 #include "server/programs/prepare/prepare_jobs.hpp"

@@ -35,22 +35,23 @@ Result<MeshTopology> checked(const Surface& surface, const DatasetInfo& info) {
 }
 
 // Adds a field for each reason why a mesh may differ from what the user expects.
-void add_notices(Answer& answer, const MeshTopology& mesh, const IsosurfaceRequest& request,
+void add_notices(HttpResponse& response, const MeshTopology& mesh, const IsosurfaceRequest& request,
                  const DatasetInfo& info) {
   std::vector<std::string> notices = request_notices(request, info);
   if (mesh.triangles == 0) {
     const std::string empty = empty_surface_text(request, info);
     if (std::find(notices.begin(), notices.end(), empty) == notices.end()) notices.push_back(empty);
   }
-  for (const std::string& notice : notices) add_field(answer, "Multitetra-Notice", notice);
+  for (const std::string& notice : notices) add_field(response, "Multitetra-Notice", notice);
 }
 
 // Requires that components are removed.
-void add_removal_notices(Answer& answer, const LatticeMesh& mesh, const MeshComponents& components,
-                         double shortest, const DatasetInfo& info) {
+void add_removal_notices(HttpResponse& response, const LatticeMesh& mesh,
+                         const MeshComponents& components, double shortest,
+                         const DatasetInfo& info) {
   if (components.count_at_least(shortest) == 0) {
     add_field(
-        answer, "Multitetra-Notice",
+        response, "Multitetra-Notice",
         "The surface is empty: min_component removes all its components; the longest diagonal "
         "is " +
             rounded_text(components.diagonals[components.largest()]) + " samples.");
@@ -58,7 +59,7 @@ void add_removal_notices(Answer& answer, const LatticeMesh& mesh, const MeshComp
   }
   const FilledCavities filled = filled_cavities(mesh, components, shortest, grid_to_world(info));
   if (filled.count > 0) {
-    add_field(answer, "Multitetra-Notice", "min_component: " + filled_text(filled) + ".");
+    add_field(response, "Multitetra-Notice", "min_component: " + filled_text(filled) + ".");
   }
 }
 
@@ -79,29 +80,29 @@ struct Totals {
   }
 };
 
-void add_facts(Answer& answer, const Totals& all) {
+void add_facts(HttpResponse& response, const Totals& all) {
   const MeshTopology& mesh = all.topology;
-  add_field(answer, "Multitetra-Triangles", std::to_string(mesh.triangles));
-  add_field(answer, "Multitetra-Vertices", std::to_string(mesh.vertices));
-  add_field(answer, "Multitetra-Euler-Characteristic", std::to_string(mesh.euler_characteristic));
-  add_field(answer, "Multitetra-Components", std::to_string(mesh.components));
-  add_field(answer, "Multitetra-Components-Written", std::to_string(all.components_written));
-  add_field(answer, "Multitetra-Error-Bound", shortest_text(all.error_bound));
-  add_field(answer, "Multitetra-Content-Digest", all.digest.hex());
+  add_field(response, "Multitetra-Triangles", std::to_string(mesh.triangles));
+  add_field(response, "Multitetra-Vertices", std::to_string(mesh.vertices));
+  add_field(response, "Multitetra-Euler-Characteristic", std::to_string(mesh.euler_characteristic));
+  add_field(response, "Multitetra-Components", std::to_string(mesh.components));
+  add_field(response, "Multitetra-Components-Written", std::to_string(all.components_written));
+  add_field(response, "Multitetra-Error-Bound", shortest_text(all.error_bound));
+  add_field(response, "Multitetra-Content-Digest", all.digest.hex());
 }
 
 // What is known of it. A unit may have letters that no header field has.
-void add_world(Answer& answer, const PhysicalMeaning& world) {
+void add_world(HttpResponse& response, const PhysicalMeaning& world) {
   if (!world.length_unit.empty()) {
-    add_field(answer, "Multitetra-Length-Unit", percent_encoded(world.length_unit));
+    add_field(response, "Multitetra-Length-Unit", percent_encoded(world.length_unit));
   }
   if (world.space != WorldSpace::kUnnamed) {
-    add_field(answer, "Multitetra-Space", name(world.space));
+    add_field(response, "Multitetra-Space", name(world.space));
   }
 }
 
 PositionedMesh painted(const LatticeMesh& mesh, const std::optional<ScalarRange>& scalars,
-                       const DatasetInfo& info, const MeshForm& form) {
+                       const DatasetInfo& info, const MeshFileOptions& form) {
   PositionedMesh placed =
       positioned(mesh, form.is_in_world ? grid_to_world(info) : grid_to_index(info));
   paint(placed, scalars, form.colors);
@@ -123,9 +124,9 @@ std::string file_of(const std::vector<PositionedMesh>& meshes, const std::vector
 }  // namespace
 
 Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& info,
-                              const MeshForm& form, const MeshPlace& place,
+                              const MeshFileOptions& form, const MeshStorage& place,
                               const std::stop_token& stop) {
-  Answer header;
+  HttpResponse header;
   Totals all;
   std::vector<PositionedMesh> meshes;
   std::vector<double> isovalues;

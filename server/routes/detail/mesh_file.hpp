@@ -11,7 +11,7 @@
 #include "common/dataset/dataset_info.hpp"
 #include "common/image/color_map.hpp"
 #include "common/wire/mesh_files.hpp"
-#include "server/http/answer.hpp"
+#include "server/http/http_response.hpp"
 #include "server/operations/byte_reservations.hpp"
 #include "server/service/surface.hpp"
 
@@ -24,7 +24,7 @@ struct StoredMesh {
   std::string fields;
 };
 
-struct MeshForm {
+struct MeshFileOptions {
   MeshFormat format = MeshFormat::kGlb;
   MeshCodec codec = MeshCodec::kNone;
   bool is_in_world = true;  // Otherwise in sample indices.
@@ -35,7 +35,7 @@ struct MeshForm {
 };
 
 // The storage for a mesh file. Files of at most `max_in_memory` bytes need none.
-struct MeshPlace {
+struct MeshStorage {
   std::uint64_t max_in_memory = 0;
   std::filesystem::path folder;
   // Reserves disk space for a number of bytes.
@@ -48,7 +48,7 @@ struct MeshPlace {
 // surfaces of one dataset become one GLB with a part for each, named by isovalue; requires that
 // format.
 [[nodiscard]] Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& info,
-                                            const MeshForm& form, const MeshPlace& place,
+                                            const MeshFileOptions& form, const MeshStorage& place,
                                             const std::stop_token& stop);
 
 }  // namespace multitetra

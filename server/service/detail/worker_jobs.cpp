@@ -9,16 +9,16 @@
 #include "server/core/planning/budget.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
-#include "server/service/guarded.hpp"
+#include "server/service/catch_as_error.hpp"
 
 namespace multitetra {
 namespace {
 
 // Adds the scalars to a finished step.
-Result<MadeStep> with_scalars(MadeStep made, const DatasetInfo& surface,
-                              const SurfaceProvider& field, const ScalarRange& range,
-                              const std::stop_token& stop) {
-  return guarded("step", field.info().name, stop, [&]() -> Result<MadeStep> {
+Result<StepResult> with_scalars(StepResult made, const DatasetInfo& surface,
+                                const SurfaceProvider& field, const ScalarRange& range,
+                                const std::stop_token& stop) {
+  return catch_as_error("step", field.info().name, stop, [&]() -> Result<StepResult> {
     const PreparedVolume* volume = field.volume();
     if (volume == nullptr) {
       return fail(ErrorCode::kInternal,
@@ -37,14 +37,15 @@ bool has_large_map(const IsosurfaceRequest* request) {
   return request && (request->thresholds.regions.size() > kMany || request->thresholds.grid);
 }
 
-SurfaceTiles tiles_of(MadeStep step, const DatasetInfo& info, std::optional<ScalarRange> range) {
-  SurfaceTiles tiles{.begin = {.request = step.step.request,
-                               .error_bound_world = largest_threshold(step.step.request, info),
-                               .finest_spacing = step.step.finest_spacing,
-                               .tiles = {},
-                               .crossed_octants = step.encoded.crossed_octants,
-                               .scalars = range},
-                     .meshes = std::move(step.encoded.meshes)};
+ReceivedSurface tiles_of(StepResult step, const DatasetInfo& info,
+                         std::optional<ScalarRange> range) {
+  ReceivedSurface tiles{.begin = {.request = step.step.request,
+                                  .error_bound_world = largest_threshold(step.step.request, info),
+                                  .finest_spacing = step.step.finest_spacing,
+                                  .tiles = {},
+                                  .crossed_octants = step.encoded.crossed_octants,
+                                  .scalars = range},
+                        .meshes = std::move(step.encoded.meshes)};
   for (const EncodedTile& tile : step.encoded.tiles) {
     tiles.begin.tiles.push_back(tile.summary);
     tiles.payloads.push_back(tile.payload);
@@ -54,31 +55,31 @@ SurfaceTiles tiles_of(MadeStep step, const DatasetInfo& info, std::optional<Scal
   return tiles;
 }
 
-Result<MadeStep> make_step(const StartStream& action, const StreamState& state,
-                           const StepLimits& limits, const std::stop_token& stop) {
+Result<StepResult> make_step(const ValidatedStream& action, const StreamState& state,
+                             const StepLimits& limits, const std::stop_token& stop) {
   const SurfaceProvider& source = *action.source;
-  auto made = guarded("step", source.info().name, stop,
-                      [&] { return make_next_step(source, state, stop, limits); });
+  auto made = catch_as_error("step", source.info().name, stop,
+                             [&] { return make_next_step(source, state, stop, limits); });
   if (!made || made->is_over || !action.scalars) return made;
   return with_scalars(*std::move(made), source.info(), *action.scalars, *range_of(action), stop);
 }
 
 // Makes one preview each of `count` datasets, beginning with number `first`.
-Result<std::vector<MadeStep>> make_previews(const StartStream& action, std::size_t first,
-                                            std::size_t count, const StepLimits& limits,
-                                            const std::stop_token& stop) {
+Result<std::vector<StepResult>> make_previews(const ValidatedStream& action, std::size_t first,
+                                              std::size_t count, const StepLimits& limits,
+                                              const std::stop_token& stop) {
   const StreamState state{.request = action.open.request,
                           .steps = StepPolicy::kPreviewsOnly,
                           .resumed_previews = action.open.resumed_previews,
                           .shells = action.shells};
-  std::vector<std::optional<Result<MadeStep>>> made(count);
+  std::vector<std::optional<Result<StepResult>>> made(count);
   in_parallel(count, [&](std::size_t i) {
     const std::size_t at = first + i;
     const SurfaceProvider& source = at == 0 ? *action.source : *action.further[at - 1];
-    made[i] = guarded("preview", source.info().name, stop,
-                      [&] { return make_next_step(source, state, stop, limits); });
+    made[i] = catch_as_error("preview", source.info().name, stop,
+                             [&] { return make_next_step(source, state, stop, limits); });
   });
-  std::vector<MadeStep> previews;
+  std::vector<StepResult> previews;
   previews.reserve(count);
   for (auto& one : made) {
     if (!*one) return tl::unexpected((*one).error());
@@ -109,24 +110,26 @@ Work step_work(const SurfaceProvider& source, const StreamState& state) {
   return {.kind = dataset + form, .is_long = true};
 }
 
-Forecast forecast_for(const Work& work, const StartStream& action, std::stop_token stop) {
+Forecast forecast_for(const Work& work, const ValidatedStream& action, std::stop_token stop) {
   const IsosurfaceRequest& requested = action.open.request;
   if (!work.is_long || requested.cell || has_budget(requested)) return {};
   return [source = action.source, request = requested, stop = std::move(stop)]() {
-    const auto seconds = guarded("forecast", source->info().name, stop, [&]() -> Result<double> {
-      const SizeEstimates sizes = source->sizes(stop, SizeAccuracy::kQuick);
-      if (sizes.to_fetch && sizes.to_fetch(kSpectrumSpacing) > 0) {
-        return fail(ErrorCode::kUnavailable, "The spectrum has not been fetched yet.");
-      }
-      return source->costs().server_seconds(sizes.rough(request), form_of({.request = request}));
-    });
+    const auto seconds =
+        catch_as_error("forecast", source->info().name, stop, [&]() -> Result<double> {
+          const SizeEstimates sizes = source->sizes(stop, SizeAccuracy::kQuick);
+          if (sizes.to_fetch && sizes.to_fetch(kSpectrumSpacing) > 0) {
+            return fail(ErrorCode::kUnavailable, "The spectrum has not been fetched yet.");
+          }
+          return source->costs().server_seconds(sizes.rough(request),
+                                                form_of({.request = request}));
+        });
     return seconds ? std::optional(*seconds) : std::nullopt;
   };
 }
 
 }  // namespace
 
-Work work_for(const StartStream& action, const StreamState& state, std::stop_token stop) {
+Work work_for(const ValidatedStream& action, const StreamState& state, std::stop_token stop) {
   Work work = step_work(*action.source, state);
   work.is_background = action.open.priority == Priority::kBackground;
   work.forecast = forecast_for(work, action, std::move(stop));
@@ -134,7 +137,7 @@ Work work_for(const StartStream& action, const StreamState& state, std::stop_tok
 }
 
 // Queries of one kind take similar times.
-Work work_for(const RunQuery& action) {
+Work work_for(const ValidatedQuery& action) {
   const DatasetQuery& query = action.query;
   return {.kind = action.source->info().name + (is_long(query) ? " long " : " short ") +
                   kind_of(query) + (has_large_map(request_of(query)) ? " of a map" : ""),
@@ -158,14 +161,14 @@ Error time_limit_error(std::chrono::milliseconds limit) {
                                          " s for one request; request a larger error."};
 }
 
-std::optional<ScalarRange> range_of(const StartStream& action) {
+std::optional<ScalarRange> range_of(const ValidatedStream& action) {
   if (!action.scalars) return std::nullopt;
   return range_for(*action.open.scalars, action.scalars->info());
 }
 
-Result<std::vector<MadeStep>> make_steps(const StartStream& action, const StreamState& state,
-                                         std::size_t dataset, const StepLimits& limits,
-                                         const std::stop_token& stop) {
+Result<std::vector<StepResult>> make_steps(const ValidatedStream& action, const StreamState& state,
+                                           std::size_t dataset, const StepLimits& limits,
+                                           const std::stop_token& stop) {
   constexpr std::size_t kPreviewsAJob = 16;
   if (!action.further.empty()) {
     const std::size_t left = 1 + action.further.size() - dataset;
@@ -173,31 +176,31 @@ Result<std::vector<MadeStep>> make_steps(const StartStream& action, const Stream
   }
   auto made = make_step(action, state, limits, stop);
   if (!made) return tl::unexpected(made.error());
-  std::vector<MadeStep> steps;
+  std::vector<StepResult> steps;
   steps.push_back(*std::move(made));
   return steps;
 }
 
-Result<void> make_mesh(const StartStream& action, std::uint64_t max_triangles, StepLimits limits,
-                       const std::stop_token& stop, const std::string& what,
+Result<void> make_mesh(const ValidatedStream& action, std::uint64_t max_triangles,
+                       StepLimits limits, const std::stop_token& stop, const std::string& what,
                        const UseSurface& use) {
   limits.as_meshes = true;
   const StreamState state{.request = action.open.request, .steps = StepPolicy::kFinalOnly};
   auto made = make_step(action, state, limits, stop);
   if (!made) return tl::unexpected(made.error());
   const std::string& dataset = action.source->info().name;
-  SurfaceTiles tiles = tiles_of(*std::move(made), action.source->info(), range_of(action));
+  ReceivedSurface tiles = tiles_of(*std::move(made), action.source->info(), range_of(action));
   if (const auto allowed = check_triangles(tiles.begin, max_triangles); !allowed) return allowed;
-  return guarded(what, dataset, stop, [&]() -> Result<void> {
+  return catch_as_error(what, dataset, stop, [&]() -> Result<void> {
     auto surface = assembled(std::move(tiles), stop);
     if (!surface) return tl::unexpected(surface.error());
     return use(*std::move(surface), stop);
   });
 }
 
-Result<DatasetQueryReply> make_answer(const RunQuery& action, const std::stop_token& stop,
+Result<DatasetQueryReply> make_answer(const ValidatedQuery& action, const std::stop_token& stop,
                                       const UseReply& use) {
-  return guarded(kind_of(action.query), action.source->info().name, stop, [&] {
+  return catch_as_error(kind_of(action.query), action.source->info().name, stop, [&] {
     auto reply = answered(*action.source, action.query, stop);
     if (reply && use) {
       if (auto used = use(*reply); !used) reply = tl::unexpected(used.error());

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "server/service/permit.hpp"
+#include "server/service/client_access.hpp"
 #include "server/service/surface.hpp"
 #include "server/service/surface_service.hpp"
 #include "server/service/workers.hpp"
@@ -21,27 +21,27 @@ namespace multitetra {
 // that may be long have a forecast: the time of the final step, computed from the spectrum alone,
 // or nullopt if the spectrum would have to be fetched. Cells have none, as they are small, nor have
 // budgets, which may need many steps. `stop` ends the forecast.
-[[nodiscard]] Work work_for(const StartStream& action, const StreamState& state,
+[[nodiscard]] Work work_for(const ValidatedStream& action, const StreamState& state,
                             std::stop_token stop);
-[[nodiscard]] Work work_for(const RunQuery& action);
+[[nodiscard]] Work work_for(const ValidatedQuery& action);
 
 // Returns the range of a stream's scalar codes, if it has scalars.
-[[nodiscard]] std::optional<ScalarRange> range_of(const StartStream& action);
+[[nodiscard]] std::optional<ScalarRange> range_of(const ValidatedStream& action);
 
 // Makes the next step of a stream, with its scalars; of a stream for several datasets a group of
 // previews, beginning with that of number `dataset`, on all threads.
-[[nodiscard]] Result<std::vector<MadeStep>> make_steps(const StartStream& action,
-                                                       const StreamState& state,
-                                                       std::size_t dataset,
-                                                       const StepLimits& limits,
-                                                       const std::stop_token& stop);
+[[nodiscard]] Result<std::vector<StepResult>> make_steps(const ValidatedStream& action,
+                                                         const StreamState& state,
+                                                         std::size_t dataset,
+                                                         const StepLimits& limits,
+                                                         const std::stop_token& stop);
 // Makes the final surface of a request and calls `use` to make `what` of it. Fails with
 // kLimitExceeded above `max_triangles`.
-[[nodiscard]] Result<void> make_mesh(const StartStream& action, std::uint64_t max_triangles,
+[[nodiscard]] Result<void> make_mesh(const ValidatedStream& action, std::uint64_t max_triangles,
                                      StepLimits limits, const std::stop_token& stop,
                                      const std::string& what, const UseSurface& use);
 // Calls `use`, if any, with the answer.
-[[nodiscard]] Result<DatasetQueryReply> make_answer(const RunQuery& action,
+[[nodiscard]] Result<DatasetQueryReply> make_answer(const ValidatedQuery& action,
                                                     const std::stop_token& stop,
                                                     const UseReply& use);
 

@@ -88,7 +88,7 @@ void DiskCache::put(const std::string& file, std::uint64_t block,
     into.write_at(bytes.size(), std::as_bytes(std::span(&sum, 1)));
     into.commit(Durability::kProcessEnd);
   } catch (const std::system_error&) {
-    return;  // A full disk is no error for the caller.
+    return;  // A full disk is no error for the service_client.
   }
   const std::lock_guard lock(mutex_);
   bytes_since_scan_ += bytes.size() + kSumBytes;

@@ -10,8 +10,8 @@
 
 #include "server/store/detail/content_range.hpp"
 #include "server/store/detail/curl_url.hpp"
-#include "server/store/detail/http_place.hpp"
 #include "server/store/detail/redirects.hpp"
+#include "server/store/detail/resolved_url.hpp"
 #include "server/store/sha256.hpp"
 #include "server/store/store_error.hpp"
 

@@ -28,7 +28,7 @@ Result<void> TriangleLimit::check_estimate(const IsosurfaceRequest& request,
 }
 
 Result<void> TriangleLimit::check_made(const IsosurfaceRequest& request,
-                                       const StepTiles& step) const {
+                                       const EncodedStep& step) const {
   const double triangles = size_of(step).triangles;
   if (most_ == 0 || triangles <= most()) return {};
   if (request.cell) {
@@ -60,7 +60,7 @@ std::string TriangleLimit::limit_error_text(const std::string& about, double tri
                      std::to_string(static_cast<std::uint64_t>(triangles)) +
                      " triangles; this server sends at most " + std::to_string(most_);
   if (!fits(size_of_request({.request = fitting}), request)) return text + ".";
-  const double error = std::max(fitting.error, fitting.thresholds.at_least);
+  const double error = std::max(fitting.error, fitting.thresholds.error_floor);
   text += "; it fits with an error of " + shortest_text(error) + " " +
           std::string(name(request.unit)) + (request.unit == ErrorUnit::kVoxel ? "s" : " units");
   return text + ", or set a budget with max_triangles.";

@@ -24,7 +24,7 @@ class TriangleLimit {
   [[nodiscard]] Result<void> check_estimate(const IsosurfaceRequest& request,
                                             const SizeEstimates& sizes) const;
   [[nodiscard]] Result<void> check_made(const IsosurfaceRequest& request,
-                                        const StepTiles& step) const;
+                                        const EncodedStep& step) const;
 
  private:
   [[nodiscard]] double most() const { return static_cast<double>(most_); }

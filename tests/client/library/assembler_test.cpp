@@ -430,7 +430,7 @@ TEST(Assembler, LimitsTheTotalOfAllSteps) {
 TEST(Assembler, RejectsFinalStepsThatDifferFromTheRequest) {
   const std::vector<std::function<void(StepBegin&)>> lies = {
       [](StepBegin& b) { b.request.error = 2; }, [](StepBegin& b) { b.request.isovalue = 101; },
-      [](StepBegin& b) { b.request.measure = ErrorMeasure::kPaper; },
+      [](StepBegin& b) { b.request.error_measure = ErrorMeasure::kPaper; },
       [](StepBegin& b) { b.request.topology_tolerance = 1; },
       [](StepBegin& b) { b.finest_spacing = 2; }};
   for (const auto& lie : lies) {

@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "tests/client/scripted_server.hpp"
 #include "tests/support/octahedra.hpp"
 
@@ -229,7 +229,7 @@ TEST(Report, ShowsTheAllowedErrorOfSteps) {
   step.begin.request.error = 0.5;
   EXPECT_EQ(line().find("step 0 (final): "), 0U) << line();
   EXPECT_NE(line().find(": isovalue 100.5, error 0.5 voxels,"), std::string::npos) << line();
-  step.begin.request.thresholds.at_least = 4;
+  step.begin.request.thresholds.error_floor = 4;
   EXPECT_NE(line().find(", error 4 voxels,"), std::string::npos) << line();
   step.begin.request.thresholds.regions = {{.shape = BallShape{}, .threshold = 9}};
   step.begin.error_bound_world = 9;

@@ -42,7 +42,7 @@ TEST_F(TileFolderTest, FindsTilesOfEarlierRuns) {
   const auto loaded = load(memory);
   EXPECT_EQ(loaded.tiles, 1U);
   EXPECT_EQ(loaded.damaged, 0U);
-  const HeldTiles tiles = memory.tiles();
+  const CachedTiles tiles = memory.tiles();
   ASSERT_TRUE(tiles.contains(tile_.summary.digest));
   EXPECT_EQ(digest(*tiles.at(tile_.summary.digest)), tile_.summary.digest);
 }

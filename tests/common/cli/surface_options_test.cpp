@@ -9,7 +9,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "common/mesh/components.hpp"
 
 namespace multitetra {

@@ -38,7 +38,7 @@ TEST(RequestKey, DiffersForDifferentRequests) {
       [](auto& r) { r.isovalue = std::nextafter(r.isovalue, 100); },
       [](auto& r) { r.error = 2; },
       [](auto& r) { r.unit = ErrorUnit::kWorld; },
-      [](auto& r) { r.measure = ErrorMeasure::kPaper; },
+      [](auto& r) { r.error_measure = ErrorMeasure::kPaper; },
       [](auto& r) { r.topology_rule = TopologyRule::kPaper; },
       [](auto& r) { r.topology_tolerance = 4; },
       [](auto& r) { ++r.lattice_resolution; },
@@ -47,19 +47,19 @@ TEST(RequestKey, DiffersForDifferentRequests) {
       [](auto& r) { r.simplify = true; },
       [](auto& r) { r.intersection_free = true; },
       [](auto& r) { r.normal_bits = 8; },
-      [](auto& r) { r.cell = SurfaceCell{}; },
+      [](auto& r) { r.cell = OctreeNode{}; },
       [](auto& r) {
-        r.cell = SurfaceCell{.cube = {4, 0, 0, 0}};
+        r.cell = OctreeNode{.cube = {4, 0, 0, 0}};
       },
       [](auto& r) {
-        r.cell = SurfaceCell{.cube = {4, 0, 0, 1}};
+        r.cell = OctreeNode{.cube = {4, 0, 0, 1}};
       },
       [](auto& r) {
-        r.cell = SurfaceCell{.cube = {4, 0, 0, 0}, .finest_spacing = 2};
+        r.cell = OctreeNode{.cube = {4, 0, 0, 0}, .finest_spacing = 2};
       },
       [](auto& r) { r.thresholds.coordinates = CoordinateSystem::kIndex; },
       [](auto& r) { r.thresholds.combination = Combination::kMinimum; },
-      [](auto& r) { r.thresholds.at_least = 0.1; },
+      [](auto& r) { r.thresholds.error_floor = 0.1; },
       [](auto& r) { r.thresholds.regions.clear(); },
       [](auto& r) { r.thresholds.regions.push_back(r.thresholds.regions[0]); },
       [](auto& r) { r.thresholds.regions[0].threshold = 0.25; },

@@ -56,11 +56,11 @@ TEST(RequestNotices, WarnAboutRegionsOutsideTheData) {
 
 TEST(RequestNotices, WarnAboutABudgetThatRaisedTheError) {
   IsosurfaceRequest served{.isovalue = 60, .error = 0.5, .max_bytes = 1000};
-  served.thresholds.at_least = 36;
+  served.thresholds.error_floor = 36;
   EXPECT_EQ(notices_of(served), "The budget raised the error from 0.5 to 36 voxels.\n");
   served.unit = ErrorUnit::kWorld;
   EXPECT_EQ(notices_of(served), "The budget raised the error from 0.5 to 36 units.\n");
-  served.thresholds.at_least = 1;
+  served.thresholds.error_floor = 1;
   EXPECT_EQ(notices_of(served), "") << "at most twice the error";
   served.error = 0;
   EXPECT_EQ(notices_of(served), "") << "the best that fits";

@@ -240,13 +240,13 @@ TEST(OpenStream, RejectsValuesOutOfRange) {
   refuse([](OpenStream& o) { o.request.lattice_resolution = 9; }, "lattice resolution");
   refuse([](OpenStream& o) { o.request.lattice_resolution = -1; }, "lattice resolution");
   refuse([](OpenStream& o) { o.request.unit = static_cast<ErrorUnit>(2); }, "threshold.unit");
-  refuse([](OpenStream& o) { o.request.measure = static_cast<ErrorMeasure>(2); }, "bound");
+  refuse([](OpenStream& o) { o.request.error_measure = static_cast<ErrorMeasure>(2); }, "bound");
   refuse([](OpenStream& o) { o.request.topology_rule = static_cast<TopologyRule>(-3); },
          "topology_rule");
   refuse([](OpenStream& o) { o.request.normal_bits = 7; }, "normals have 7 bits");
   refuse([](OpenStream& o) { o.request.normal_bits = 11; }, "normals have 11 bits");
   refuse([](OpenStream& o) { o.request.normal_bits = -1; }, "normals have");
-  const auto refuse_cell = [&](const SurfaceCell& cell, const char* text) {
+  const auto refuse_cell = [&](const OctreeNode& cell, const char* text) {
     refuse([&](OpenStream& o) { o.request.cell = cell; }, text);
   };
   refuse_cell({.cube = {0, 0, 0, 0}}, "exponent is 0");
@@ -255,7 +255,7 @@ TEST(OpenStream, RejectsValuesOutOfRange) {
   refuse_cell({.cube = {5, 0, 0, 0}, .finest_spacing = 32}, "half the cell's side, 16");
   refuse(
       [](OpenStream& o) {
-        o.request.cell = SurfaceCell{.cube = {5, 0, 0, 0}};
+        o.request.cell = OctreeNode{.cube = {5, 0, 0, 0}};
         o.request.max_triangles = 5;
       },
       "cell has a budget");
@@ -294,7 +294,7 @@ TEST(OpenStream, AcceptsSeveralDatasetsOnlyForOnePreviewEach) {
   refuse([](OpenStream& o) { o.resumed_previews.push_back({.finest_spacing = 2}); });
   refuse([](OpenStream& o) { o.cached_tile_digests = {{1, 2}}; });
   refuse([](OpenStream& o) { o.scalars = ScalarRequest{.dataset = "heat"}; });
-  refuse([](OpenStream& o) { o.request.cell = SurfaceCell{.cube = {5, 0, 0, 0}}; });
+  refuse([](OpenStream& o) { o.request.cell = OctreeNode{.cube = {5, 0, 0, 0}}; });
   refuse([](OpenStream& o) { o.further_datasets[1] = "../passwd"; });
   refuse([](OpenStream& o) { o.further_datasets.assign(kMaxFurtherDatasets + 1, "a"); },
          ErrorCode::kLimitExceeded);
@@ -339,7 +339,7 @@ TEST(ThresholdMaps, RejectRegionsOutOfRangeByIndexAndField) {
   using Map = LocalThresholds;
   for (const double wrong : {-1.0, kNaN, kInfinity}) {
     expect_map_refused([=](Map& m) { m.regions[2].threshold = wrong; }, "regions[2].threshold");
-    expect_map_refused([=](Map& m) { m.at_least = wrong; }, "at_least");
+    expect_map_refused([=](Map& m) { m.error_floor = wrong; }, "at_least");
     expect_map_refused([=](Map& m) { std::get<BallShape>(m.regions[1].shape).radius = wrong; },
                        "regions[1].ball.radius");
   }

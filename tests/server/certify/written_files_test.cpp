@@ -73,7 +73,7 @@ class WrittenFile : public ::testing::TestWithParam<double> {
                                     .error = GetParam(),
                                     .simplify = GetParam() > 0,
                                     .intersection_free = GetParam() > 0};
-    const TiledSurface tiles = SurfaceExtractor(dataset()).extract({.request = request});
+    const TiledMesh tiles = SurfaceExtractor(dataset()).extract({.request = request});
     return in_canonical_order(weld(tiles.tiles, request.lattice_resolution));
   }
 

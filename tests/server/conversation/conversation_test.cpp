@@ -1,5 +1,5 @@
 // A conversation without a network: the test takes the place of the transport.
-#include "server/conversation/conversation.hpp"
+#include "server/conversation/session_runner.hpp"
 #include "server/operations/log.hpp"
 
 #include <fstream>
@@ -31,7 +31,7 @@ class ConversationTest : public ::testing::Test {
   }
   ~ConversationTest() override {
     free_the_worker();
-    session_->leave();
+    session_->on_disconnect();
     io_.restart();
     io_.run();
     service_.workers().join();
@@ -76,7 +76,7 @@ class ConversationTest : public ::testing::Test {
   bool is_free_ = false;
   std::future<void> room_;
   ConnectionContextPtr client_ = admission_.admit("tcp", "127.0.0.1", "test").client;
-  std::shared_ptr<Conversation> session_ = std::make_shared<Conversation>(
+  std::shared_ptr<SessionRunner> session_ = std::make_shared<SessionRunner>(
       io_.get_executor(), service_.open(client_), Session(catalogue_of(source_), {}), client_);
 };
 
@@ -151,12 +151,12 @@ TEST(ConversationLog, NamesHiddenAndDamagedDatasets) {
   const auto catalogue = std::make_shared<DatasetCatalogue>();
   catalogue->add(std::make_shared<FakeSteps>("fake"));
   catalogue->add(std::make_shared<FakeSteps>(
-      "public-damaged", [](const StepRequest&, const std::stop_token&) -> StepTiles {
+      "public-damaged", [](const StepRequest&, const std::stop_token&) -> EncodedStep {
         throw DatasetFileError("Brick 7 is damaged.");
       }));
   LocalService service{io.get_executor(), catalogue, {.workers = 1}};
   const ConnectionContextPtr client = admission.admit("tcp", "127.0.0.1", "test").client;
-  const auto conversation = std::make_shared<Conversation>(
+  const auto conversation = std::make_shared<SessionRunner>(
       io.get_executor(), service.open(client), Session(catalogue, {}, admission.access()), client);
   const auto answer_to = [&](const ClientMessage& message) {
     conversation->receive(serialize(message));
@@ -179,7 +179,7 @@ TEST(ConversationLog, NamesHiddenAndDamagedDatasets) {
   ASSERT_EQ(logged->failures.size(), 1u) << "with its dataset";
   EXPECT_TRUE(logged->failures[0].starts_with("public-damaged: ")) << logged->failures[0];
   EXPECT_EQ(logged->texts.size(), 2u) << "and not twice";
-  conversation->leave();
+  conversation->on_disconnect();
   service.workers().join();
 }
 

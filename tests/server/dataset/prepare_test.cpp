@@ -138,7 +138,7 @@ TEST(Prepare, WritesTheSameBytesWithKnownVariedSamples) {
           PreparedSetting{"other outside", inside.volume, 2.0, 3}}) {
       PrepareOptions options{
           .name = setting.name, .outside = setting.outside, .margin = setting.margin};
-      options.varied = VariedSamples{};
+      options.varied = NonconstantBox{};
       for (std::size_t axis = 0; axis < 3; ++axis) {
         options.varied->least[axis] = std::max(0, static_cast<int>(center[axis]) - 7);
         options.varied->greatest[axis] =

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/dataset/checksum.hpp"
+#include "common/mesh/checksum.hpp"
 #include "server/dataset/verify_dataset.hpp"
 #include "tests/support/memory_source.hpp"
 #include "tests/support/prepared_example.hpp"

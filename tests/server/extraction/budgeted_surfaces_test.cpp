@@ -22,7 +22,7 @@
 namespace multitetra::testing {
 namespace {
 
-double bytes_of(const TiledSurface& surface) {
+double bytes_of(const TiledMesh& surface) {
   double sum = 0;
   for (const EncodedTile& tile : testing::encode_tiles(surface)) sum += tile.summary.bytes;
   return sum;
@@ -41,7 +41,7 @@ class BudgetedSurfaces : public ::testing::TestWithParam<PreparedSetting> {
   }
   // Checks all guarantees of a surface except its size.
   void expect_good(const BudgetedSurface& made, IsosurfaceRequest request) const {
-    request.thresholds.at_least = made.at_least;
+    request.thresholds.error_floor = made.error_floor;
     const LatticeMesh full = whole({.isovalue = kIsovalue, .error = 0});
     const DataBorder border = data_border(info_, kDefaultLatticeResolution, 0);
     const MeshTopology expected = topology(full, border);
@@ -97,7 +97,7 @@ TEST_P(BudgetedSurfaces, UseNearlyAllAllowedTriangles) {
       const auto most = static_cast<double>(budgeted.max_triangles);
       EXPECT_LE(triangles, most);
       EXPECT_GE(triangles, std::min(0.97 * most - 4, all));
-      EXPECT_EQ(made.at_least > error, most < all);
+      EXPECT_EQ(made.error_floor > error, most < all);
       expect_good(made, budgeted);
     }
   }
@@ -119,10 +119,10 @@ TEST_P(BudgetedSurfaces, UseNearlyAllAllowedBytes) {
 
 TEST_P(BudgetedSurfaces, EqualTheRequestWithALargeBudget) {
   IsosurfaceRequest request{.isovalue = kIsovalue, .error = 0.5, .simplify = true};
-  const TiledSurface own = extractor_.extract({.request = request});
+  const TiledMesh own = extractor_.extract({.request = request});
   request.max_triangles = mesh_of(own).triangles.size();
   const BudgetedSurface made = within(request);
-  EXPECT_EQ(made.at_least, 0);
+  EXPECT_EQ(made.error_floor, 0);
   ASSERT_EQ(made.surface.tiles.size(), own.tiles.size());
   for (std::size_t t = 0; t < own.tiles.size(); ++t) {
     EXPECT_EQ(made.surface.tiles[t].mesh.triangles, own.tiles[t].mesh.triangles);
@@ -173,8 +173,8 @@ TEST_P(BudgetedSurfaces, CoarsenTheFinestRegionsFirst) {
   ASSERT_GT(all, 1.5 * coarse);
   request.max_triangles = static_cast<std::uint64_t>(coarse + 0.6 * (all - coarse));
   const BudgetedSurface made = within(request);
-  EXPECT_GT(made.at_least, 0.1);
-  EXPECT_LT(made.at_least, kCoarse) << "The coarse half has the requested error.";
+  EXPECT_GT(made.error_floor, 0.1);
+  EXPECT_LT(made.error_floor, kCoarse) << "The coarse half has the requested error.";
   expect_good(made, request);
 }
 
@@ -184,7 +184,7 @@ TEST_P(BudgetedSurfaces, AreIndependentOfThreadCount) {
   const BudgetedSurface of_all = within(request);
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   const BudgetedSurface of_one = within(request);
-  EXPECT_EQ(of_one.at_least, of_all.at_least);
+  EXPECT_EQ(of_one.error_floor, of_all.error_floor);
   ASSERT_EQ(of_one.surface.tiles.size(), of_all.surface.tiles.size());
   for (std::size_t t = 0; t < of_one.surface.tiles.size(); ++t) {
     const TileMesh& one = of_one.surface.tiles[t];
@@ -211,7 +211,7 @@ TEST(LargeBudgetedSurfaces, UseNearlyAllOfTheirBudget) {
   const std::size_t triangles = mesh_of(made.surface).triangles.size();
   EXPECT_LE(triangles, request.max_triangles);
   EXPECT_GE(static_cast<double>(triangles), 0.97 * static_cast<double>(request.max_triangles));
-  EXPECT_GT(made.at_least, 0);
+  EXPECT_GT(made.error_floor, 0);
 }
 
 // Whatever the estimate says.
@@ -228,7 +228,7 @@ TEST(LargeBudgetedSurfaces, EqualTheRequestWithABudgetThatItMeets) {
   for (const double part : {1.0, 1.2, 1.6}) {
     request.max_triangles = static_cast<std::uint64_t>(part * static_cast<double>(own));
     const BudgetedSurface made = surface_within_budget(extractor, request, bytes_of, {});
-    EXPECT_EQ(made.at_least, 0) << part;
+    EXPECT_EQ(made.error_floor, 0) << part;
     EXPECT_EQ(mesh_of(made.surface).triangles.size(), own) << part;
   }
 }
@@ -245,7 +245,7 @@ TEST(SmallBudgetedSurfaces, AreNoWorseThanPlainRequestsOfTheirSize) {
     IsosurfaceRequest budgeted{.isovalue = 0, .error = 0, .simplify = true};
     budgeted.max_triangles = mesh_of(extractor.extract({.request = plain})).triangles.size();
     const BudgetedSurface made = surface_within_budget(extractor, budgeted, bytes_of, {});
-    EXPECT_LE(made.at_least, 1.5 * error) << budgeted.max_triangles;
+    EXPECT_LE(made.error_floor, 1.5 * error) << budgeted.max_triangles;
   }
 }
 

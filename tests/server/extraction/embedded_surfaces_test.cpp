@@ -33,8 +33,7 @@ TEST_P(EmbeddedSurfaces, HaveNoSelfIntersections) {
   const DataBorder border = data_border(info, kDefaultLatticeResolution, 0);
   std::size_t plain_pairs = 0;
   for (const double model_error : {0.0, 0.3}) {
-    const TiledSurface model =
-        extractor.extract({.request = {.isovalue = 0.3, .error = model_error}});
+    const TiledMesh model = extractor.extract({.request = {.isovalue = 0.3, .error = model_error}});
     const MeshTopology expected = topology(mesh_of(model), border);
     ASSERT_EQ(lattice_intersections(mesh_of(model)).pairs, 0U);
     for (const double error : {0.5, 4.0}) {

@@ -83,9 +83,9 @@ TEST_P(LocallySimplified, IsIndependentOfThreadCount) {
     SCOPED_TRACE(i);
     if (i == 1) request.thresholds = random_thresholds(dataset->info, random);
     request.intersection_free = i == 2;
-    const TiledSurface of_all = extractor.extract({.request = request});
+    const TiledMesh of_all = extractor.extract({.request = request});
     const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-    const TiledSurface of_one = extractor.extract({.request = request});
+    const TiledMesh of_one = extractor.extract({.request = request});
     ASSERT_EQ(of_one.tiles.size(), of_all.tiles.size());
     for (std::size_t t = 0; t < of_one.tiles.size(); ++t) {
       EXPECT_EQ(of_one.tiles[t].cube, of_all.tiles[t].cube);

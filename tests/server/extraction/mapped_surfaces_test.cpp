@@ -60,7 +60,7 @@ class MappedSurfaces : public ::testing::TestWithParam<Setting> {
       SCOPED_TRACE(i);
       Case c{.isovalue = setting_.isovalue,
              .threshold = between(0, 5, random),
-             .measure = i % 2 == 0 ? ErrorMeasure::kCertified : ErrorMeasure::kPaper,
+             .error_measure = i % 2 == 0 ? ErrorMeasure::kCertified : ErrorMeasure::kPaper,
              .rule = i % 4 < 2 ? TopologyRule::kExact : TopologyRule::kPaper,
              .thresholds = random_thresholds(info, random)};
       visit(c);
@@ -74,7 +74,7 @@ IsosurfaceRequest request_of(const Case& c) {
   return {.isovalue = c.isovalue,
           .error = c.threshold,
           .unit = ErrorUnit::kWorld,
-          .measure = c.measure,
+          .error_measure = c.error_measure,
           .topology_rule = c.rule,
           .thresholds = c.thresholds};
 }
@@ -104,8 +104,8 @@ TEST_P(MappedSurfaces, MatchTheReferenceForPreparedVolumes) {
                border);
   for_random_maps(dataset->info, [&](const Case& c) {
     const StepRequest step{.request = request_of(c)};
-    const TiledSurface fast = extractor.extract(step);
-    const TiledSurface slow =
+    const TiledMesh fast = extractor.extract(step);
+    const TiledMesh slow =
         dataset->info.grid_exponent > kSpectrumExponent
             ? reference.surface(*reference.spectrum_model(resolved_step(step, dataset->info)),
                                 {.isovalue = c.isovalue})
@@ -122,7 +122,7 @@ TEST_P(MappedSurfaces, MatchTheReferenceForPreparedVolumes) {
 
 // The map with every threshold multiplied by `factor`.
 LocalThresholds scaled(LocalThresholds thresholds, double factor) {
-  thresholds.at_least *= factor;
+  thresholds.error_floor *= factor;
   for (ThresholdRegion& region : thresholds.regions) region.threshold *= factor;
   if (thresholds.grid) {
     auto grid = std::make_shared<ThresholdGrid>(*thresholds.grid);
@@ -186,7 +186,7 @@ TEST(MappedSurface, StaysWithinTheAllowedDistance) {
   for (int i = 0; i < 6; ++i) {
     const Case c{.isovalue = 0.1,
                  .threshold = 3,
-                 .measure = ErrorMeasure::kCertified,
+                 .error_measure = ErrorMeasure::kCertified,
                  .rule = TopologyRule::kExact,
                  .lattice_resolution = kMaxLatticeResolution,
                  .thresholds = random_thresholds(info, random)};
@@ -215,7 +215,7 @@ TEST(MappedSurface, IsFineInARegionAndCoarseElsewhere) {
   const auto fine_ball = [](double threshold) {
     return Case{.isovalue = 0.1,
                 .threshold = 4,
-                .measure = ErrorMeasure::kCertified,
+                .error_measure = ErrorMeasure::kCertified,
                 .rule = TopologyRule::kExact,
                 .thresholds = {.regions = {{.shape = BallShape{.center = {32, 32, 32}, .radius = 9},
                                             .threshold = threshold}}}};

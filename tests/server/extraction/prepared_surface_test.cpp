@@ -42,7 +42,8 @@ std::vector<StepRequest> steps_for(const PreparedVolume& dataset) {
   for (const double isovalue : isovalues_of(dataset)) {
     for (const double error : {0.0, 0.7, 3.0}) {
       for (const ErrorMeasure measure : {ErrorMeasure::kCertified, ErrorMeasure::kPaper}) {
-        steps.push_back({.request = {.isovalue = isovalue, .error = error, .measure = measure}});
+        steps.push_back(
+            {.request = {.isovalue = isovalue, .error = error, .error_measure = measure}});
       }
       steps.push_back(
           {.request = {
@@ -70,8 +71,8 @@ TEST_P(PreparedSurface, MatchesTheReferenceForTheSameModel) {
     SCOPED_TRACE(::testing::Message()
                  << "isovalue " << step.request.isovalue << ", error " << step.request.error
                  << ", finest spacing " << step.finest_spacing);
-    const TiledSurface fast = extractor.extract(step);
-    const TiledSurface slow =
+    const TiledMesh fast = extractor.extract(step);
+    const TiledMesh slow =
         reference.surface(*reference.spectrum_model(resolved_step(step, dataset->info)),
                           {.isovalue = step.request.isovalue});
     EXPECT_EQ(fast.tetrahedra, slow.tetrahedra);
@@ -127,7 +128,7 @@ TEST_P(PreparedSurface, HasNoCrackAndTheTopologyOfTheFullSurfaceAtEveryThreshold
     std::uint64_t last = UINT64_MAX;
     for (const double error : {0.0, 0.25, 1.0, 4.0, 1e9}) {
       SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", error " << error);
-      const TiledSurface surface =
+      const TiledMesh surface =
           extractor.extract({.request = {.isovalue = isovalue, .error = error}});
       const MeshTopology found = topology(mesh_of(surface), border);
       EXPECT_EQ(found.euler_characteristic, full.euler_characteristic);
@@ -199,7 +200,7 @@ struct Counted {
 TEST(PreparedSurfaces, ReadNoSamplesForPreviewsAtTheSpectrumsSpacing) {
   const Counted counted({"gyroid", fields::gyroid(65, 0.2, 1)});
   const SurfaceExtractor extractor(counted.dataset);
-  const TiledSurface preview = extractor.extract(
+  const TiledMesh preview = extractor.extract(
       {.request = {.isovalue = 0.1, .error = 2, .topology_tolerance = 8}, .finest_spacing = 8});
   EXPECT_GT(preview.active_tetrahedra, 100U);
   EXPECT_EQ(counted.bricks->read(), 0U);
@@ -237,7 +238,7 @@ TEST(PreparedSurfaces, MatchTheReferenceOnTinyGrids) {
        {std::array{2, 2, 2}, std::array{3, 5, 4}, std::array{9, 9, 9}}) {
     const DatasetPtr dataset = prepared({"tiny", fields::noise(dims, 5)});
     const StepRequest step{.request = {.isovalue = 0.5, .error = 0.3}};
-    const TiledSurface surface = SurfaceExtractor(dataset).extract(step);
+    const TiledMesh surface = SurfaceExtractor(dataset).extract(step);
     EXPECT_EQ(surface.tetrahedra,
               ReferenceExtractor(*dataset).extract(resolved_step(step, dataset->info)).tetrahedra);
     EXPECT_GT(surface.active_tetrahedra, 0U);

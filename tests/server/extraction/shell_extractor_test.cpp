@@ -52,7 +52,7 @@ LatticeMesh surface(const PreparedVolume& volume, const ShellLevel& level,
 LatticeMesh marched_level(const ReferenceExtractor& reference, const ShellLevel& level) {
   const Grid& grid = reference.field().grid();
   const UniformModel model(grid, 3 * (grid.exponent() - exponent_of(level.finest_spacing)) - 1);
-  const TiledSurface tiles = reference.surface(
+  const TiledMesh tiles = reference.surface(
       model, {.isovalue = level.isovalue, .lattice_resolution = level.lattice_resolution});
   std::vector<LatticeMesh> meshes;
   for (const TileMesh& tile : tiles.tiles) meshes.push_back(tile.mesh);
@@ -130,7 +130,7 @@ TEST_P(ExtractShells, KeepsTheTopologyOfTheFullSurface) {
   const SurfaceExtractor extractor(dataset);
   const DataBorder border = data_border(dataset->info, kDefaultLatticeResolution, 0);
   for (const double isovalue : isovalues_of(*dataset)) {
-    const TiledSurface coarse = extractor.extract({.request = {.isovalue = isovalue, .error = 1}});
+    const TiledMesh coarse = extractor.extract({.request = {.isovalue = isovalue, .error = 1}});
     const MeshTopology expected = topology(weld(coarse.tiles, kDefaultLatticeResolution), border);
     for (const ShellStep shell : {lossless(*dataset), quantized_shells(1), quantized_shells(4)}) {
       const MeshTopology found =

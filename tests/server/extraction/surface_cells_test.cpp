@@ -31,11 +31,11 @@ std::vector<OctreeCube> cubes_of(const DatasetInfo& info, int exponent) {
 
 StepRequest with_cell(IsosurfaceRequest request, const OctreeCube& cube,
                       std::int32_t finest_spacing = 1) {
-  request.cell = SurfaceCell{.cube = cube, .finest_spacing = finest_spacing};
+  request.cell = OctreeNode{.cube = cube, .finest_spacing = finest_spacing};
   return final_step(request);
 }
 
-ContentDigest digest_of(const TiledSurface& surface) {
+ContentDigest digest_of(const TiledMesh& surface) {
   ContentDigest sum;
   for (const TileMesh& tile : surface.tiles) sum += digest(tile.mesh);
   return sum;
@@ -66,7 +66,7 @@ TEST_P(SurfaceCells, ContainExactlyTheTrianglesOfTheModel) {
         const std::vector<OctreeCube> cubes = cubes_of(dataset->info, exponent);
         ContentDigest sum;
         for (const OctreeCube& cube : cubes) {
-          const TiledSurface surface = extractor.extract(with_cell(request, cube, finest));
+          const TiledMesh surface = extractor.extract(with_cell(request, cube, finest));
           sum += digest_of(surface);
           for (const TileMesh& tile : surface.tiles) {
             EXPECT_TRUE(std::all_of(tile.mesh.vertices.begin(), tile.mesh.vertices.end(),
@@ -92,14 +92,14 @@ TEST_P(SurfaceCells, WeldToASurfaceOfTheSameTopologyEvenIfSimplified) {
   const SurfaceExtractor extractor(dataset);
   const DataBorder border = data_border(info, kDefaultLatticeResolution, 0);
   for (const double isovalue : some_isovalues(*dataset)) {
-    const TiledSurface full = extractor.extract({.request = {.isovalue = isovalue, .error = 0}});
+    const TiledMesh full = extractor.extract({.request = {.isovalue = isovalue, .error = 0}});
     const MeshTopology expected = topology(mesh_of(full), border);
     for (const int exponent : {kMinCellExponent, info.grid_exponent - 1}) {
       if (exponent < kMinCellExponent) continue;
       SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", exponent " << exponent);
       std::vector<TileMesh> tiles;
       for (const OctreeCube& cube : cubes_of(info, exponent)) {
-        TiledSurface surface = extractor.extract(
+        TiledMesh surface = extractor.extract(
             with_cell({.isovalue = isovalue, .error = 1, .simplify = true}, cube));
         std::move(surface.tiles.begin(), surface.tiles.end(), std::back_inserter(tiles));
       }
@@ -136,7 +136,7 @@ TEST_P(SurfaceCells, OmitOctantsWithoutSurfaceAtEveryError) {
   }
 }
 
-TEST(SurfaceCell, OmitsNothingWhereValuesLieOnBothSides) {
+TEST(OctreeNode, OmitsNothingWhereValuesLieOnBothSides) {
   const DatasetPtr dataset =
       prepared({"small_ball", fields::sampled<float>({65, 65, 65}, [](int x, int y, int z) {
                   return 6 - std::hypot(x - 20, y - 20, z - 30);
@@ -147,7 +147,7 @@ TEST(SurfaceCell, OmitsNothingWhereValuesLieOnBothSides) {
   EXPECT_EQ(crossed, 0x11U);  // The octants next to the origin and above it.
   const SurfaceExtractor extractor(dataset);
   for (int i = 0; i < 8; ++i) {
-    const TiledSurface surface =
+    const TiledMesh surface =
         extractor.extract(with_cell({.isovalue = isovalue, .error = 0}, root.child(i)));
     EXPECT_EQ((crossed >> i & 1U) != 0, !surface.tiles.empty()) << i;
   }

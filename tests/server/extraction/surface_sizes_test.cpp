@@ -8,7 +8,7 @@
 #include "common/base/in_parallel.hpp"
 #include "server/extraction/detail/simplified_surface.hpp"
 #include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
+#include "server/service/caching_surface_provider.hpp"
 #include "server/stream/stream_plan.hpp"
 #include "tests/support/prepared_fields.hpp"
 
@@ -28,7 +28,7 @@ std::vector<DatasetPtr> datasets() {
 
 // The size of the encoded step.
 SurfaceSize size_of(const DatasetPtr& dataset, const StepRequest& step) {
-  const ExtractedSurfaces source(std::make_shared<const SurfaceExtractor>(dataset));
+  const CachingSurfaceProvider source(std::make_shared<const SurfaceExtractor>(dataset));
   return size_of(source.make(step, {}));
 }
 
@@ -40,7 +40,7 @@ double triangles_of(const DatasetPtr& dataset, const StepRequest& step) {
 TEST(SimplificationWork, IsAtLeastItsLongestChain) {
   const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(90, 0.2, 8)});
   const SurfaceExtractor extractor(dataset);
-  TiledSurface surface = extractor.extract({.request = {.isovalue = 0, .error = 0.1}});
+  TiledMesh surface = extractor.extract({.request = {.isovalue = 0, .error = 0.1}});
   const SimplificationOptions how{.lattice_step = {0.03125, 0.03125, 0.03125}, .max_distance = 0.5};
   const int root = dataset->info.grid_exponent;
   const SimplificationWork work =

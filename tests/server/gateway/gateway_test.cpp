@@ -212,8 +212,8 @@ TEST(GatewayTest, AnswersHttpLikeAServer) {
 }
 
 // A step whose first tile does not match its digest.
-StepTiles damaged_step(const StepRequest& step) {
-  StepTiles made = testing::octahedron_step(step);
+EncodedStep damaged_step(const StepRequest& step) {
+  EncodedStep made = testing::octahedron_step(step);
   std::string payload = *made.tiles.front().payload;
   payload[payload.size() / 2] = static_cast<char>(payload[payload.size() / 2] ^ 0x55);
   made.tiles.front().payload = std::make_shared<const std::string>(std::move(payload));
@@ -259,7 +259,7 @@ TEST(GatewayTest, DropsDamagedTilesAndQuarantinesTheirServer) {
 TEST(GatewayTest, QuarantinesAServerThatSendsDamagedShells) {
   Upstream damaged(
       std::make_shared<FakeSteps>("octahedron", [](const StepRequest& step, std::stop_token) {
-        StepTiles made = ball_step(step);
+        EncodedStep made = ball_step(step);
         std::string payload = *made.tiles.front().payload;
         payload.back() = static_cast<char>(payload.back() ^ 0x55);
         made.tiles.front().payload = std::make_shared<const std::string>(std::move(payload));

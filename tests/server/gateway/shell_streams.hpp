@@ -16,7 +16,7 @@
 namespace multitetra::testing {
 
 // A ball in one shell if shells are requested, octahedra otherwise.
-inline StepTiles ball_step(const StepRequest& step) {
+inline EncodedStep ball_step(const StepRequest& step) {
   if (!step.shell) return octahedron_step(step);
   const std::vector<std::uint8_t> samples = {0, 0, 0, 0, 1, 0, 0, 0, 0,  //
                                              0, 1, 0, 1, 9, 1, 0, 1, 0,  //

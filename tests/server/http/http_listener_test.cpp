@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "server/http/host.hpp"
 #include "server/operations/prometheus_metrics.hpp"
 #include "tests/support/fake_steps.hpp"

@@ -174,7 +174,7 @@ TEST(MeshQuery, HasEveryOptionOfTheCommandLine) {
   EXPECT_EQ(query.isovalues, std::vector<double>{-300.0});
   EXPECT_EQ(query.request.error, 0.25);
   EXPECT_EQ(query.request.unit, ErrorUnit::kWorld);
-  EXPECT_EQ(query.request.measure, ErrorMeasure::kPaper);
+  EXPECT_EQ(query.request.error_measure, ErrorMeasure::kPaper);
   EXPECT_EQ(query.request.topology_rule, TopologyRule::kPaper);
   EXPECT_EQ(query.request.topology_tolerance, 2);
   EXPECT_EQ(query.request.lattice_resolution, 4);

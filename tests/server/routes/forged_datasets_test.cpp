@@ -58,12 +58,12 @@ std::vector<double> isovalues(const DatasetInfo& info) {
 // Streams previews and the final surface of a dataset as a worker does, also in shells.
 void stream_all(const DatasetPtr& dataset) {
   const auto source =
-      std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset));
+      std::make_shared<CachingSurfaceProvider>(std::make_shared<const SurfaceExtractor>(dataset));
   for (const double isovalue : isovalues(dataset->info)) {
     for (const bool shells : {false, true}) {
       OpenStream open{.dataset = dataset->info.name,
                       .request = {.isovalue = isovalue, .error = 0.25, .simplify = true}};
-      const StartStream action{.open = open, .source = source, .shells = shells};
+      const ValidatedStream action{.open = open, .source = source, .shells = shells};
       StreamMessages messages(open, dataset->info, std::nullopt, shells);
       while (const auto state = messages.take_request()) {
         auto made = make_steps(action, *state, 0, {}, {});

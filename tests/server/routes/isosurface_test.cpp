@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "server/http/detail/min_transfer_rate.hpp"
 #include "server/routes/detail/mesh_file_cache.hpp"
 #include "tests/support/fake_steps.hpp"

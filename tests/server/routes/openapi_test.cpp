@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "server/tilesets/neuroglancer.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
@@ -105,7 +105,7 @@ class SampledSteps : public FakeSteps {
 };
 
 // The step with normals, if the request has them.
-StepTiles shaded(StepTiles step, const IsosurfaceRequest& request) {
+EncodedStep shaded(EncodedStep step, const IsosurfaceRequest& request) {
   if (request.normal_bits == 0) return step;
   for (EncodedTile& tile : step.tiles) {
     const auto mesh = decode_tile(*tile.payload, tile.summary, request.lattice_resolution);
@@ -119,7 +119,7 @@ StepTiles shaded(StepTiles step, const IsosurfaceRequest& request) {
 class OpenApiTest : public ::testing::Test {
  protected:
   OpenApiTest() {
-    const auto make = [](const StepRequest& step, const std::stop_token&) -> StepTiles {
+    const auto make = [](const StepRequest& step, const std::stop_token&) -> EncodedStep {
       if (step.request.isovalue == 13) throw std::runtime_error("failure");
       if (step.request.isovalue == 12) return {};
       return shaded(testing::octahedron_step(step), step.request);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
 #include "tests/support/running_http_server.hpp"

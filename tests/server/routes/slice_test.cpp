@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
 #include "tests/support/running_http_server.hpp"

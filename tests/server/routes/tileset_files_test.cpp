@@ -13,7 +13,7 @@
 #include "common/mesh/mesh_checks.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/routes/path_pattern.hpp"
-#include "server/service/extracted_surfaces.hpp"
+#include "server/service/caching_surface_provider.hpp"
 #include "server/tilesets/neuroglancer.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/glb_reader.hpp"
@@ -88,7 +88,7 @@ TEST_F(TilesetFiles, JoinLeavesToTheSurfaceWithoutACrack) {
   std::vector<const LatticeMesh*> pointers;
   for (const LatticeMesh& leaf : leaves) pointers.push_back(&leaf);
   const MeshTopology found = topology_of(pointers);
-  const TiledSurface full =
+  const TiledMesh full =
       SurfaceExtractor(gyroid()).extract({.request = {.isovalue = kIsovalue, .error = 0}});
   pointers.clear();
   for (const TileMesh& tile : full.tiles) pointers.push_back(&tile.mesh);
@@ -97,7 +97,7 @@ TEST_F(TilesetFiles, JoinLeavesToTheSurfaceWithoutACrack) {
   EXPECT_EQ(found.euler_characteristic, expected.euler_characteristic);
   EXPECT_EQ(found.components, expected.components);
   // Vertices on the cells' faces stay: a few triangles more than those of the whole surface.
-  const TiledSurface whole = SurfaceExtractor(gyroid()).extract(
+  const TiledMesh whole = SurfaceExtractor(gyroid()).extract(
       {.request = {.isovalue = kIsovalue, .error = kDefaultError, .simplify = true}});
   std::size_t triangles = 0;
   for (const TileMesh& tile : whole.tiles) triangles += tile.mesh.triangles.size();
@@ -206,7 +206,7 @@ TEST_F(NeuroglancerFiles, ContainTheSamplesAsAnImage) {
 class CountedCells : public SurfaceProvider {
  public:
   [[nodiscard]] const DatasetInfo& info() const override { return steps_.info(); }
-  [[nodiscard]] StepTiles make(const StepRequest& step, std::stop_token stop) const override {
+  [[nodiscard]] EncodedStep make(const StepRequest& step, std::stop_token stop) const override {
     ++made;
     return steps_.make(step, std::move(stop));
   }
@@ -216,7 +216,7 @@ class CountedCells : public SurfaceProvider {
   mutable std::atomic<int> made = 0;
 
  private:
-  ExtractedSurfaces steps_{std::make_shared<const SurfaceExtractor>(gyroid())};
+  CachingSurfaceProvider steps_{std::make_shared<const SurfaceExtractor>(gyroid())};
 };
 
 TEST_F(NeuroglancerFiles, Return304ForMatchingTags) {

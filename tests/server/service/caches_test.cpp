@@ -189,7 +189,7 @@ TEST(SingleFlight, SurvivesAThrowingCopy) {
 
 // ---- SurfaceCache
 
-StepTiles step_of(std::vector<EncodedTile> tiles) {
+EncodedStep step_of(std::vector<EncodedTile> tiles) {
   return {.tetrahedra = 100, .active_tetrahedra = 10, .tiles = std::move(tiles)};
 }
 
@@ -200,8 +200,8 @@ TEST(SurfaceCache, ReturnsACachedStep) {
     ++made;
     return step_of(fine_tiles());
   };
-  const StepTiles first = cache.get("a", {}, make);
-  const StepTiles again = cache.get("a", {}, make);
+  const EncodedStep first = cache.get("a", {}, make);
+  const EncodedStep again = cache.get("a", {}, make);
   EXPECT_EQ(made, 1);
   EXPECT_EQ(again.tetrahedra, 100U);
   EXPECT_EQ(again.active_tetrahedra, 10U);
@@ -227,14 +227,14 @@ TEST(SurfaceCache, KeepsTheSummaryOfEachStepForASharedTile) {
   SurfaceCache cache(1 << 20);
   const auto simplified_to = [](double bound) {
     return [bound](const std::stop_token&) {
-      StepTiles step = step_of(fine_tiles());
+      EncodedStep step = step_of(fine_tiles());
       for (EncodedTile& tile : step.tiles) tile.summary.simplification_bound = bound;
       return step;
     };
   };
   (void)cache.get("a", {}, simplified_to(0.1));
   (void)cache.get("b", {}, simplified_to(0.3));
-  const auto never = [](const std::stop_token&) -> StepTiles { throw std::logic_error("made"); };
+  const auto never = [](const std::stop_token&) -> EncodedStep { throw std::logic_error("made"); };
   for (const EncodedTile& tile : cache.get("a", {}, never).tiles) {
     EXPECT_EQ(tile.summary.simplification_bound, 0.1);
   }
@@ -262,7 +262,7 @@ TEST(SurfaceCache, StaysWithinItsBytesAndCorrect) {
   for (int i = 0; i < 300; ++i) {
     const bool is_fine = random() % 2 == 0;
     const std::string key = (is_fine ? "fine " : "coarse ") + std::to_string(random() % 20);
-    const StepTiles step = cache.get(key, {}, [is_fine](const std::stop_token&) {
+    const EncodedStep step = cache.get(key, {}, [is_fine](const std::stop_token&) {
       return step_of(is_fine ? fine_tiles() : coarse_tiles());
     });
     ASSERT_EQ(step.tiles[0].summary, (is_fine ? fine_tiles() : coarse_tiles())[0].summary);

@@ -34,7 +34,7 @@ struct Running {
     set_log_level(LogLevel::kOff);
   }
   ~Running() {
-    if (caller) caller->close();
+    if (service_client) service_client->close();
     io.restart();
     io.run();
     service.workers().join();
@@ -56,8 +56,8 @@ struct Running {
     return result.get();
   }
   Result<void> log_in(const std::string& token = {}) {
-    caller = service.open(client);
-    return finish(start(caller->log_in(token)));
+    service_client = service.open(client);
+    return finish(start(service_client->log_in(token)));
   }
   using Surfaces = std::vector<Surface>;
   std::future<Result<Surfaces>> request(SurfacesRequest request = {.dataset = "fake",
@@ -67,18 +67,19 @@ struct Running {
           used_by = std::this_thread::get_id();
           return surfaces;
         };
-    return start(caller->made_from_surfaces<Surfaces>(std::move(request), "test", std::move(keep)));
+    return start(
+        service_client->made_from_surfaces<Surfaces>(std::move(request), "test", std::move(keep)));
   }
 
   AdmissionControl admission;
   asio::io_context io{1};
   LocalService service;
   ConnectionContextPtr client = admission.admit("http", "127.0.0.1", "test").client;
-  CallerPtr caller;
+  ServiceClientPtr service_client;
   std::thread::id used_by;
 };
 
-StepTiles octahedra(const StepRequest& step, const std::stop_token&) {
+EncodedStep octahedra(const StepRequest& step, const std::stop_token&) {
   return testing::octahedron_step(step);
 }
 
@@ -113,7 +114,7 @@ TEST(LocalService, MakesWhatIsWantedOfAllSurfacesOnAWorker) {
 
 TEST(LocalService, ReturnsNothingBeforeATokenIsChecked) {
   Running running(octahedra);
-  running.caller = running.service.open(running.client);
+  running.service_client = running.service.open(running.client);
   EXPECT_EQ(running.finish(running.request()).error().code, ErrorCode::kUnknownDataset);
 }
 
@@ -148,7 +149,7 @@ TEST(LocalService, UsesNoWorkerForAClosedCaller) {
   ASSERT_TRUE(running.log_in());
   auto surface = running.request();
   ASSERT_TRUE(working.reaches(1));
-  running.caller->close(Error{ErrorCode::kUnavailable, "The server stops."});
+  running.service_client->close(Error{ErrorCode::kUnavailable, "The server stops."});
   const auto refused = running.finish(std::move(surface));
   EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable) << "why it was closed";
   EXPECT_TRUE(working.reaches(0));
@@ -162,7 +163,7 @@ TEST(LocalService, LimitsTheTimeForARequest) {
   ASSERT_TRUE(working.reaches(1));
   running.io.restart();
   running.io.poll();
-  running.caller->enforce_limits(std::chrono::steady_clock::now() + 1h);
+  running.service_client->enforce_limits(std::chrono::steady_clock::now() + 1h);
   const auto refused = running.finish(std::move(surface));
   EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
 }
@@ -171,7 +172,7 @@ TEST(LocalService, DescribesDatasetsButStartsNothingWhileDraining) {
   Running running(octahedra);
   running.admission.drain([] {});
   ASSERT_TRUE(running.log_in());
-  EXPECT_TRUE(running.caller->permit().describe("fake"));
+  EXPECT_TRUE(running.service_client->client_access().describe("fake"));
   EXPECT_EQ(running.finish(running.request()).error().code, ErrorCode::kUnavailable);
 }
 
@@ -189,10 +190,11 @@ TEST(LocalService, UsesTheCatalogueOfTheTokenCheck) {
   Running running(octahedra);
   ASSERT_TRUE(running.log_in());
   running.service.offer(testing::fake_catalogue("another"));
-  EXPECT_TRUE(running.caller->permit().describe("fake")) << "as long as the request lasts";
+  EXPECT_TRUE(running.service_client->client_access().describe("fake"))
+      << "as long as the request lasts";
   ASSERT_TRUE(running.log_in());
-  EXPECT_FALSE(running.caller->permit().describe("fake"));
-  EXPECT_TRUE(running.caller->permit().describe("another"));
+  EXPECT_FALSE(running.service_client->client_access().describe("fake"));
+  EXPECT_TRUE(running.service_client->client_access().describe("another"));
 }
 
 }  // namespace

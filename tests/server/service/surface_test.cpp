@@ -10,7 +10,7 @@
 
 #include "common/mesh/mesh_checks.hpp"
 #include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
+#include "server/service/caching_surface_provider.hpp"
 #include "tests/support/prepared_fields.hpp"
 
 namespace multitetra {
@@ -18,9 +18,9 @@ namespace {
 
 class SurfaceTest : public ::testing::Test {
  protected:
-  [[nodiscard]] static SurfaceTiles tiles_of(const StepTiles& step,
-                                             const IsosurfaceRequest& request) {
-    SurfaceTiles tiles{.begin = {.request = request, .tiles = {}}, .meshes = step.meshes};
+  [[nodiscard]] static ReceivedSurface tiles_of(const EncodedStep& step,
+                                                const IsosurfaceRequest& request) {
+    ReceivedSurface tiles{.begin = {.request = request, .tiles = {}}, .meshes = step.meshes};
     for (const EncodedTile& tile : step.tiles) {
       tiles.begin.tiles.push_back(tile.summary);
       tiles.payloads.push_back(tile.payload);
@@ -28,11 +28,11 @@ class SurfaceTest : public ::testing::Test {
     }
     return tiles;
   }
-  [[nodiscard]] StepTiles encoded(const IsosurfaceRequest& request) const {
+  [[nodiscard]] EncodedStep encoded(const IsosurfaceRequest& request) const {
     return surfaces_.make(final_step(request), {});
   }
-  [[nodiscard]] StepTiles meshes(const IsosurfaceRequest& request) const {
-    const ExtractedSurfaces fresh(extractor_);
+  [[nodiscard]] EncodedStep meshes(const IsosurfaceRequest& request) const {
+    const CachingSurfaceProvider fresh(extractor_);
     return fresh.make_meshes(final_step(request), {});
   }
   static void expect_equal(const Result<Surface>& a, const Result<Surface>& b) {
@@ -47,13 +47,14 @@ class SurfaceTest : public ::testing::Test {
 
   std::shared_ptr<const SurfaceExtractor> extractor_ = std::make_shared<const SurfaceExtractor>(
       testing::prepared({"gyroid", testing::fields::gyroid(40, 0.1, 8)}));
-  ExtractedSurfaces surfaces_{extractor_, std::make_shared<SurfaceCache>(std::size_t{64} << 20)};
+  CachingSurfaceProvider surfaces_{extractor_,
+                                   std::make_shared<SurfaceCache>(std::size_t{64} << 20)};
 };
 
 TEST_F(SurfaceTest, IsTheSameWithAndWithoutEncoding) {
   for (const bool is_simplified : {false, true}) {
     const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25, .simplify = is_simplified};
-    const StepTiles made = meshes(request);
+    const EncodedStep made = meshes(request);
     ASSERT_EQ(made.meshes.size(), made.tiles.size());
     EXPECT_EQ(made.tiles.front().payload, nullptr);
     expect_equal(assembled(tiles_of(made, request), {}),
@@ -71,7 +72,7 @@ TEST_F(SurfaceTest, HasTheNormalsThatAClientDecodes) {
 
 TEST_F(SurfaceTest, IsIndependentOfTileOrder) {
   const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25};
-  StepTiles step = encoded(request);
+  EncodedStep step = encoded(request);
   const auto surface = assembled(tiles_of(step, request), {});
   std::shuffle(step.tiles.begin(), step.tiles.end(), std::mt19937(1));  // NOLINT: the same always.
   expect_equal(surface, assembled(tiles_of(step, request), {}));
@@ -82,21 +83,21 @@ TEST_F(SurfaceTest, IsIndependentOfTileOrder) {
 TEST_F(SurfaceTest, UsesCachedTiles) {
   const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25};
   EXPECT_FALSE(surfaces_.make_meshes(final_step(request), {}).meshes.empty());
-  const StepTiles kept = encoded(request);
-  const StepTiles again = surfaces_.make_meshes(final_step(request), {});
+  const EncodedStep kept = encoded(request);
+  const EncodedStep again = surfaces_.make_meshes(final_step(request), {});
   EXPECT_TRUE(again.meshes.empty());
   EXPECT_EQ(again.tiles.front().payload, kept.tiles.front().payload);
 }
 
 TEST_F(SurfaceTest, RejectsMissingAndWrongTiles) {
   const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25};
-  SurfaceTiles missing = tiles_of(encoded(request), request);
+  ReceivedSurface missing = tiles_of(encoded(request), request);
   missing.payloads.back() = nullptr;
   EXPECT_EQ(assembled(std::move(missing), {}).error().code, ErrorCode::kDamagedData);
-  SurfaceTiles wrong = tiles_of(encoded(request), request);
+  ReceivedSurface wrong = tiles_of(encoded(request), request);
   wrong.payloads.back() = std::make_shared<const std::string>("nonsense");
   EXPECT_EQ(assembled(std::move(wrong), {}).error().code, ErrorCode::kDamagedData);
-  SurfaceTiles other = tiles_of(meshes(request), request);
+  ReceivedSurface other = tiles_of(meshes(request), request);
   other.digest += ContentDigest{1, 2};
   EXPECT_EQ(assembled(std::move(other), {}).error().code, ErrorCode::kDamagedData);
 }

@@ -30,10 +30,10 @@ struct Describe {
     }
     return "another message";
   }
-  std::string operator()(const StartStream& start) const {
+  std::string operator()(const ValidatedStream& start) const {
     return "start " + std::to_string(start.open.request_id);
   }
-  std::string operator()(const RunQuery& requested) const {
+  std::string operator()(const ValidatedQuery& requested) const {
     return std::string(kind_of(requested.query)) + " " +
            std::to_string(request_id_of(requested.query));
   }
@@ -108,12 +108,12 @@ TEST(Session, AnswersPingsBeforeHello) {
 }
 
 TEST(Session, SaysBeforeHelloWhetherItRequiresAToken) {
-  auto guarded = std::make_shared<AccessList>();
-  guarded->add({.digest = digest_of_token("good"), .rights = AccessRights("alice", {"*"})});
-  auto open = std::make_shared<AccessList>(*guarded);
+  auto catch_as_error = std::make_shared<AccessList>();
+  catch_as_error->add({.digest = digest_of_token("good"), .rights = AccessRights("alice", {"*"})});
+  auto open = std::make_shared<AccessList>(*catch_as_error);
   open->add_anonymous(AccessRights("anonymous", {"*"}));
   const auto catalogue = std::make_shared<DatasetCatalogue>();
-  Session session(catalogue, {}, guarded);
+  Session session(catalogue, {}, catch_as_error);
   EXPECT_EQ(words(session.receive(Ping{7})), Words{"pong 7 with token"});
   EXPECT_EQ(words(session.receive(Hello{.token = "good"})), Words{"welcome"});
   EXPECT_EQ(words(session.receive(Ping{8})), Words{"pong 8"});
@@ -206,7 +206,7 @@ TEST(Session, StartsAStreamOfAKnownDataset) {
   Session session = welcomed_session();
   const Actions actions = session.receive(open(1, "tooth"));
   ASSERT_EQ(words(actions), Words{"start 1"});
-  EXPECT_EQ(std::get<StartStream>(actions.front()).source->info().name, "tooth");
+  EXPECT_EQ(std::get<ValidatedStream>(actions.front()).source->info().name, "tooth");
 }
 
 TEST(Session, SupersedesTheRunningStream) {
@@ -307,7 +307,7 @@ TEST(Session, RejectsCellsOutsideTheGrid) {
   std::uint64_t id = 0;
   const auto answer_to = [&](const OctreeCube& cube) {
     OpenStream request = open(++id, "grid");
-    request.request.cell = SurfaceCell{.cube = cube};
+    request.request.cell = OctreeNode{.cube = cube};
     return words(session.receive(request)).back();
   };
   EXPECT_EQ(answer_to({6, 0, 0, 0}), "start 1");
@@ -383,7 +383,7 @@ class Watcher {
   void watch(const Actions& actions) {
     for (const Action& action : actions) {
       EXPECT_FALSE(is_closed_) << "something follows Close";
-      if (const auto* start = std::get_if<StartStream>(&action)) {
+      if (const auto* start = std::get_if<ValidatedStream>(&action)) {
         EXPECT_EQ(running_, 0U) << "two streams at once";
         running_ = start->open.request_id;
       } else if (const auto* stop = std::get_if<StopStream>(&action)) {
@@ -466,7 +466,7 @@ TEST(Session, UsesTheDatasetsOfTheLastList) {
   const auto source = [&session](std::uint64_t id, const std::string& dataset) {
     const Actions actions = session.receive(
         OpenStream{.request_id = id, .dataset = dataset, .cached_tile_digests = {}});
-    const auto* start = std::get_if<StartStream>(&actions.back());
+    const auto* start = std::get_if<ValidatedStream>(&actions.back());
     return start != nullptr ? start->source : nullptr;
   };
   const auto has_new_list = [&session] {

@@ -21,13 +21,13 @@ OpenStream progressive() {
           .cached_tile_digests = {}};
 }
 
-MadeStep made_step(std::vector<EncodedTile> tiles, bool is_final = false) {
+StepResult made_step(std::vector<EncodedTile> tiles, bool is_final = false) {
   return {.step = {.request = progressive().request, .finest_spacing = is_final ? 1 : 4},
           .is_final = is_final,
           .encoded = {.tetrahedra = 100, .active_tetrahedra = 10, .tiles = std::move(tiles)},
           .after = {.request = progressive().request}};
 }
-MadeStep empty_step(const OpenStream& open) {
+StepResult empty_step(const OpenStream& open) {
   return {.step = {.request = open.request}, .is_final = true, .encoded = {}};
 }
 
@@ -64,7 +64,7 @@ TEST(StreamMessages, SendEverySuppliedStepThenTheEnd) {
     ASSERT_TRUE(state);
     EXPECT_EQ(state->request, progressive().request);
     EXPECT_EQ(state->delivered.size(), i);
-    MadeStep made = made_step(fine_tiles(), i + 1 == kSteps);
+    StepResult made = made_step(fine_tiles(), i + 1 == kSteps);
     made.after = *state;
     stream.supply(made, 0.25);
     const auto begin = std::get<StepBegin>(stream.take());
@@ -90,7 +90,7 @@ TEST(StreamMessages, SendPreviewsOfSeveralDatasetsInGroups) {
   open.further_datasets = {"second", "third"};
   StreamMessages stream(open, octahedra_info());
   const auto group = [&](std::size_t count) {
-    std::vector<MadeStep> previews(count, made_step(fine_tiles()));
+    std::vector<StepResult> previews(count, made_step(fine_tiles()));
     stream.supply(std::move(previews), 0.5);
     return take_all(stream);
   };
@@ -115,7 +115,7 @@ TEST(StreamMessages, DropPreviewsOfACancelledGroup) {
   open.further_datasets = {"second"};
   StreamMessages stream(open, octahedra_info());
   (void)stream.take_request();
-  std::vector<MadeStep> previews(2, made_step(fine_tiles()));
+  std::vector<StepResult> previews(2, made_step(fine_tiles()));
   stream.supply(std::move(previews), 0);
   (void)stream.take();
   stream.end(StreamOutcome::kCancelled);
@@ -133,7 +133,7 @@ TEST(StreamMessages, ReportDeliveredStepsWithTheirBytes) {
   ASSERT_TRUE(state);
   ASSERT_EQ(state->delivered.size(), 1U);
   EXPECT_EQ(state->delivered[0].step, made_step({}).step);
-  EXPECT_EQ(state->delivered[0].size.bytes, size_of(StepTiles{.tiles = fine_tiles()}).bytes);
+  EXPECT_EQ(state->delivered[0].size.bytes, size_of(EncodedStep{.tiles = fine_tiles()}).bytes);
 }
 
 TEST(StreamMessages, CountSentTilesAndSumDigestsInStepEnd) {

@@ -15,7 +15,7 @@ using testing::FakeSteps;
 // The size of a one-tile surface of about `whole` triangles that halves when the error doubles.
 std::uint32_t triangles_at(const IsosurfaceRequest& request, double whole) {
   return static_cast<std::uint32_t>(whole /
-                                    std::max({1.0, request.error, request.thresholds.at_least}));
+                                    std::max({1.0, request.error, request.thresholds.error_floor}));
 }
 
 // A dataset whose estimates are `estimated_part` times the real size.
@@ -26,7 +26,7 @@ class Misjudged : public FakeSteps {
             "misjudged",
             [whole, &made](const StepRequest& step, const std::stop_token&) {
               ++made;
-              StepTiles encoded;
+              EncodedStep encoded;
               encoded.tiles.push_back({.summary = {.triangles = triangles_at(step.request, whole)},
                                        .payload = nullptr});
               return encoded;
@@ -71,7 +71,7 @@ TEST(StreamPlan, MeetsABudgetWithTheSecondSurface) {
     const Misjudged source(1e6, part, made);
     const StreamState state = {.request = {.error = 0.25, .max_triangles = 100'000},
                                .steps = StepPolicy::kFinalOnly};
-    const MadeStep step = make_next_step(source, state, {}).value();
+    const StepResult step = make_next_step(source, state, {}).value();
     EXPECT_TRUE(step.is_final);
     EXPECT_LE(made, 2);
     EXPECT_EQ(made == 1, part >= 0.9) << "estimates are trusted to a tenth";
@@ -85,11 +85,11 @@ TEST(StreamPlan, RebuildsFinerAfterATooLargeEstimate) {
   for (const double part : {1.5, 2.0, 5.0, 100.0}) {
     int made = 0;
     const Misjudged source(1e6, part, made);
-    const MadeStep step = make_next_step(source,
-                                         {.request = {.error = 0.25, .max_triangles = 100'000},
-                                          .steps = StepPolicy::kFinalOnly},
-                                         {})
-                              .value();
+    const StepResult step = make_next_step(source,
+                                           {.request = {.error = 0.25, .max_triangles = 100'000},
+                                            .steps = StepPolicy::kFinalOnly},
+                                           {})
+                                .value();
     EXPECT_EQ(made, 2) << part;
     EXPECT_LE(size_of(step.encoded).triangles, 100'000);
     EXPECT_GE(size_of(step.encoded).triangles, 70'000) << part;
@@ -166,8 +166,8 @@ TEST(StreamPlan, SendsACellInOneStepAtItsSpacing) {
   int made = 0;
   const Misjudged source(1e6, 1, made);
   StreamState state = {.request = {.error = 1}, .steps = StepPolicy::kProgressive};
-  state.request.cell = SurfaceCell{.cube = {5, 0, 0, 0}, .finest_spacing = 8};
-  const MadeStep step = make_next_step(source, state, {}).value();
+  state.request.cell = OctreeNode{.cube = {5, 0, 0, 0}, .finest_spacing = 8};
+  const StepResult step = make_next_step(source, state, {}).value();
   EXPECT_TRUE(step.is_final);
   EXPECT_EQ(step.step.request, state.request);
   EXPECT_EQ(step.step.finest_spacing, 8);
@@ -183,18 +183,18 @@ TEST(StreamPlan, BuildsASimplifiedSurfaceOnceAndReportsItsThreshold) {
   int made = 0;
   const FakeSteps source("simplified", [&made](const StepRequest& step, const std::stop_token&) {
     ++made;
-    EXPECT_EQ(step.request.thresholds.at_least, 0);
-    StepTiles tiled;
+    EXPECT_EQ(step.request.thresholds.error_floor, 0);
+    EncodedStep tiled;
     tiled.tiles.push_back({.summary = {.triangles = 95}, .payload = nullptr});
-    tiled.at_least = 2.5;
+    tiled.error_floor = 2.5;
     return tiled;
   });
   StreamState state = {.request = {.error = 0.25, .max_triangles = 100, .simplify = true},
                        .steps = StepPolicy::kFinalOnly};
-  const MadeStep step = make_next_step(source, state, {}).value();
+  const StepResult step = make_next_step(source, state, {}).value();
   EXPECT_TRUE(step.is_final);
   EXPECT_EQ(made, 1);
-  EXPECT_EQ(step.step.request.thresholds.at_least, 2.5);
+  EXPECT_EQ(step.step.request.thresholds.error_floor, 2.5);
   state.request.max_triangles = 94;
   const auto refused = make_next_step(source, state, {});
   ASSERT_FALSE(refused);
@@ -242,13 +242,13 @@ TEST(StreamPlan, StartsWithTheResumedPreviews) {
     state.resumed_previews = {{.finest_spacing = 16},
                               {.finest_spacing = 4, .is_unsimplified = true}};
     for (const Preview& preview : state.resumed_previews) {
-      const MadeStep made = make_next_step(source, state, {}).value();
+      const StepResult made = make_next_step(source, state, {}).value();
       EXPECT_FALSE(made.is_final);
       EXPECT_EQ(made.step, preview_step(state.request, preview, source.info()));
       state = made.after;
       state.delivered.push_back({.step = made.step, .size = size_of(made.encoded)});
     }
-    const MadeStep next = make_next_step(source, state, {}).value();
+    const StepResult next = make_next_step(source, state, {}).value();
     EXPECT_LT(next.step.finest_spacing, 4);
     if (!previews) {
       EXPECT_TRUE(next.is_final) << "the final step had begun";
@@ -287,7 +287,7 @@ TEST(StreamPlan, SendsTheCertifiedPreviewOnlyWithoutWaitingWork) {
   const auto has_own_model = [&](StepPolicy steps, const StepLimits& limits) {
     StreamState state = {.request = {.error = 0.5, .simplify = true}, .steps = steps};
     for (;;) {
-      const MadeStep made = make_next_step(source, state, {}, limits).value();
+      const StepResult made = make_next_step(source, state, {}, limits).value();
       if (made.is_final || made.is_over) return false;
       if (made.step.finest_spacing == 1) return true;
       state = made.after;

@@ -18,8 +18,8 @@ TEST(LatticeGlb, KeepsEveryVertexExactly) {
   for (int i = 0; i < 8; ++i) {
     const OctreeCube cube = OctreeCube{6, 0, 0, 0}.child(i);
     IsosurfaceRequest request{.isovalue = 0.1, .error = 0.2};
-    request.cell = SurfaceCell{.cube = cube};
-    const TiledSurface surface = extractor.extract(final_step(request));
+    request.cell = OctreeNode{.cube = cube};
+    const TiledMesh surface = extractor.extract(final_step(request));
     LatticeMesh mesh = weld(surface.tiles, kDefaultLatticeResolution);
     mesh.normals.assign(mesh.vertices.size(), {0, 0.6F, 0.8F});
     const ReadGlb glb = read_glb(lattice_glb(mesh, cube, {1, 2, 3}, {"liver", 17}));

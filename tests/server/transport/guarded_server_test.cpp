@@ -434,7 +434,7 @@ class SizedSteps : public FakeSteps {
       : FakeSteps(name, heavy(triangles, 10)), estimated_(estimated) {}
   [[nodiscard]] SizeEstimates sizes(std::stop_token, SizeAccuracy) const override {
     const auto size_at = [estimated = estimated_](const IsosurfaceRequest& request) {
-      const double floor = std::max(request.error, request.thresholds.at_least);
+      const double floor = std::max(request.error, request.thresholds.error_floor);
       return SurfaceSize{
           .triangles = estimated / floor, .bytes = estimated, .extracted = estimated};
     };

@@ -65,8 +65,8 @@ class MessageConnectionTest : public ::testing::Test {
   void start(std::chrono::milliseconds idle_time = {}) {
     const ConnectionContextPtr context = admission_.admit("tcp", "127.0.0.1", "test").client;
     auto session =
-        std::make_shared<Conversation>(io_.get_executor(), service_.open(context),
-                                       Session(fake_catalogue(), {}), context, idle_time);
+        std::make_shared<SessionRunner>(io_.get_executor(), service_.open(context),
+                                        Session(fake_catalogue(), {}), context, idle_time);
     connection_ = std::make_shared<MessageConnection>(
         std::make_unique<ByteStream>(tcp::socket(io_)),
         [this](ByteStream&,

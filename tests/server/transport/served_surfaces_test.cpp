@@ -13,7 +13,7 @@
 #include "server/dataset/prepared_format.hpp"
 #include "server/dataset/section_table.hpp"
 #include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
+#include "server/service/caching_surface_provider.hpp"
 #include "tests/support/distance_statistics.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
@@ -249,8 +249,8 @@ TEST(ServedSurfaces, StayWithinTheirBudgetAndReportTheThreshold) {
     EXPECT_LE(triangles(steps), budget);
     EXPECT_GE(10 * triangles(steps), 7 * budget) << "most of it";
     const IsosurfaceRequest& given = steps.back().step->begin.request;
-    EXPECT_GT(given.thresholds.at_least, whole.error);
-    EXPECT_EQ(steps.back().step->begin.error_bound_world, given.thresholds.at_least);
+    EXPECT_GT(given.thresholds.error_floor, whole.error);
+    EXPECT_EQ(steps.back().step->begin.error_bound_world, given.thresholds.error_floor);
   }
   IsosurfaceRequest few_bytes = whole;
   few_bytes.max_bytes = 30'000;
@@ -311,12 +311,12 @@ TEST(ServedSurfaces, HaveNormalsThatAgreeWithTheirTriangles) {
 
 // Users look at the regions with the smallest thresholds.
 TEST(ServedSurfaces, SendTilesOfTheFinestRegionFirst) {
-  const ExtractedSurfaces source(std::make_shared<const SurfaceExtractor>(noisy_gyroid()));
+  const CachingSurfaceProvider source(std::make_shared<const SurfaceExtractor>(noisy_gyroid()));
   IsosurfaceRequest request{.isovalue = 0.1, .error = 4};
   request.thresholds.coordinates = CoordinateSystem::kIndex;
   request.thresholds.regions = {
       {.shape = BallShape{.center = {50, 50, 50}, .radius = 12}, .threshold = 0}};
-  const StepTiles step = source.make({.request = request}, {});
+  const EncodedStep step = source.make({.request = request}, {});
   ASSERT_GE(step.tiles.size(), 3U);
   const ThresholdMap thresholds(request, source.info());
   double before = 0;
@@ -348,7 +348,7 @@ TEST(ServedSurfaces, SendNoTilesIfAllAreHeld) {
                         .steps = StepPolicy::kFinalOnly,
                         .cached_tile_digests = {}};
   MessageSocket socket = server.greet();
-  const auto run = [&](std::uint64_t id, const HeldTiles& held) {
+  const auto run = [&](std::uint64_t id, const CachedTiles& held) {
     OpenStream request = open;
     request.request_id = id;
     for (const auto& [digest, mesh] : held) request.cached_tile_digests.push_back(digest);
@@ -392,8 +392,8 @@ TEST(ServedSurfaces, SendPreviewsOfSeveralDatasetsInOneStream) {
   for (int i = 0; i < 20; ++i) {  // More than a worker makes at a time.
     names.push_back("ball" + std::to_string(10 + i));
     const auto dataset = make_dataset(fields::ball({40, 40, 40}, 5.0 + 0.5 * i), names.back());
-    catalogue->add(
-        std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
+    catalogue->add(std::make_shared<CachingSurfaceProvider>(
+        std::make_shared<const SurfaceExtractor>(dataset)));
   }
   RunningServer server(catalogue);
   auto connected = Client::connect(server.endpoint(), {});

@@ -25,9 +25,9 @@
 
 #include "common/base/atomic_file.hpp"
 #include "common/base/result.hpp"
+#include "common/mesh/checksum.hpp"
 #include "server/core/spectrum/spectrum_builder.hpp"
 #include "server/dataset/byte_source.hpp"
-#include "server/dataset/checksum.hpp"
 
 namespace multitetra {
 

@@ -58,7 +58,7 @@ bool is_microscopic(std::string_view length_unit) {
 struct OpenedJob {
   std::unique_ptr<VolumeSource> source;
   std::optional<LabelVolume> label_volume = std::nullopt;
-  std::optional<VariedSamples> varied = std::nullopt;
+  std::optional<NonconstantBox> varied = std::nullopt;
 };
 
 OpenedJob open_job(const PrepareJob& job, const VolumeFileOptions& options, LatestLabelMap& maps) {
@@ -78,7 +78,7 @@ OpenedJob open_job(const PrepareJob& job, const VolumeFileOptions& options, Late
                       .place = LabelExtent::Place{.least = found->least,
                                                   .greatest = found->greatest,
                                                   .centroid = found->centroid}},
-          VariedSamples{.least = box.least, .greatest = box.greatest}};
+          NonconstantBox{.least = box.least, .greatest = box.greatest}};
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "common/base/json.hpp"
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 #include "server/dataset/dataset_metadata.hpp"
 #include "server/programs/prepare/dataset_output.hpp"
 #include "server/programs/prepare/prepare_arguments.hpp"

@@ -19,7 +19,7 @@ DatasetInfo dataset(double spacing = 1) {
 // topology needs; only the topology tolerance removes these.
 SurfaceSize noisy_surface(const StepRequest& step) {
   const IsosurfaceRequest& request = step.request;
-  const double error = std::max(request.error, request.thresholds.at_least);
+  const double error = std::max(request.error, request.thresholds.error_floor);
   const double topology = 2e5 / std::pow(1 + request.topology_tolerance, 3);
   const double triangles = topology + 1e6 / (1 + error);
   return {.triangles = triangles, .bytes = 1.3 * triangles};
@@ -40,10 +40,10 @@ TEST(Budget, UsesTheLowestSufficientFloor) {
   for (const std::uint64_t triangles : {900'000U, 500'000U, 300'000U}) {
     const IsosurfaceRequest found = within_budget(request_for(triangles), dataset(), noisy_surface);
     EXPECT_EQ(found.topology_tolerance, 0);
-    EXPECT_GT(found.thresholds.at_least, 0);
+    EXPECT_GT(found.thresholds.error_floor, 0);
     EXPECT_TRUE(fits(noisy_surface({found}), found));
     IsosurfaceRequest lower = found;
-    lower.thresholds.at_least /= 2;
+    lower.thresholds.error_floor /= 2;
     EXPECT_FALSE(fits(noisy_surface({lower}), lower)) << triangles;
   }
 }
@@ -54,7 +54,7 @@ TEST(Budget, KeepsTheTopology) {
     request.topology_tolerance = tolerance;
     const IsosurfaceRequest found = within_budget(request, dataset(), noisy_surface);
     EXPECT_EQ(found.topology_tolerance, tolerance);
-    EXPECT_EQ(found.thresholds.at_least, 256) << "as coarse as thresholds make it";
+    EXPECT_EQ(found.thresholds.error_floor, 256) << "as coarse as thresholds make it";
   }
 }
 
@@ -70,12 +70,12 @@ TEST(Budget, GivesTheSameResultInWorldUnits) {
   world.error = 0.25 * 0.5;
   const auto size_of = [](StepRequest step) {  // One voxel is half a world unit.
     step.request.error /= 0.5;
-    step.request.thresholds.at_least /= 0.5;
+    step.request.thresholds.error_floor /= 0.5;
     return noisy_surface(step);
   };
   const IsosurfaceRequest voxels = within_budget(request_for(300'000), dataset(0.5), noisy_surface);
-  EXPECT_DOUBLE_EQ(within_budget(world, dataset(0.5), size_of).thresholds.at_least,
-                   0.5 * voxels.thresholds.at_least);
+  EXPECT_DOUBLE_EQ(within_budget(world, dataset(0.5), size_of).thresholds.error_floor,
+                   0.5 * voxels.thresholds.error_floor);
 }
 
 TEST(Budget, NeedsFewSizeEstimates) {
@@ -95,7 +95,7 @@ TEST(ErrorSchedule, IncreasesWithEveryLevel) {
   double size = noisy_surface({request}).triangles;
   double floor = request.error;
   for (int level = 1; level <= schedule.last(); ++level) {
-    const double higher = schedule.at(level).thresholds.at_least;
+    const double higher = schedule.at(level).thresholds.error_floor;
     EXPECT_GT(higher, floor) << "every level makes a difference";
     EXPECT_LE(higher, 1.2 * floor);
     floor = higher;
@@ -110,10 +110,10 @@ TEST(ErrorSchedule, StartsAtTheLeastThresholdOfAMap) {
   IsosurfaceRequest request = request_for(1);
   request.error = 8;
   request.thresholds.regions = {{.shape = HalfSpaceShape{}, .threshold = 0.5}};
-  EXPECT_LT(ErrorSchedule(request, dataset()).at(1).thresholds.at_least, 0.6);
+  EXPECT_LT(ErrorSchedule(request, dataset()).at(1).thresholds.error_floor, 0.6);
   request.thresholds.regions.clear();
   request.thresholds.view = ThresholdView{};
-  EXPECT_LT(ErrorSchedule(request, dataset()).at(1).thresholds.at_least, 0.1);
+  EXPECT_LT(ErrorSchedule(request, dataset()).at(1).thresholds.error_floor, 0.1);
 }
 
 // Four levels are one octave.

@@ -82,7 +82,7 @@ TEST(RefinementPlan, HasPreviewsThatConvergeToTheRequest) {
     const StepRequest& fine = steps[i + 1].step;
     EXPECT_EQ(coarse.request.isovalue, kSimplified.isovalue);
     if (coarse.finest_spacing == 1) continue;  // The certified step.
-    EXPECT_GE(coarse.request.thresholds.at_least, 2 * fine.request.thresholds.at_least);
+    EXPECT_GE(coarse.request.thresholds.error_floor, 2 * fine.request.thresholds.error_floor);
     EXPECT_GT(coarse.request.topology_tolerance, fine.request.topology_tolerance);
     EXPECT_GE(coarse.finest_spacing, 2 * fine.finest_spacing);
   }
@@ -292,7 +292,7 @@ TEST(RefinementPlan, HasPreviewsForTolerantRequests) {
 
 TEST(RefinementPlan, HasFiniteErrorsForHugeRequests) {
   for (const auto& one : stream({.error = 1e308, .simplify = true}, dataset(513))) {
-    EXPECT_TRUE(std::isfinite(one.step.request.thresholds.at_least));
+    EXPECT_TRUE(std::isfinite(one.step.request.thresholds.error_floor));
   }
 }
 
@@ -302,8 +302,8 @@ TEST(RefinementPlan, IsTheSameInVoxelsAndWorldUnits) {
   const auto world = stream({.error = 0.5 * 0.25, .unit = ErrorUnit::kWorld}, info);
   ASSERT_EQ(voxels.size(), world.size());
   for (std::size_t i = 0; i < voxels.size(); ++i) {
-    EXPECT_DOUBLE_EQ(voxels[i].step.request.thresholds.at_least * 0.25,
-                     world[i].step.request.thresholds.at_least);
+    EXPECT_DOUBLE_EQ(voxels[i].step.request.thresholds.error_floor * 0.25,
+                     world[i].step.request.thresholds.error_floor);
   }
 }
 

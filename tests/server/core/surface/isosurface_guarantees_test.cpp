@@ -60,7 +60,7 @@ class IsosurfaceGuarantees : public ::testing::TestWithParam<Setting> {
         for (const TopologyRule rule : {TopologyRule::kExact, TopologyRule::kPaper}) {
           SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", " << name(measure)
                                             << ", rule " << name(rule));
-          visit(Case{.isovalue = isovalue, .measure = measure, .rule = rule});
+          visit(Case{.isovalue = isovalue, .error_measure = measure, .rule = rule});
         }
       }
     }
@@ -147,7 +147,7 @@ TEST_P(CertifiedBound, BoundsTheDistanceToTheFullSurface) {
       2 * length(spacing) / (1 << kMaxLatticeResolution);  // Once for each surface.
   for (const double isovalue : setting_.isovalues) {
     Case c{.isovalue = isovalue,
-           .measure = ErrorMeasure::kCertified,
+           .error_measure = ErrorMeasure::kCertified,
            .rule = TopologyRule::kExact,
            .lattice_resolution = kMaxLatticeResolution};
     const auto full =
@@ -175,8 +175,8 @@ TEST_P(CertifiedBound, BoundsTheDistanceToTheFullSurface) {
 TEST_P(IsosurfaceGuarantees, OnlyRefinesWithATighterThreshold) {
   const Grid& grid = isosurface_.field().grid();
   for_each_case([&](Case c) {
-    const auto errors =
-        std::make_shared<const SaturatedErrors>(isosurface_.field(), c.isovalue, c.measure, c.rule);
+    const auto errors = std::make_shared<const SaturatedErrors>(isosurface_.field(), c.isovalue,
+                                                                c.error_measure, c.rule);
     const ErrorBasedModel loose(
         errors, {.thresholds = ThresholdMap::everywhere(1.3), .topology_tolerance = 1});
     const ErrorBasedModel tight(

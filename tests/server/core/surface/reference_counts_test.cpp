@@ -47,7 +47,7 @@ void expect_table(const std::optional<Volume>& volume, const Table& table) {
   for (const auto& [requested, expected] : table.rows) {
     SCOPED_TRACE(::testing::Message()
                  << "isovalue " << requested.isovalue << ", threshold " << requested.threshold
-                 << ", bound " << name(requested.measure) << ", rule " << name(requested.rule)
+                 << ", bound " << name(requested.error_measure) << ", rule " << name(requested.rule)
                  << ", tolerance " << requested.topology_tolerance);
     const Surface surface = isosurface(requested);
     expect_count(static_cast<std::int64_t>(surface.tetrahedra), expected.tetrahedra, "tetrahedra");
@@ -73,7 +73,7 @@ Case rule_exact(double isovalue, double threshold) {
 Case certified(double isovalue, double threshold, TopologyRule rule = TopologyRule::kPaper) {
   return {.isovalue = isovalue,
           .threshold = threshold,
-          .measure = ErrorMeasure::kCertified,
+          .error_measure = ErrorMeasure::kCertified,
           .rule = rule};
 }
 // A finer threshold in one half of the samples, as in the paper's Fig. 11.

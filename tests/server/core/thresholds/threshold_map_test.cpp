@@ -175,7 +175,7 @@ TEST(ThresholdMap, IsTighterInEveryBoxIfTighterEverywhere) {
   for_random_maps(
       100, [](const auto& info, IsosurfaceRequest request, const auto& map, auto& random) {
         request.error *= 0.5;
-        request.thresholds.at_least *= 0.5;
+        request.thresholds.error_floor *= 0.5;
         for (ThresholdRegion& region : request.thresholds.regions) region.threshold *= 0.5;
         if (request.thresholds.grid) {
           auto grid = std::make_shared<ThresholdGrid>(*request.thresholds.grid);
@@ -217,8 +217,8 @@ ThresholdRegion slab(double x0, double x1, double threshold) {
 
 TEST(ThresholdMap, IsUniformWithoutParts) {
   EXPECT_EQ(map_of({}).least_in(box(1, 2)), 4);
-  EXPECT_EQ(map_of({.at_least = 6}).least_in(box(1, 2)), 6);
-  EXPECT_EQ(map_of({.at_least = 3}).least(), 4);
+  EXPECT_EQ(map_of({.error_floor = 6}).least_in(box(1, 2)), 6);
+  EXPECT_EQ(map_of({.error_floor = 3}).least(), 4);
   EXPECT_EQ(ThresholdMap({.error = 1e308, .thresholds = {}},
                          [] {
                            DatasetInfo info = cube_of(9);
@@ -258,7 +258,7 @@ TEST(ThresholdMap, IgnoresHiddenParts) {
 }
 
 TEST(ThresholdMap, RaisesThresholdsToAtLeast) {
-  const ThresholdMap map = map_of({.regions = {slab(0, 30, 1)}, .at_least = 2});
+  const ThresholdMap map = map_of({.regions = {slab(0, 30, 1)}, .error_floor = 2});
   EXPECT_EQ(map.least_in(box(2, 5)), 2);
   EXPECT_EQ(map.least_in(box(40, 41)), 4);
 }
@@ -339,7 +339,7 @@ TEST(ThresholdMap, IsAtLeastTheMinimumForExtremeNumbers) {
   DatasetInfo info = cube_of(9);
   info.index_to_world.translation = {1e300, -1e300, 0};
   EXPECT_EQ(map_of({.regions = {slab(0, 1, 2)}}, 4, info).largest(), 0);
-  EXPECT_EQ(map_of({.regions = {slab(0, 1, 2)}, .at_least = 1}, 4, info).least(), 1);
+  EXPECT_EQ(map_of({.regions = {slab(0, 1, 2)}, .error_floor = 1}, 4, info).least(), 1);
   for (const double step : {1e-100, 1e-60, 1e60}) {
     const ThresholdMap map = map_of(grid_of({1, 1, 1}, {2}, step));
     EXPECT_TRUE(std::isfinite(map.least_in(box(0, 20)))) << step;

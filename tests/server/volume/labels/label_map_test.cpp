@@ -56,13 +56,13 @@ DatasetPtr dataset_of(const LabelMap& map, double label) {
                        .bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()}});
 }
 
-TiledSurface surface_of(const LabelMap& map, double label, double error = 0) {
+TiledMesh surface_of(const LabelMap& map, double label, double error = 0) {
   return SurfaceExtractor(dataset_of(map, label))
       .extract({.request = {.isovalue = kLabelBoundary, .error = error, .simplify = error > 0}});
 }
 
 // The enclosed volume in units of a sample's. Requires a closed surface.
-double volume_in(const TiledSurface& surface) {
+double volume_in(const TiledMesh& surface) {
   double sum = 0;
   for (const TileMesh& tile : surface.tiles) {
     for (const TriangleIndices& t : tile.mesh.triangles) {
@@ -211,7 +211,7 @@ TEST(LabelMap, RejectsVolumesWithoutLabels) {
 }
 
 // Returns the mean angle between the triangles' normals and those of a ball, in degrees.
-double mean_angle_to_ball(const TiledSurface& surface, const Vec3& center) {
+double mean_angle_to_ball(const TiledMesh& surface, const Vec3& center) {
   double angles = 0;
   double area = 0;
   for (const TileMesh& tile : surface.tiles) {
@@ -241,7 +241,7 @@ TEST(LabelMap, SmoothsWithinAVoxelAndReducesStaircases) {
   const LabelMap map = map_of(labels_of<std::uint8_t>({33, 33, 33}, ball_in_a_box), folder);
   const DatasetPtr dataset = dataset_of(map, 1);
   EXPECT_EQ(dataset->info.suggested_isovalues, std::vector<double>{0.5});
-  const TiledSurface surface =
+  const TiledMesh surface =
       SurfaceExtractor(dataset).extract({.request = {.isovalue = 0.5, .error = 0}});
   double sum = 0;
   std::size_t count = 0;
@@ -272,7 +272,7 @@ TEST(LabelMap, RisesEvenlyBetweenTheEdgesOfTerraces) {
         const std::array<int, 3> at = {x, y, z};
         return at[along] < (at[across] + 1) * width ? 1 : 0;
       });
-      const TiledSurface surface = surface_of(map_of(volume, folder), 1);
+      const TiledMesh surface = surface_of(map_of(volume, folder), 1);
       double farthest = 0;
       std::size_t count = 0;
       for (const TileMesh& tile : surface.tiles) {
@@ -291,7 +291,7 @@ TEST(LabelMap, RisesEvenlyBetweenTheEdgesOfTerraces) {
 }
 
 // The sorted triangles, regardless of orientation.
-std::vector<LatticeTriangle> places_of(const TiledSurface& surface) {
+std::vector<LatticeTriangle> places_of(const TiledMesh& surface) {
   std::vector<LatticeTriangle> places;
   for (const TileMesh& tile : surface.tiles) {
     for (const TriangleIndices& t : tile.mesh.triangles) {

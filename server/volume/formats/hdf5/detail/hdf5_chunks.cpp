@@ -89,8 +89,8 @@ std::optional<std::size_t> nbit_size(const Bytes& packed, const std::vector<unsi
   return std::size_t{values[2]} * values[4];
 }
 
-// The same. `values` has the kind and a factor, the number of samples, their class and bytes. The
-// data begin with the bits of a sample.
+// Returns the unpacked size of scaled samples. `values` has the kind and a factor, the number of
+// samples, their class and bytes. The data begin with the bits of a sample.
 std::optional<std::size_t> scale_offset_size(const Bytes& packed,
                                              const std::vector<unsigned>& values) {
   if (values.size() < 5) return std::nullopt;

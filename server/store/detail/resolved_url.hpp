@@ -6,7 +6,7 @@
 namespace multitetra {
 
 // The URL of an object or a folder.
-struct HttpPlace {
+struct ResolvedUrl {
   bool is_s3 = false;
   std::string origin;  // "https://host:port", plus the bucket if it is part of the path.
   std::string path;    // "/prefix/head.mtd", percent-encoded.
@@ -15,7 +15,7 @@ struct HttpPlace {
 };
 
 // Throws StoreError for an invalid address, and for a bucket without a name.
-[[nodiscard]] HttpPlace http_place(const std::string& address);
+[[nodiscard]] ResolvedUrl resolved_url(const std::string& address);
 
 // Returns an environment variable; empty if it is not set.
 [[nodiscard]] std::string environment(const char* name);

@@ -1,4 +1,4 @@
-#include "common/cli/json_report.hpp"
+#include "common/json/json_report.hpp"
 
 #include <algorithm>
 #include <array>
@@ -76,7 +76,7 @@ template Json value_or_null(const std::optional<std::uint64_t>&);
 Json json_of(const LocalThresholds& thresholds) {
   Json json = {{"region_coordinates", name(thresholds.coordinates)},
                {"combine", name(thresholds.combination)},
-               {"at_least", thresholds.at_least}};
+               {"at_least", thresholds.error_floor}};
   for (const ThresholdRegion& region : thresholds.regions) {
     json["regions"].push_back(json_of(region));
   }
@@ -89,7 +89,7 @@ Json json_of(const IsosurfaceRequest& request) {
   Json json = {{"isovalue", request.isovalue},
                {"error", request.error},
                {"unit", name(request.unit)},
-               {"bound", name(request.measure)},
+               {"bound", name(request.error_measure)},
                {"topology_rule", name(request.topology_rule)},
                {"topology_tolerance", request.topology_tolerance},
                {"lattice", request.lattice_resolution},

@@ -15,8 +15,9 @@ namespace multitetra {
 
 // Returns the result of `make`, or an error if it throws; kCancelled if `stop` is set.
 template <typename Make>
-[[nodiscard]] auto guarded(const std::string& what, const std::string& dataset,
-                           const std::stop_token& stop, const Make& make) -> decltype(make()) {
+[[nodiscard]] auto catch_as_error(const std::string& what, const std::string& dataset,
+                                  const std::stop_token& stop, const Make& make)
+    -> decltype(make()) {
   try {
     if (stop.stop_requested()) throw Cancelled{};
     return make();

@@ -35,7 +35,7 @@ struct Body {
 [[nodiscard]] Body body_of(SharedBytes bytes);
 [[nodiscard]] Body body_of(SharedFile file, std::uint64_t size);
 
-struct Answer {
+struct HttpResponse {
   int status = 200;
   std::string fields = {};  // "Name: value\r\n" for each header field.
   Body body = {};
@@ -44,24 +44,25 @@ struct Answer {
 };
 
 // Returns the name of the error's code, or "complete".
-[[nodiscard]] std::string_view outcome_of(const Answer& answer);
+[[nodiscard]] std::string_view outcome_of(const HttpResponse& response);
 
 // Returns the memory to reserve until an answer has been sent. Includes bytes shared with a cache,
 // since the cache may evict them earlier. Returns 0 for resident bytes, and for a few bytes, which
 // are part of the connection's memory.
-[[nodiscard]] std::size_t memory_of(const Answer& answer);
+[[nodiscard]] std::size_t memory_of(const HttpResponse& response);
 
 // Adds a header field. `value` must not contain a line break.
-void add_field(Answer& answer, std::string_view name, std::string_view value);
+void add_field(HttpResponse& response, std::string_view name, std::string_view value);
 
 // Returns `json` as "application/json".
-[[nodiscard]] Answer json_answer(int status, std::string json);
+[[nodiscard]] HttpResponse json_answer(int status, std::string json);
 // Returns the answer for JSON that is requested often and rarely changes.
-[[nodiscard]] Answer document_answer(std::string json, const HttpRequest& request);
+[[nodiscard]] HttpResponse document_answer(std::string json, const HttpRequest& request);
 // Returns {"error":{"code","text","request_id"}}, not cacheable.
-[[nodiscard]] Answer error_answer(int status, const Error& error, std::string_view request_id);
+[[nodiscard]] HttpResponse error_answer(int status, const Error& error,
+                                        std::string_view request_id);
 // Uses the status that corresponds to the error's code.
-[[nodiscard]] Answer error_answer(const Error& error, std::string_view request_id);
+[[nodiscard]] HttpResponse error_answer(const Error& error, std::string_view request_id);
 
 // Returns the ETag of some bytes, in quotes.
 [[nodiscard]] std::string tag_of(std::string_view content);
@@ -72,10 +73,10 @@ void add_field(Answer& answer, std::string_view name, std::string_view value);
 
 // Applies the request's conditions and ranges to a complete response of status 200, and adds `tag`,
 // the quoted entity tag of its content.
-void apply_conditions(Answer& answer, const HttpRequest& request, std::string_view tag);
+void apply_conditions(HttpResponse& response, const HttpRequest& request, std::string_view tag);
 
 // Returns the status line and the header. Content-Length is present even without a body,
 // as for HEAD.
-[[nodiscard]] std::string head_of(const Answer& answer, bool keep_alive);
+[[nodiscard]] std::string head_of(const HttpResponse& response, bool keep_alive);
 
 }  // namespace multitetra

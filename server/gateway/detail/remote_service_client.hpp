@@ -17,11 +17,12 @@
 
 namespace multitetra {
 
-class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCaller> {
+class RemoteServiceClient : public ServiceClient,
+                            public std::enable_shared_from_this<RemoteServiceClient> {
  public:
-  RemoteCaller(asio::any_io_executor executor, std::shared_ptr<UpstreamPool> upstreams,
-               Workers& assembling, ConnectionContextPtr client, RequestLimits limits)
-      : Caller(std::move(client), limits),
+  RemoteServiceClient(asio::any_io_executor executor, std::shared_ptr<UpstreamPool> upstreams,
+                      Workers& assembling, ConnectionContextPtr client, RequestLimits limits)
+      : ServiceClient(std::move(client), limits),
         executor_(executor),
         upstreams_(std::move(upstreams)),
         assembling_(assembling),
@@ -30,15 +31,15 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
         change_(executor) {}
 
   CataloguePtr catalogue() const override { return catalogue_; }
-  ProgressiveStreamPtr steps(StartStream action, std::function<void()> changed) override;
-  void answer(RunQuery action, std::stop_token stop, UseReply use, QueryDone done) override;
+  ProgressiveStreamPtr steps(ValidatedStream action, std::function<void()> changed) override;
+  void answer(ValidatedQuery action, std::stop_token stop, UseReply use, QueryDone done) override;
   void enforce_limits(std::chrono::steady_clock::time_point) override {}
 
  protected:
   std::optional<asio::awaitable<Result<CataloguePtr>>> fetch_catalogue(std::string token) override {
     return catalogue_for(std::move(token));
   }
-  void make_surface(StartStream action, std::uint64_t max_triangles, std::string what,
+  void make_surface(ValidatedStream action, std::uint64_t max_triangles, std::string what,
                     std::stop_token stop, UseSurface use,
                     std::function<void(Result<void>)> done) override;
   void when_closed() override;
@@ -59,18 +60,18 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   void keep(const RemoteStream& stream, const Tile& tile);
   void cancel(RemoteStream& stream);
   [[nodiscard]] UpstreamClient upstream_client() const;
-  asio::awaitable<Result<DatasetQueryReply>> forwarded(RunQuery action);
-  asio::awaitable<void> forward_query(RunQuery action, std::stop_token stop, UseReply use,
+  asio::awaitable<Result<DatasetQueryReply>> forwarded(ValidatedQuery action);
+  asio::awaitable<void> forward_query(ValidatedQuery action, std::stop_token stop, UseReply use,
                                       QueryDone done);
-  asio::awaitable<void> forward_surface(StartStream action, std::uint64_t max_triangles,
+  asio::awaitable<void> forward_surface(ValidatedStream action, std::uint64_t max_triangles,
                                         std::string what, std::stop_token stop, UseSurface use,
                                         std::function<void(Result<void>)> done);
   // All tiles of a single-step stream, with their memory reservation.
   struct Collected {
-    SurfaceTiles tiles;
+    ReceivedSurface tiles;
     ByteReservations::Reservation memory = {};
   };
-  asio::awaitable<Result<Collected>> collect(StartStream action, std::uint64_t max_triangles);
+  asio::awaitable<Result<Collected>> collect(ValidatedStream action, std::uint64_t max_triangles);
 
   asio::any_io_executor executor_;
   std::shared_ptr<UpstreamPool> upstreams_;

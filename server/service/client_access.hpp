@@ -1,8 +1,8 @@
 // Checks what a client may request with its token: which datasets it may see, and which requests
 // for them are valid. Every transport checks tokens and requests here, and only here. Pure.
 //
-//   const auto permit = Permit::of(token, admission.access(), catalogue);
-//   auto job = permit->accept(OpenStream{.dataset = "head", ...});
+//   const auto client_access = ClientAccess::of(token, admission.access(), catalogue);
+//   auto job = client_access->accept(OpenStream{.dataset = "head", ...});
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ namespace multitetra {
 using SurfaceProviderPtr = std::shared_ptr<const SurfaceProvider>;
 
 // A validated stream request.
-struct StartStream {
+struct ValidatedStream {
   OpenStream open;
   SurfaceProviderPtr source;
   // The provider of open.scalars; null without scalars.
@@ -32,7 +32,7 @@ struct StartStream {
   std::vector<SurfaceProviderPtr> further = {};
 };
 // A validated query.
-struct RunQuery {
+struct ValidatedQuery {
   DatasetQuery query;
   SurfaceProviderPtr source;
 };
@@ -44,15 +44,15 @@ struct RequestLimits {
   bool surfaces_only = false;
 };
 
-class Permit {
+class ClientAccess {
  public:
   // Allows nothing; all datasets are hidden.
-  Permit() = default;
+  ClientAccess() = default;
 
   // Returns kUnauthenticated if the list does not contain the token. Without a list, all datasets
   // are visible.
-  [[nodiscard]] static Result<Permit> of(std::string token, AccessListPtr access,
-                                         CataloguePtr catalogue, RequestLimits limits = {});
+  [[nodiscard]] static Result<ClientAccess> of(std::string token, AccessListPtr access,
+                                               CataloguePtr catalogue, RequestLimits limits = {});
 
   // Replaces the access list. Fails if it does not contain the token.
   [[nodiscard]] Result<void> renew(AccessListPtr access);
@@ -68,7 +68,7 @@ class Permit {
   [[nodiscard]] const AccessRights& rights() const { return rights_; }
   // Returns whether the rights come from a token that the client presented.
   [[nodiscard]] bool has_token() const { return access_ && !token_.empty(); }
-  // Returns whether all clients have the same permit.
+  // Returns whether all clients have the same access.
   [[nodiscard]] bool is_for_all() const { return !access_ && token_.empty(); }
   [[nodiscard]] bool may_see(const std::string& dataset) const;
   // Returns whether tiles of the dataset may be sent as sample shells.
@@ -81,8 +81,8 @@ class Permit {
   [[nodiscard]] std::vector<DatasetInfo> describe() const;
   [[nodiscard]] Result<DatasetInfo> describe(const std::string& dataset) const;
 
-  [[nodiscard]] Result<StartStream> accept(OpenStream open) const;
-  [[nodiscard]] Result<RunQuery> accept(DatasetQuery query) const;
+  [[nodiscard]] Result<ValidatedStream> accept(OpenStream open) const;
+  [[nodiscard]] Result<ValidatedQuery> accept(DatasetQuery query) const;
 
  private:
   [[nodiscard]] Result<SurfaceProviderPtr> find(const std::string& dataset) const;

@@ -1,4 +1,4 @@
-#include "server/service/guarded.hpp"
+#include "server/service/catch_as_error.hpp"
 
 #include <exception>
 #include <new>

@@ -1,4 +1,4 @@
-#include "server/conversation/conversation.hpp"
+#include "server/conversation/session_runner.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -39,10 +39,11 @@ void end_with(RequestRecord& record, const ServerMessage& last) {
 
 }  // namespace
 
-Conversation::Conversation(asio::any_io_executor executor, CallerPtr caller, Session session,
-                           ConnectionContextPtr client, std::chrono::milliseconds idle_time)
+SessionRunner::SessionRunner(asio::any_io_executor executor, ServiceClientPtr service_client,
+                             Session session, ConnectionContextPtr client,
+                             std::chrono::milliseconds idle_time)
     : executor_(executor),
-      caller_(std::move(caller)),
+      service_client_(std::move(service_client)),
       session_(std::move(session)),
       client_(std::move(client)),
       idleness_(idle_time, Clock::now()),
@@ -51,7 +52,7 @@ Conversation::Conversation(asio::any_io_executor executor, CallerPtr caller, Ses
 
 // ---- receiving
 
-void Conversation::receive(std::string_view content) {
+void SessionRunner::receive(std::string_view content) {
   idleness_.record_activity(Clock::now());
   const auto message = parse_client_message(content);
   const auto* hello = message ? std::get_if<Hello>(&*message) : nullptr;
@@ -59,7 +60,7 @@ void Conversation::receive(std::string_view content) {
     take(message, content.size());
     return;
   }
-  auto finding = caller_->find_catalogue(hello->token);
+  auto finding = service_client_->find_catalogue(hello->token);
   if (!finding) {
     take(message, content.size());
     return;
@@ -72,8 +73,8 @@ void Conversation::receive(std::string_view content) {
   });
 }
 
-asio::awaitable<void> Conversation::greet(Hello hello, std::size_t message_bytes,
-                                          asio::awaitable<Result<CataloguePtr>> finding) {
+asio::awaitable<void> SessionRunner::greet(Hello hello, std::size_t message_bytes,
+                                           asio::awaitable<Result<CataloguePtr>> finding) {
   const auto self = shared_from_this();
   const Result<CataloguePtr> found = co_await std::move(finding);
   is_greeting_ = false;
@@ -87,8 +88,8 @@ asio::awaitable<void> Conversation::greet(Hello hello, std::size_t message_bytes
   replies_taken_.notify_all();
 }
 
-void Conversation::take(const tl::expected<ClientMessage, ParseError>& message,
-                        std::size_t message_bytes) {
+void SessionRunner::take(const tl::expected<ClientMessage, ParseError>& message,
+                         std::size_t message_bytes) {
   constexpr std::size_t kLongMessageBytes = 64 * 1024;
   constexpr double kMaxPauseSeconds = 5;
   if (message) hidden_dataset_ = hidden_dataset(*message);
@@ -103,34 +104,34 @@ void Conversation::take(const tl::expected<ClientMessage, ParseError>& message,
   hidden_dataset_.clear();
 }
 
-std::string Conversation::hidden_dataset(const ClientMessage& message) const {
+std::string SessionRunner::hidden_dataset(const ClientMessage& message) const {
   std::string dataset = requested_dataset(message);
-  if (!session_.is_welcomed() || session_.permit().rights().may_see(dataset)) return {};
-  const CataloguePtr catalogue = caller_->catalogue();
+  if (!session_.is_welcomed() || session_.client_access().rights().may_see(dataset)) return {};
+  const CataloguePtr catalogue = service_client_->catalogue();
   return catalogue && catalogue->find(dataset) ? dataset : std::string();
 }
 
-void Conversation::end(const Error& error) { perform(session_.end(error)); }
+void SessionRunner::end(const Error& error) { perform(session_.end(error)); }
 
-void Conversation::leave() {
+void SessionRunner::on_disconnect() {
   is_over_ = true;
   replies_.clear();
   for (auto& [number, query] : queries_) query.stop.request_stop();
   queries_.clear();
   drop_stream();
   leaving_.reset();
-  caller_->close();
+  service_client_->close();
   output_available_.notify_all();
   replies_taken_.notify_all();
 }
 
-void Conversation::enforce_limits(Clock::time_point now) {
+void SessionRunner::enforce_limits(Clock::time_point now) {
   if (is_over_) return;
   if (paused_until_ != Clock::time_point() && now >= paused_until_) {
     paused_until_ = {};
     replies_taken_.notify_all();
   }
-  caller_->enforce_limits(now);
+  service_client_->enforce_limits(now);
   if (session_.is_closed() || !idleness_.is_exceeded(now, is_busy())) return;
   client_->admission().observer().refused(client_->facts(), "idle_seconds");
   end({ErrorCode::kUnavailable,
@@ -138,14 +139,14 @@ void Conversation::enforce_limits(Clock::time_point now) {
        "request."});
 }
 
-std::optional<Clock::time_point> Conversation::idle_since() const {
+std::optional<Clock::time_point> SessionRunner::idle_since() const {
   const bool is_idle = !is_busy() && replies_.empty() && !leaving_;
   return is_idle ? std::optional(idleness_.last()) : std::nullopt;
 }
 
 // ---- sending
 
-asio::awaitable<std::optional<ServerMessage>> Conversation::next_message() {
+asio::awaitable<std::optional<ServerMessage>> SessionRunner::next_message() {
   const auto self = shared_from_this();
   // The caller has sent the previous message.
   leaving_.reset();
@@ -164,7 +165,7 @@ asio::awaitable<std::optional<ServerMessage>> Conversation::next_message() {
   }
 }
 
-std::optional<ServerMessage> Conversation::next_stream_message() {
+std::optional<ServerMessage> SessionRunner::next_stream_message() {
   if (!stream_) return std::nullopt;
   auto message = stream_->messages->take();
   if (!message) return std::nullopt;
@@ -181,7 +182,7 @@ std::optional<ServerMessage> Conversation::next_stream_message() {
   return message;
 }
 
-void Conversation::report(const ErrorReply& refusal) {
+void SessionRunner::report(const ErrorReply& refusal) {
   Error logged = refusal.error;
   if (logged.code == ErrorCode::kUnknownDataset && !hidden_dataset_.empty()) {
     logged.text = "Dataset \"" + hidden_dataset_ + "\" is not allowed for this token.";
@@ -189,7 +190,7 @@ void Conversation::report(const ErrorReply& refusal) {
   client_->admission().observer().error_answered(client_->facts(), logged, refusal.request_id);
 }
 
-void Conversation::reject_oversized_reply(const ServerMessage& message) {
+void SessionRunner::reject_oversized_reply(const ServerMessage& message) {
   const std::string beyond =
       " has a message longer than " + std::to_string(kMaxServerFrameBytes) + " bytes, the limit";
   if (const auto* list = std::get_if<DatasetList>(&message)) {
@@ -204,13 +205,13 @@ void Conversation::reject_oversized_reply(const ServerMessage& message) {
   }
 }
 
-asio::awaitable<void> Conversation::until_readable() {
+asio::awaitable<void> SessionRunner::until_readable() {
   const auto self = shared_from_this();
   while (!has_room()) co_await replies_taken_.wait();
 }
 
 // Replies are short except lists and slices, which may have megabytes.
-bool Conversation::has_room() const {
+bool SessionRunner::has_room() const {
   if (is_over_) return true;
   if (paused_until_ != Clock::time_point()) return false;
   const auto is_large = [](const Reply& reply) {
@@ -221,21 +222,21 @@ bool Conversation::has_room() const {
          std::none_of(replies_.begin(), replies_.end(), is_large);
 }
 
-void Conversation::reply(ServerMessage message, Reservation reservation) {
+void SessionRunner::reply(ServerMessage message, Reservation reservation) {
   replies_.push_back({std::move(message), std::move(reservation)});
   output_available_.notify_all();
 }
 
 // ---- actions
 
-void Conversation::perform(Actions actions) {
+void SessionRunner::perform(Actions actions) {
   for (Action& action : actions) {
     std::visit([this](auto& a) { perform(std::move(a)); }, action);
   }
   output_available_.notify_all();
 }
 
-void Conversation::perform(Send action) {
+void SessionRunner::perform(Send action) {
   auto reservation = client_->reserve(waiting_bytes(action.message));
   if (const auto* list = std::get_if<DatasetList>(&action.message)) {
     RequestRecord record(client_, {.kind = "list", .request = list->request_id});
@@ -248,7 +249,7 @@ void Conversation::perform(Send action) {
       {std::move(action.message), reservation ? *std::move(reservation) : Reservation()});
 }
 
-void Conversation::perform(StartStream action) {
+void SessionRunner::perform(ValidatedStream action) {
   const OpenStream& open = action.open;
   const std::string further =
       open.further_datasets.empty()
@@ -260,24 +261,24 @@ void Conversation::perform(StartStream action) {
       .record = std::make_unique<RequestRecord>(
           client_, facts_of("stream", open.request_id, open.dataset + further, open.request)),
       .reservation = std::move(request_reservation_)};
-  stream_->messages = caller_->steps(std::move(action), [weak = weak_from_this()] {
+  stream_->messages = service_client_->steps(std::move(action), [weak = weak_from_this()] {
     if (const auto self = weak.lock()) self->output_available_.notify_all();
   });
 }
 
-void Conversation::perform(RunQuery action) {
+void SessionRunner::perform(ValidatedQuery action) {
   const std::uint64_t number = ++last_query_;
   RunningQuery& running = queries_[number];
   running.request_id = request_id_of(action.query);
   running.reservation = std::move(request_reservation_);
   running.record = std::make_unique<RequestRecord>(client_, facts_of(action.query));
-  caller_->answer(std::move(action), running.stop.get_token(), /*use=*/{},
-                  [self = shared_from_this(), number](Result<DatasetQueryReply> made) {
-                    self->answer_made(number, std::move(made));
-                  });
+  service_client_->answer(std::move(action), running.stop.get_token(), /*use=*/{},
+                          [self = shared_from_this(), number](Result<DatasetQueryReply> made) {
+                            self->answer_made(number, std::move(made));
+                          });
 }
 
-void Conversation::answer_made(std::uint64_t number, Result<DatasetQueryReply> made) {
+void SessionRunner::answer_made(std::uint64_t number, Result<DatasetQueryReply> made) {
   session_.query_ended();
   const auto found = queries_.find(number);
   if (found == queries_.end()) return;
@@ -294,7 +295,7 @@ void Conversation::answer_made(std::uint64_t number, Result<DatasetQueryReply> m
   }
 }
 
-void Conversation::perform(StopStream action) {
+void SessionRunner::perform(StopStream action) {
   if (!stream_) return;
   ServerMessage last;
   if (const auto* error = std::get_if<Error>(&action.outcome)) {
@@ -308,12 +309,12 @@ void Conversation::perform(StopStream action) {
   drop_stream();
 }
 
-void Conversation::perform(Close) {
+void SessionRunner::perform(Close) {
   is_over_ = true;
-  caller_->close();
+  service_client_->close();
 }
 
-void Conversation::drop_stream() {
+void SessionRunner::drop_stream() {
   if (!stream_) return;
   stream_->messages->drop();
   stream_.reset();

@@ -1,4 +1,4 @@
-#include "server/dataset/checksum.hpp"
+#include "common/mesh/checksum.hpp"
 
 #include <xxhash.h>
 

@@ -1,4 +1,4 @@
-#include "server/http/answer.hpp"
+#include "server/http/http_response.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 
 #include "common/base/hex_text.hpp"
 #include "common/base/json.hpp"
-#include "server/dataset/checksum.hpp"
+#include "common/mesh/checksum.hpp"
 #include "server/http/conditions.hpp"
 #include "server/operations/secrets.hpp"
 
@@ -93,13 +93,13 @@ Body body_of(SharedFile file, std::uint64_t size) {
   return {.whole = std::move(file), .first = 0, .length = size};
 }
 
-std::string_view outcome_of(const Answer& answer) {
-  return answer.error ? name(answer.error->code) : "complete";
+std::string_view outcome_of(const HttpResponse& response) {
+  return response.error ? name(response.error->code) : "complete";
 }
 
-std::size_t memory_of(const Answer& answer) {
+std::size_t memory_of(const HttpResponse& response) {
   constexpr std::uint64_t kSmall = 16 * 1024;
-  const Body& body = answer.body;
+  const Body& body = response.body;
   if (body.is_resident) return 0;
   const std::uint64_t bytes = std::holds_alternative<SharedFile>(body.whole)
                                   ? std::min(body.length, kFilePieceBytes)
@@ -107,36 +107,36 @@ std::size_t memory_of(const Answer& answer) {
   return bytes > kSmall ? bytes : 0;
 }
 
-void add_field(Answer& answer, std::string_view name, std::string_view value) {
-  answer.fields.append(name).append(": ").append(value).append("\r\n");
+void add_field(HttpResponse& response, std::string_view name, std::string_view value) {
+  response.fields.append(name).append(": ").append(value).append("\r\n");
 }
 
-Answer json_answer(int status, std::string json) {
-  Answer answer{.status = status, .fields = {}, .body = body_of(std::move(json))};
-  add_field(answer, "Content-Type", "application/json");
-  return answer;
+HttpResponse json_answer(int status, std::string json) {
+  HttpResponse response{.status = status, .fields = {}, .body = body_of(std::move(json))};
+  add_field(response, "Content-Type", "application/json");
+  return response;
 }
 
-Answer error_answer(int status, const Error& error, std::string_view request_id) {
+HttpResponse error_answer(int status, const Error& error, std::string_view request_id) {
   const nlohmann::ordered_json body = {{"error",
                                         {{"code", name(error.code)},
                                          {"text", without_secrets(error.text)},
                                          {"request_id", request_id}}}};
-  Answer answer = json_answer(status, json_text(body) + "\n");
-  answer.error = error;
-  add_field(answer, "Cache-Control", "no-store");
+  HttpResponse response = json_answer(status, json_text(body) + "\n");
+  response.error = error;
+  add_field(response, "Cache-Control", "no-store");
   if (status == 503 || status == 429) {
     constexpr double kLongest = 3600;
     const double seconds = std::clamp(std::ceil(error.retry_after), 1.0, kLongest);
-    add_field(answer, "Retry-After", std::to_string(static_cast<int>(seconds)));
+    add_field(response, "Retry-After", std::to_string(static_cast<int>(seconds)));
   }
-  return answer;
+  return response;
 }
 
-Answer error_answer(const Error& error, std::string_view request_id) {
-  Answer answer = error_answer(status_of(error.code), error, request_id);
-  if (answer.status == 401) add_field(answer, "WWW-Authenticate", "Bearer");
-  return answer;
+HttpResponse error_answer(const Error& error, std::string_view request_id) {
+  HttpResponse response = error_answer(status_of(error.code), error, request_id);
+  if (response.status == 401) add_field(response, "WWW-Authenticate", "Bearer");
+  return response;
 }
 
 std::string tag_of(std::string_view content) {
@@ -149,53 +149,53 @@ bool needs_body(const HttpRequest& request, std::string_view tag) {
   return tag.empty() || !matches_tag(field(request, http::field::if_none_match), tag);
 }
 
-void apply_conditions(Answer& answer, const HttpRequest& request, std::string_view tag) {
-  add_field(answer, "ETag", tag);
+void apply_conditions(HttpResponse& response, const HttpRequest& request, std::string_view tag) {
+  add_field(response, "ETag", tag);
   if (matches_tag(field(request, http::field::if_none_match), tag)) {
-    answer.status = 304;
-    answer.body = {};
+    response.status = 304;
+    response.body = {};
     return;
   }
-  add_field(answer, "Accept-Ranges", "bytes");
-  if (!answer.is_length_known || request.method() != http::verb::get) return;
-  const std::string of = "/" + std::to_string(answer.body.length);
+  add_field(response, "Accept-Ranges", "bytes");
+  if (!response.is_length_known || request.method() != http::verb::get) return;
+  const std::string of = "/" + std::to_string(response.body.length);
   const RangeOutcome outcome =
       range_of(field(request, http::field::range), field(request, http::field::if_range), tag,
-               answer.body.length);
+               response.body.length);
   if (const auto* range = std::get_if<ByteRange>(&outcome)) {
-    answer.status = 206;
-    answer.body = part_of(std::move(answer.body), *range);
-    add_field(answer, "Content-Range",
+    response.status = 206;
+    response.body = part_of(std::move(response.body), *range);
+    add_field(response, "Content-Range",
               "bytes " + std::to_string(range->first) + "-" +
                   std::to_string(range->first + range->length - 1) + of);
   } else if (std::holds_alternative<RangeNotSatisfiable>(outcome)) {
-    answer.status = 416;
-    answer.body = {};
-    add_field(answer, "Content-Range", "bytes *" + of);
+    response.status = 416;
+    response.body = {};
+    add_field(response, "Content-Range", "bytes *" + of);
   }
 }
 
-Answer document_answer(std::string json, const HttpRequest& request) {
+HttpResponse document_answer(std::string json, const HttpRequest& request) {
   const std::string tag = tag_of(json);
-  Answer answer = json_answer(200, std::move(json));
-  add_field(answer, "Cache-Control", "no-cache");
-  apply_conditions(answer, request, tag);
-  return answer;
+  HttpResponse response = json_answer(200, std::move(json));
+  add_field(response, "Cache-Control", "no-cache");
+  apply_conditions(response, request, tag);
+  return response;
 }
 
-std::string head_of(const Answer& answer, bool keep_alive) {
+std::string head_of(const HttpResponse& response, bool keep_alive) {
   const auto reason = boost::beast::http::obsolete_reason(
-      boost::beast::http::int_to_status(static_cast<unsigned>(answer.status)));
+      boost::beast::http::int_to_status(static_cast<unsigned>(response.status)));
   std::string head;
-  head.reserve(answer.fields.size() + 256);
-  head.append("HTTP/1.1 ").append(std::to_string(answer.status)).append(" ");
+  head.reserve(response.fields.size() + 256);
+  head.append("HTTP/1.1 ").append(std::to_string(response.status)).append(" ");
   head.append(reason.data(), reason.size()).append("\r\nServer: multitetra\r\nDate: ");
   head.append(date_now()).append("\r\n");
-  if (may_have_body(answer.status) && answer.is_length_known) {
-    head.append("Content-Length: ").append(std::to_string(answer.body.length)).append("\r\n");
+  if (may_have_body(response.status) && response.is_length_known) {
+    head.append("Content-Length: ").append(std::to_string(response.body.length)).append("\r\n");
   }
   if (!keep_alive) head.append("Connection: close\r\n");
-  head.append(answer.fields).append("\r\n");
+  head.append(response.fields).append("\r\n");
   return head;
 }
 

@@ -1,4 +1,4 @@
-#include "server/service/extracted_surfaces.hpp"
+#include "server/service/caching_surface_provider.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -32,7 +32,7 @@ void sort_by_importance(std::vector<EncodedTile>& tiles, const ResolvedStep& spe
 }
 
 // Encodes the tiles that are not in the cache, on all threads.
-std::vector<EncodedTile> encode(const TiledSurface& surface, const NormalEncoder& normals,
+std::vector<EncodedTile> encode(const TiledMesh& surface, const NormalEncoder& normals,
                                 const std::string& dataset, TileCache& cache,
                                 const std::stop_token& stop) {
   std::vector<EncodedTile> encoded(surface.tiles.size());
@@ -56,7 +56,7 @@ std::vector<EncodedTile> encode(const TiledSurface& surface, const NormalEncoder
 }
 
 // Adds the tiles as meshes, without payloads, on all threads.
-void add_meshes(StepTiles& step, TiledSurface surface, const NormalEncoder& normals,
+void add_meshes(EncodedStep& step, TiledMesh surface, const NormalEncoder& normals,
                 const std::stop_token& stop) {
   step.tiles.resize(surface.tiles.size());
   step.meshes.resize(surface.tiles.size());
@@ -78,21 +78,21 @@ void add_meshes(StepTiles& step, TiledSurface surface, const NormalEncoder& norm
 
 }  // namespace
 
-ExtractedSurfaces::ExtractedSurfaces(std::shared_ptr<const SurfaceExtractor> extractor,
-                                     std::shared_ptr<SurfaceCache> cache)
+CachingSurfaceProvider::CachingSurfaceProvider(std::shared_ptr<const SurfaceExtractor> extractor,
+                                               std::shared_ptr<SurfaceCache> cache)
     : extractor_(std::move(extractor)),
       cache_(cache ? std::move(cache) : std::make_shared<SurfaceCache>(0)) {}
 
-const DatasetInfo& ExtractedSurfaces::info() const { return extractor_->dataset().info; }
+const DatasetInfo& CachingSurfaceProvider::info() const { return extractor_->dataset().info; }
 
-StepTiles ExtractedSurfaces::make(const StepRequest& step, std::stop_token stop) const {
+EncodedStep CachingSurfaceProvider::make(const StepRequest& step, std::stop_token stop) const {
   const std::string key = key_of(step, info());
   if (!step.shell) {
     return cache_->get(key, stop, [&](const std::stop_token& all_stop) {
       return extract(step, TileForm::kEncoded, all_stop);
     });
   }
-  StepTiles made = cache_->get(key, stop, [&](const std::stop_token& all_stop) {
+  EncodedStep made = cache_->get(key, stop, [&](const std::stop_token& all_stop) {
     return extract_in_shells(step, all_stop);
   });
   // The cached step is in another order, as importance depends on the request.
@@ -100,46 +100,47 @@ StepTiles ExtractedSurfaces::make(const StepRequest& step, std::stop_token stop)
   return made;
 }
 
-StepTiles ExtractedSurfaces::extract_in_shells(const StepRequest& step,
-                                               const std::stop_token& stop) const {
+EncodedStep CachingSurfaceProvider::extract_in_shells(const StepRequest& step,
+                                                      const std::stop_token& stop) const {
   const Clock::time_point start = Clock::now();
-  StepTiles made{.tiles = extract_shells(extractor_->dataset(), level_of(step), stop),
-                 .appearance = kShellAppearance,
-                 .dataset = info().name,
-                 .is_in_shells = true};
+  EncodedStep made{.tiles = extract_shells(extractor_->dataset(), level_of(step), stop),
+                   .appearance = kShellAppearance,
+                   .dataset = info().name,
+                   .is_in_shells = true};
   record_costs(step, made, start);
   return made;
 }
 
-StepTiles ExtractedSurfaces::make_meshes(const StepRequest& step, std::stop_token stop) const {
+EncodedStep CachingSurfaceProvider::make_meshes(const StepRequest& step,
+                                                std::stop_token stop) const {
   if (is_cached(step)) return make(step, std::move(stop));
   return meshes_.get(key_of(step, info()), stop, [&](const std::stop_token& all_stop) {
     return extract(step, TileForm::kMesh, all_stop);
   });
 }
 
-bool ExtractedSurfaces::is_cached(const StepRequest& step) const {
+bool CachingSurfaceProvider::is_cached(const StepRequest& step) const {
   return cache_->is_cached(key_of(step, info()));
 }
 
-StepTiles ExtractedSurfaces::extract(const StepRequest& step, TileForm form,
-                                     const std::stop_token& stop) const {
+EncodedStep CachingSurfaceProvider::extract(const StepRequest& step, TileForm form,
+                                            const std::stop_token& stop) const {
   const Clock::time_point start = Clock::now();
   const ResolvedStep spec = resolved_step(step, info(), stop);
   const NormalEncoder normals(extractor_->dataset(), step);
-  StepTiles made{.tiles = {}, .appearance = normals.appearance(), .dataset = info().name};
-  const auto encoded = [&](const TiledSurface& surface) {
+  EncodedStep made{.tiles = {}, .appearance = normals.appearance(), .dataset = info().name};
+  const auto encoded = [&](const TiledMesh& surface) {
     return encode(surface, normals, info().name, cache_->tiles(), stop);
   };
-  TiledSurface surface;
+  TiledMesh surface;
   if (has_own_budget(step)) {
-    const auto bytes_of = [&](const TiledSurface& candidate) {
+    const auto bytes_of = [&](const TiledMesh& candidate) {
       made.tiles = encoded(candidate);
       return size_of(made).bytes;
     };
     BudgetedSurface within = surface_within_budget(*extractor_, step.request, bytes_of, stop);
     surface = std::move(within.surface);
-    made.at_least = within.at_least;
+    made.error_floor = within.error_floor;
   } else {
     surface = extractor_->extract(spec, stop);
   }
@@ -160,21 +161,21 @@ StepTiles ExtractedSurfaces::extract(const StepRequest& step, TileForm form,
   return made;
 }
 
-void ExtractedSurfaces::record_costs(const StepRequest& step, const StepTiles& made,
-                                     Clock::time_point start) const {
+void CachingSurfaceProvider::record_costs(const StepRequest& step, const EncodedStep& made,
+                                          Clock::time_point start) const {
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   const std::lock_guard lock(costs_mutex_);
   costs_.record(form_of(step), size_of(made).extracted, seconds);
 }
 
-CostEstimates ExtractedSurfaces::costs() const {
+CostEstimates CachingSurfaceProvider::costs() const {
   const std::lock_guard lock(costs_mutex_);
   return costs_.costs();
 }
 
-const PreparedVolume* ExtractedSurfaces::volume() const { return &extractor_->dataset(); }
+const PreparedVolume* CachingSurfaceProvider::volume() const { return &extractor_->dataset(); }
 
-SizeEstimates ExtractedSurfaces::sizes(std::stop_token stop, SizeAccuracy accuracy) const {
+SizeEstimates CachingSurfaceProvider::sizes(std::stop_token stop, SizeAccuracy accuracy) const {
   SizeEstimates sizes = surface_sizes(*extractor_, std::move(stop), accuracy);
   const std::function<void()> check = extractor_->dataset().check;
   if (!check) return sizes;

@@ -30,18 +30,18 @@
 
 namespace multitetra {
 
-class Conversation : public std::enable_shared_from_this<Conversation> {
+class SessionRunner : public std::enable_shared_from_this<SessionRunner> {
  public:
   // The session ends after `idle_time` without a message, a stream or a query; 0 disables this.
-  Conversation(asio::any_io_executor executor, CallerPtr caller, Session session,
-               ConnectionContextPtr client, std::chrono::milliseconds idle_time = {});
+  SessionRunner(asio::any_io_executor executor, ServiceClientPtr service_client, Session session,
+                ConnectionContextPtr client, std::chrono::milliseconds idle_time = {});
 
   // Handles the content of one frame or one WebSocket message; untrusted bytes.
   void receive(std::string_view content);
   // Sends the error, then ends the session.
   void end(const Error& error);
   // Drops all queued messages. Call when the client has disconnected.
-  void leave();
+  void on_disconnect();
   // Answers the request of `message`, taken from next_message() but too long to send, with an error
   // instead. The session continues.
   void reject_oversized_reply(const ServerMessage& message);
@@ -49,7 +49,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   // Returns the start of the idle time; nullopt while a request is in progress.
   [[nodiscard]] std::optional<std::chrono::steady_clock::time_point> idle_since() const;
   // Sets the measured bandwidth to the client.
-  void set_bandwidth(double bytes_per_second) { caller_->set_bandwidth(bytes_per_second); }
+  void set_bandwidth(double bytes_per_second) { service_client_->set_bandwidth(bytes_per_second); }
 
   // Returns the next message to send, or nullopt when the session is over.
   [[nodiscard]] asio::awaitable<std::optional<ServerMessage>> next_message();
@@ -86,8 +86,8 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
                               asio::awaitable<Result<CataloguePtr>> finding);
   void perform(Actions actions);
   void perform(Send action);
-  void perform(StartStream action);
-  void perform(RunQuery action);
+  void perform(ValidatedStream action);
+  void perform(ValidatedQuery action);
   void perform(StopStream action);
   void perform(Close action);
 
@@ -101,7 +101,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   [[nodiscard]] bool is_busy() const { return stream_ || !queries_.empty() || is_greeting_; }
 
   asio::any_io_executor executor_;
-  CallerPtr caller_;
+  ServiceClientPtr service_client_;
   Session session_;
   ConnectionContextPtr client_;
   // The dataset of the message being answered if the client may not see it. Only the log names it.
@@ -126,6 +126,6 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   AsyncEvent replies_taken_;
 };
 
-using ConversationPtr = std::shared_ptr<Conversation>;
+using SessionRunnerPtr = std::shared_ptr<SessionRunner>;
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-#include "server/store/detail/http_place.hpp"
+#include "server/store/detail/resolved_url.hpp"
 
 #include <cstdlib>
 #include <string_view>
@@ -24,7 +24,7 @@ bool is_address(std::string_view text) {
   return text.starts_with("http://") || text.starts_with("https://") || text.starts_with("s3://");
 }
 
-HttpPlace http_place(const std::string& address) {
+ResolvedUrl resolved_url(const std::string& address) {
   if (!is_address(address)) {
     throw StoreError(address, "it is not an address", "Write http://, https:// or s3://");
   }

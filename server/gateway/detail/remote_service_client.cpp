@@ -1,4 +1,4 @@
-#include "server/gateway/detail/remote_caller.hpp"
+#include "server/gateway/detail/remote_service_client.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -15,7 +15,7 @@ namespace {
 
 // Keeps only the servers that also have the coloring dataset and all further datasets. Returns
 // false if there are none.
-bool keep_holders_of_all(StartStream& action) {
+bool keep_holders_of_all(ValidatedStream& action) {
   std::vector<SurfaceProviderPtr> others = action.further;
   if (action.scalars) others.push_back(action.scalars);
   if (others.empty()) return true;
@@ -34,21 +34,21 @@ bool keep_holders_of_all(StartStream& action) {
 
 }  // namespace
 
-asio::awaitable<Result<CataloguePtr>> RemoteCaller::catalogue_for(std::string token) {
+asio::awaitable<Result<CataloguePtr>> RemoteServiceClient::catalogue_for(std::string token) {
   token_ = token;
   auto found = co_await upstreams_->catalogue(std::move(token));
   if (found) catalogue_ = *found;
   co_return found;
 }
 
-UpstreamClient RemoteCaller::upstream_client() const {
+UpstreamClient RemoteServiceClient::upstream_client() const {
   constexpr std::size_t kMaxShareNameBytes = 256;  // Token names may be long.
   return {.token = token_,
-          .share = client()->share().substr(0, kMaxShareNameBytes),
+          .share = client()->quota_key().substr(0, kMaxShareNameBytes),
           .address = client()->facts().peer};
 }
 
-void RemoteCaller::when_closed() {
+void RemoteServiceClient::when_closed() {
   is_closed_ = true;
   if (reached_) reached_->link->close();
   queries_.close();
@@ -60,7 +60,8 @@ void RemoteCaller::when_closed() {
 
 // ---- streams
 
-ProgressiveStreamPtr RemoteCaller::steps(StartStream action, std::function<void()> changed) {
+ProgressiveStreamPtr RemoteServiceClient::steps(ValidatedStream action,
+                                                std::function<void()> changed) {
   const bool is_held = keep_holders_of_all(action);
   stream_ = std::make_shared<RemoteStream>(
       std::move(action), RemoteStream::Events{.changed = std::move(changed),
@@ -88,7 +89,7 @@ ProgressiveStreamPtr RemoteCaller::steps(StartStream action, std::function<void(
   return started;
 }
 
-void RemoteCaller::cancel(RemoteStream& stream) {
+void RemoteServiceClient::cancel(RemoteStream& stream) {
   if (std::exchange(stream.is_requested, false) && reached_) {
     reached_->link->send(Cancel{stream.id()});
   }
@@ -96,7 +97,7 @@ void RemoteCaller::cancel(RemoteStream& stream) {
   change_.notify_all();
 }
 
-asio::awaitable<void> RemoteCaller::forward_streams() {
+asio::awaitable<void> RemoteServiceClient::forward_streams() {
   const auto self = shared_from_this();
   while (!is_closed_) {
     if (const StreamPtr stream = stream_; stream && !stream->is_stopped) {
@@ -108,7 +109,7 @@ asio::awaitable<void> RemoteCaller::forward_streams() {
   if (reached_) reached_->link->close();
 }
 
-asio::awaitable<bool> RemoteCaller::reach_dataset(StreamPtr stream) {
+asio::awaitable<bool> RemoteServiceClient::reach_dataset(StreamPtr stream) {
   const std::vector<std::size_t> replicas = stream->dataset->replicas;
   const bool is_there =
       reached_ && !reached_->link->is_lost() && upstreams_->may_be_tried(reached_->upstream) &&
@@ -132,7 +133,7 @@ asio::awaitable<bool> RemoteCaller::reach_dataset(StreamPtr stream) {
   co_return false;
 }
 
-asio::awaitable<void> RemoteCaller::forward_stream(StreamPtr stream) {
+asio::awaitable<void> RemoteServiceClient::forward_stream(StreamPtr stream) {
   while (!stream->is_stopped && co_await reach_dataset(stream)) {
     // An idle link may have been closed meanwhile, which says nothing about its server.
     const bool may_be_stale = std::exchange(reached_->was_used, true);
@@ -152,7 +153,7 @@ asio::awaitable<void> RemoteCaller::forward_stream(StreamPtr stream) {
   }
 }
 
-asio::awaitable<bool> RemoteCaller::forward(StreamPtr stream) {
+asio::awaitable<bool> RemoteServiceClient::forward(StreamPtr stream) {
   const std::uint64_t id = stream->id();
   const LinkPtr link = reached_->link;
   for (;;) {
@@ -176,7 +177,7 @@ asio::awaitable<bool> RemoteCaller::forward(StreamPtr stream) {
   }
 }
 
-void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
+void RemoteServiceClient::take(const StreamPtr& stream, ServerMessage message) {
   if (is_last(message)) {
     stream->put(std::move(message));
     return;
@@ -198,7 +199,7 @@ void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
 }
 
 // The check runs on another thread; forwarding does not wait for it.
-void RemoteCaller::keep(const RemoteStream& stream, const Tile& tile) {
+void RemoteServiceClient::keep(const RemoteStream& stream, const Tile& tile) {
   constexpr std::size_t kMaxUncheckedTiles = 64;  // Tiles beyond that are not cached.
   const StepBegin& step = stream.forwarded.step();
   const OpenStream& open = stream.forwarded.open();
@@ -226,7 +227,7 @@ void RemoteCaller::keep(const RemoteStream& stream, const Tile& tile) {
                        if (const auto all = weak.lock()) all->sent_damaged_tile(upstream, why);
                      });
   };
-  assembling_.post({.share = client()->share(), .number = queue_number_},
+  assembling_.post({.share = client()->quota_key(), .number = queue_number_},
                    {.run = std::move(check), .kind = "tile check"});
 }
 

@@ -1,4 +1,4 @@
-#include "server/service/permit.hpp"
+#include "server/service/client_access.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -64,19 +64,19 @@ Result<void> check(const DatasetQuery& query) {
 
 }  // namespace
 
-Result<Permit> Permit::of(std::string token, AccessListPtr access, CataloguePtr catalogue,
-                          RequestLimits limits) {
-  Permit permit;
-  permit.token_ = std::move(token);
-  permit.catalogue_ = std::move(catalogue);
-  permit.limits_ = limits;
-  if (const auto known = permit.renew(std::move(access)); !known) {
+Result<ClientAccess> ClientAccess::of(std::string token, AccessListPtr access,
+                                      CataloguePtr catalogue, RequestLimits limits) {
+  ClientAccess client_access;
+  client_access.token_ = std::move(token);
+  client_access.catalogue_ = std::move(catalogue);
+  client_access.limits_ = limits;
+  if (const auto known = client_access.renew(std::move(access)); !known) {
     return tl::unexpected(known.error());
   }
-  return permit;
+  return client_access;
 }
 
-Result<void> Permit::renew(AccessListPtr access) {
+Result<void> ClientAccess::renew(AccessListPtr access) {
   access_ = std::move(access);
   if (!access_) {
     rights_ = {};
@@ -88,18 +88,18 @@ Result<void> Permit::renew(AccessListPtr access) {
   return {};
 }
 
-void Permit::set_codecs(const std::vector<PayloadCodec>& codecs) {
+void ClientAccess::set_codecs(const std::vector<PayloadCodec>& codecs) {
   decodes_shells_ = std::count(codecs.begin(), codecs.end(), PayloadCodec::kSampleShell) > 0;
 }
 
-std::vector<PayloadCodec> Permit::codecs() const {
+std::vector<PayloadCodec> ClientAccess::codecs() const {
   std::vector<PayloadCodec> codecs = {PayloadCodec::kDracoLattice};
   if (decodes_shells_ && !is_for_surfaces_only()) codecs.push_back(PayloadCodec::kSampleShell);
   return codecs;
 }
 
 // A hidden dataset gets the same error as a missing one, and is never suggested as a correction.
-Result<SurfaceProviderPtr> Permit::find(const std::string& dataset) const {
+Result<SurfaceProviderPtr> ClientAccess::find(const std::string& dataset) const {
   if (catalogue_ && rights_.may_see(dataset)) {
     if (SurfaceProviderPtr found = catalogue_->find(dataset)) return found;
   }
@@ -111,34 +111,34 @@ Result<SurfaceProviderPtr> Permit::find(const std::string& dataset) const {
                   did_you_mean(dataset, known));
 }
 
-bool Permit::may_see(const std::string& dataset) const {
+bool ClientAccess::may_see(const std::string& dataset) const {
   return catalogue_ && rights_.may_see(dataset) && catalogue_->find(dataset);
 }
 
-bool Permit::may_see_shells(const std::string& dataset) const {
+bool ClientAccess::may_see_shells(const std::string& dataset) const {
   return !is_for_surfaces_only() && may_see(dataset) && catalogue_->find(dataset)->sends_shells();
 }
 
-std::vector<DatasetInfo> Permit::describe() const {
+std::vector<DatasetInfo> ClientAccess::describe() const {
   if (!catalogue_) return {};
   std::vector<DatasetInfo> infos = catalogue_->infos();
   std::erase_if(infos, [this](const DatasetInfo& info) { return !rights_.may_see(info.name); });
   return infos;
 }
 
-Result<DatasetInfo> Permit::describe(const std::string& dataset) const {
+Result<DatasetInfo> ClientAccess::describe(const std::string& dataset) const {
   const auto found = find(dataset);
   if (!found) return tl::unexpected(found.error());
   return (*found)->info();
 }
 
-Result<SurfaceProviderPtr> Permit::provider(const std::string& dataset) const {
+Result<SurfaceProviderPtr> ClientAccess::provider(const std::string& dataset) const {
   if (rejection_) return tl::unexpected(*rejection_);
   return find(dataset);
 }
 
-Result<SurfaceProviderPtr> Permit::provider(const std::string& dataset,
-                                            const IsosurfaceRequest& request) const {
+Result<SurfaceProviderPtr> ClientAccess::provider(const std::string& dataset,
+                                                  const IsosurfaceRequest& request) const {
   if (const auto checked = check_limits(limits_, request); !checked) {
     return tl::unexpected(checked.error());
   }
@@ -155,8 +155,8 @@ Result<SurfaceProviderPtr> Permit::provider(const std::string& dataset,
   return source;
 }
 
-Result<SurfaceProviderPtr> Permit::field_for(const ScalarRequest& scalars,
-                                             const DatasetInfo& surface) const {
+Result<SurfaceProviderPtr> ClientAccess::field_for(const ScalarRequest& scalars,
+                                                   const DatasetInfo& surface) const {
   if (is_for_surfaces_only() && !(rights_.surfaces_only() && rights_.colors())) {
     return fail(ErrorCode::kPermissionDenied,
                 "Colors by a field show its samples; this client has access to surfaces only.");
@@ -170,8 +170,8 @@ Result<SurfaceProviderPtr> Permit::field_for(const ScalarRequest& scalars,
   return field;
 }
 
-Result<std::vector<SurfaceProviderPtr>> Permit::further_datasets(const OpenStream& open,
-                                                                 const DatasetInfo& first) const {
+Result<std::vector<SurfaceProviderPtr>> ClientAccess::further_datasets(
+    const OpenStream& open, const DatasetInfo& first) const {
   std::vector<SurfaceProviderPtr> further;
   further.reserve(open.further_datasets.size());
   for (const std::string& name : open.further_datasets) {
@@ -190,7 +190,7 @@ Result<std::vector<SurfaceProviderPtr>> Permit::further_datasets(const OpenStrea
   return further;
 }
 
-Result<StartStream> Permit::accept(OpenStream open) const {
+Result<ValidatedStream> ClientAccess::accept(OpenStream open) const {
   if (const auto valid = validated(open.request); !valid) return tl::unexpected(valid.error());
   auto source = provider(open.dataset, open.request);
   if (!source) return tl::unexpected(source.error());
@@ -207,20 +207,20 @@ Result<StartStream> Permit::accept(OpenStream open) const {
     if (!field) return tl::unexpected(field.error());
     scalars = *std::move(field);
   }
-  return StartStream{.open = std::move(open),
-                     .source = *std::move(source),
-                     .scalars = std::move(scalars),
-                     .shells = shells,
-                     .further = *std::move(further)};
+  return ValidatedStream{.open = std::move(open),
+                         .source = *std::move(source),
+                         .scalars = std::move(scalars),
+                         .shells = shells,
+                         .further = *std::move(further)};
 }
 
-Result<void> Permit::check_samples() const {
+Result<void> ClientAccess::check_samples() const {
   if (!is_for_surfaces_only()) return {};
   return fail(ErrorCode::kPermissionDenied,
               "Slices and probes show samples; this client has access to surfaces only.");
 }
 
-Result<RunQuery> Permit::accept(DatasetQuery query) const {
+Result<ValidatedQuery> ClientAccess::accept(DatasetQuery query) const {
   if (!std::holds_alternative<Estimate>(query)) {
     if (const auto allowed = check_samples(); !allowed) return tl::unexpected(allowed.error());
   }
@@ -228,7 +228,7 @@ Result<RunQuery> Permit::accept(DatasetQuery query) const {
   const IsosurfaceRequest* request = request_of(query);
   auto source = request ? provider(dataset_of(query), *request) : provider(dataset_of(query));
   if (!source) return tl::unexpected(source.error());
-  return RunQuery{.query = std::move(query), .source = *std::move(source)};
+  return ValidatedQuery{.query = std::move(query), .source = *std::move(source)};
 }
 
 }  // namespace multitetra
