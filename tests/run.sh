@@ -17,7 +17,7 @@ ctest_options=(--output-on-failure --no-tests=error -j "$(nproc)")
 while [ $# -gt 0 ]; do
   case "$1" in
     --fast) ctest_options+=(-LE slow) ;;
-    --all) export MULTITETRA_ALL_VOLUMES=1 ;;
+    --all) export MULTITETRA_ALL_TESTS=1 ;;
     --preset) preset=${2:?--preset needs a name}; shift ;;
     --yes) install_options=(--yes) ;;
     -h | --help) sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;

@@ -2,7 +2,7 @@
 // full-resolution one than its error plus the lattice's, both ways, and its topology is the same.
 // Meshes are fetched over TCP and compared with the volume's file.
 //
-// The large volumes take minutes and run when MULTITETRA_ALL_VOLUMES is set (`bash tests/run.sh
+// The large volumes take minutes and run when MULTITETRA_ALL_TESTS is set (`bash tests/run.sh
 // --all`).
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
     large_volume_test.py FOLDER-OF-PROGRAMS [FOLDER-TO-WORK-IN]
 
-Takes half an hour and 40 GB of disk, so it runs only if MULTITETRA_ALL_VOLUMES is set, and exits with 77 otherwise.
+Takes half an hour and 40 GB of disk, so it runs only if MULTITETRA_ALL_TESTS is set, and exits with 77 otherwise.
 The field is a wave along x with a period of 8192 samples and a phase that varies with y and z: four sheets at half height.
 """
 
@@ -49,8 +49,8 @@ def run(*command):
 
 
 def main():
-    if not os.environ.get("MULTITETRA_ALL_VOLUMES"):
-        skip("MULTITETRA_ALL_VOLUMES is not set (tests/run.sh --all)")
+    if not os.environ.get("MULTITETRA_ALL_TESTS"):
+        skip("MULTITETRA_ALL_TESTS is not set (tests/run.sh --all)")
     programs = pathlib.Path(sys.argv[1])
     parent = sys.argv[2] if len(sys.argv) > 2 else None
     if shutil.disk_usage(parent or tempfile.gettempdir()).free < NEEDED_BYTES:

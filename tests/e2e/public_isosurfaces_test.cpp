@@ -3,7 +3,7 @@
 // for any number of threads.
 //
 // The volumes are not part of the project. The large ones take minutes and run when
-// MULTITETRA_ALL_VOLUMES is set (`bash tests/run.sh --all`).
+// MULTITETRA_ALL_TESTS is set (`bash tests/run.sh --all`).
 
 #include <gtest/gtest.h>
 #include <oneapi/tbb/task_arena.h>

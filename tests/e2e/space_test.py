@@ -24,7 +24,7 @@ except ImportError:
 LPS_OF_RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
 OBLIQUE = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
 
-# Public volumes that VTK reads, with an isovalue. The large ones run when MULTITETRA_ALL_VOLUMES is set.
+# Public volumes that VTK reads, with an isovalue. The large ones run when MULTITETRA_ALL_TESTS is set.
 SMALL = 1 << 20  # In samples.
 PUBLIC = {
     "HeadMRVolume/HeadMRVolume.mhd": 25, "Brain_float/Brain.mhd": 60, "ironProt.vtk": 80, "hydrogen.vti": 0.1,
@@ -98,7 +98,7 @@ def measures(points, triangles):
 def check(name, server, path, isovalue, affine=None):
     """`affine` is for files whose map VTK's reader does not return."""
     image, file_affine = read_by_vtk(path)
-    if image.GetNumberOfPoints() > SMALL and not os.environ.get("MULTITETRA_ALL_VOLUMES"):
+    if image.GetNumberOfPoints() > SMALL and not os.environ.get("MULTITETRA_ALL_TESTS"):
         print(f"!! {name} is large: NOT TESTED (tests/run.sh --all).", file=sys.stderr)
         return True
     affine = file_affine if affine is None else affine

@@ -81,14 +81,14 @@ struct TestedError {
 };
 
 // Returns `errors` without simplification, then with it. Simplification takes ten times as long as
-// everything else: all errors only if MULTITETRA_ALL_VOLUMES is set, otherwise one, on volumes of
+// everything else: all errors only if MULTITETRA_ALL_TESTS is set, otherwise one, on volumes of
 // at most 64^3 samples.
 inline std::vector<TestedError> tested_errors(const std::vector<double>& errors,
                                               const DatasetInfo& info) {
   std::vector<TestedError> all;
   for (const double error : errors) all.push_back({error, false});
   const std::int64_t samples = std::int64_t{info.dims[0]} * info.dims[1] * info.dims[2];
-  if (std::getenv("MULTITETRA_ALL_VOLUMES") != nullptr) {
+  if (std::getenv("MULTITETRA_ALL_TESTS") != nullptr) {
     for (const double error : {0.25, 0.5, 1.0, 2.0}) all.push_back({error, true});
   } else if (samples <= 64 * 64 * 64) {
     all.push_back({0.5, true});
@@ -101,7 +101,7 @@ inline std::optional<std::string> why_skipped(const PublicVolume& volume) {
   if (!std::filesystem::exists(std::filesystem::path(MULTITETRA_PUBLIC_DATA) / volume.file)) {
     return "NOT TESTED: there is no public volume " + volume.file;
   }
-  if (volume.is_large && std::getenv("MULTITETRA_ALL_VOLUMES") == nullptr) {
+  if (volume.is_large && std::getenv("MULTITETRA_ALL_TESTS") == nullptr) {
     return "NOT TESTED: " + volume.file + " is large; `bash tests/run.sh --all` takes it too";
   }
   return std::nullopt;

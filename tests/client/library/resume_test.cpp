@@ -22,6 +22,7 @@
 #include "tests/support/fields.hpp"
 #include "tests/support/running_server.hpp"
 #include "tests/support/served_datasets.hpp"
+#include "tests/support/sweep.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/waiting.hpp"
 
@@ -119,7 +120,7 @@ class Resume : public ::testing::TestWithParam<Transport> {
 
   // Over TCP cuts are tested at every place; other transports only relay them, so fewer suffice.
   [[nodiscard]] static std::size_t stride(std::size_t over_tcp) {
-    return GetParam() == Transport::kTcp ? over_tcp : 4 * over_tcp + 1;
+    return GetParam() == Transport::kTcp ? over_tcp : testing::sweep(8U, 4U) * over_tcp + 1;
   }
 
   void expect_the_same(const ClientResult<std::vector<FetchedStep>>& steps,
@@ -140,7 +141,7 @@ class Resume : public ::testing::TestWithParam<Transport> {
 };
 
 TEST_P(Resume, ContinuesAfterACutAtAnyMessage) {
-  for (std::size_t passed = 0; passed < messages_; passed += stride(1)) {
+  for (std::size_t passed = 0; passed < messages_; passed += stride(testing::sweep(2U, 1U))) {
     SCOPED_TRACE(::testing::Message() << "cut after " << passed << " of " << messages_);
     const CuttingProxy proxy({server_.endpoint()},
                              [&](int i) { return i == 0 ? Cut{.messages = passed} : Cut{}; });
@@ -150,7 +151,7 @@ TEST_P(Resume, ContinuesAfterACutAtAnyMessage) {
 }
 
 TEST_P(Resume, ContinuesAfterACutInsideAFrame) {
-  for (std::size_t passed = 0; passed < messages_; passed += stride(3)) {
+  for (std::size_t passed = 0; passed < messages_; passed += stride(testing::sweep(7U, 3U))) {
     for (const std::size_t bytes : {1U, 4U, 5U, 1'000'000U}) {
       SCOPED_TRACE(::testing::Message() << bytes << " bytes behind " << passed << " messages");
       const CuttingProxy proxy({server_.endpoint()}, [&](int i) {

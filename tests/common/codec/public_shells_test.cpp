@@ -1,7 +1,7 @@
 // Sample shells of the public volumes: their tiles decode to what core's marching tetrahedra make
 // of the same samples, with isovalues between sample values and on them.
 //
-// The volumes are not part of the project. The large ones run when MULTITETRA_ALL_VOLUMES is set.
+// The volumes are not part of the project. The large ones run when MULTITETRA_ALL_TESTS is set.
 
 #include <gtest/gtest.h>
 

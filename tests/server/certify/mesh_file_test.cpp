@@ -174,7 +174,11 @@ TEST_F(MeshFile, RefusesDamagedMeshopt) {
   for (std::size_t at = file.size() - 400; at < file.size(); ++at) {
     std::string damaged = file;
     damaged[at] = static_cast<char>(~damaged[at]);
-    if (complaint("a.glb", damaged) != "none") ++refused;
+    try {
+      (void)read_mesh_here(folder_.file("a.glb", damaged));
+    } catch (const VolumeFileError&) {
+      ++refused;
+    }
   }
   EXPECT_GT(refused, 0);
 }
@@ -479,7 +483,7 @@ TEST_F(MeshFile, ReadsOrRejectsDamagedFiles) {
             static_cast<char>(random());
       }
       try {
-        const TriangleMesh found = read(name, bytes);
+        const TriangleMesh found = read_mesh_here(folder_.file(name, bytes));
         for (const TriangleIndices& t : found.triangles) {
           for (const std::uint32_t corner : t) ASSERT_LT(corner, found.vertices.size());
         }

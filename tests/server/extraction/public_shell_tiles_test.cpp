@@ -1,7 +1,7 @@
 // Sample shells of the public volumes, end to end: read, prepared, extracted as tiles from bricks
 // and decoded, they equal what core's marching tetrahedra make of the file's samples, at several
 // spacings, tile sizes and value forms, with isovalues between sample values and on them. The
-// volumes are not part of the project. The large ones run when MULTITETRA_ALL_VOLUMES is set.
+// volumes are not part of the project. The large ones run when MULTITETRA_ALL_TESTS is set.
 
 #include <gtest/gtest.h>
 
@@ -118,7 +118,7 @@ TEST_P(PublicShellTiles, DecodeToTheMarchedSamplesOfTheFile) {
   const Volume volume =
       read_volume(std::filesystem::path(MULTITETRA_PUBLIC_DATA) / chosen.file, {.raw = chosen.raw});
   const double at = chosen.isovalues.front();
-  const bool takes_all = std::getenv("MULTITETRA_ALL_VOLUMES") != nullptr;
+  const bool takes_all = std::getenv("MULTITETRA_ALL_TESTS") != nullptr;
   for (const bool is_closed : {false, true}) {
     SCOPED_TRACE(is_closed ? "closed" : "open");
     const std::optional<double> outside = is_closed ? std::optional(kLayerValue) : std::nullopt;

@@ -1,6 +1,4 @@
-// A server of datasets that were forged with matching checksums answers every request, and lives:
-// MULTITETRA_FORGED_DATASETS of them, by default 24.
-#include <cstdlib>
+// A server of datasets that were forged with matching checksums answers every request, and lives.
 #include <filesystem>
 
 #include <gtest/gtest.h>
@@ -13,6 +11,7 @@
 #include "tests/support/forged_datasets.hpp"
 #include "tests/support/running_http_server.hpp"
 #include "tests/support/served_datasets.hpp"
+#include "tests/support/sweep.hpp"
 
 namespace multitetra {
 namespace {
@@ -79,8 +78,7 @@ void stream_all(const DatasetPtr& dataset) {
 }
 
 TEST(ForgedDatasets, AreServedOrRefused) {
-  const char* const more = std::getenv("MULTITETRA_FORGED_DATASETS");
-  const int count = more == nullptr ? 24 : std::atoi(more);
+  const int count = testing::sweep(14, 240);
   const std::vector<std::string> whole = whole_files();
   const DatasetPtr good = make_dataset(fields::gyroid(20, 0.3, 8), "good");
   int served = 0;
@@ -118,7 +116,7 @@ TEST(ForgedDatasets, AreServedOrRefused) {
     EXPECT_EQ(get("/livez"), 200U);
     stream_all(forged);
   }
-  EXPECT_GT(served, count / 8);
+  EXPECT_GT(served, count / 8) << count;
 }
 
 // Returns the text of the error of opening the dataset; "none" if it can be opened.
