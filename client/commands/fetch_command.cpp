@@ -1,10 +1,8 @@
 #include "client/commands/fetch_command.hpp"
 
-#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <optional>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -14,89 +12,40 @@
 #include "client/library/client.hpp"
 #include "client/library/report.hpp"
 #include "client/library/tile_disk_cache.hpp"
-#include "common/base/json.hpp"
 #include "common/cli/human_units.hpp"
-#include "common/cli/output_files.hpp"
-#include "common/cli/surface_files.hpp"
-#include "common/cli/terminal.hpp"
+#include "common/cli/surface_output.hpp"
 #include "common/request/painted_mesh.hpp"
 #include "common/request/request_notices.hpp"
-#include "common/wire/mesh_files.hpp"
 
 namespace multitetra {
 namespace {
 
 void require_outputs_of(const FetchArguments& arguments, const std::vector<FetchPart>& parts) {
-  std::vector<NamedFile> outputs;
-  for (const FetchPart& part : parts) {
-    const bool is_shared = !outputs.empty() && outputs.back().file == part.mesh_file;
-    if (!is_shared) outputs.push_back({"--output", part.mesh_file});
-  }
-  outputs.push_back({"--report", arguments.report});
-  require_outputs(outputs, {{"--threshold-grid", arguments.order.surface.threshold_grid},
-                            {"--token-file", arguments.order.server.token_file},
-                            {"--ca", arguments.order.server.ca_file}});
+  std::vector<std::string> files;
+  for (const FetchPart& part : parts) files.push_back(part.mesh_file);
+  require_outputs_of(std::move(files), arguments.output,
+                     {{"--threshold-grid", arguments.order.surface.threshold_grid},
+                      {"--token-file", arguments.order.server.token_file},
+                      {"--ca", arguments.order.server.ca_file}});
 }
 
-// Writes steps, final meshes and reports.
-class Output {
- public:
-  Output(const FetchArguments& arguments, MeshFormat format)
-      : arguments_(arguments), format_(format) {}
-
-  void step(const FetchedStep& fetched, const FetchPart& part, const DatasetInfo& info) const {
-    if (!arguments_.order.quiet) std::cerr << step_line(fetched, info) << std::endl;
-    if (part.steps_directory.empty()) return;
-    const std::string suffix = std::filesystem::path(part.mesh_file).extension().string();
-    const std::string name = "step_" + std::to_string(fetched.step->begin.step) + suffix;
-    const OutputSurface surface = surface_of(fetched, info);
-    const NamedMesh file = {
-        .file = part.steps_directory / name, .name = surface_name(info), .surface = &surface};
-    static_cast<void>(write_surfaces({&file, 1}, format_, codec()));
-  }
-  // Returns the step's mesh as written to files.
-  [[nodiscard]] OutputSurface surface_of(const FetchedStep& fetched,
-                                         const DatasetInfo& info) const {
-    OutputSurface surface = output_surface(fetched.step->mesh, arguments_.order.surface, info);
-    paint(surface.mesh, fetched.step->begin.scalars, arguments_.order.surface.query.colors);
-    return surface;
-  }
-  [[nodiscard]] std::vector<WrittenMesh> final_steps(std::span<const NamedMesh> files,
-                                                     bool counts_self_intersections) const {
-    return write_surfaces(files, format_, codec(), counts_self_intersections);
-  }
-  // Also called for a failed fetch, with the steps received.
-  void report(std::span<const FetchReport> reports, bool are_several) const {
-    const std::string text = are_several ? json_report(reports) : json_report(reports[0]);
-    if (!arguments_.report.empty()) write_file(arguments_.report, text);
-    if (arguments_.json) {
-      std::cout << text;
-    } else if (!arguments_.order.quiet) {
-      std::string names;
-      std::string written;  // A GLB of several surfaces is named once.
-      for (const FetchReport& report : reports) {
-        if (report.error) continue;
-        std::cout << checks_table(report.steps);
-        if (!report.mesh_file.empty() && report.mesh_file != written) {
-          written = report.mesh_file;
-          names += written + " written\n";
-        }
-      }
-      std::cout << names;
-    }
-  }
-
- private:
-  [[nodiscard]] MeshCodec codec() const { return arguments_.order.surface.query.codec; }
-
-  const FetchArguments& arguments_;
-  MeshFormat format_;
-};
+// Prints and writes one step.
+void put_step(const FetchedStep& fetched, const FetchArguments& arguments, const FetchPart& part,
+              const DatasetInfo& info) {
+  if (!arguments.output.quiet) std::cerr << step_line(fetched, info) << std::endl;
+  if (part.steps_directory.empty()) return;
+  const SurfaceArguments& options = arguments.order.surface;
+  OutputSurface surface = output_surface(fetched.step->mesh, options, info);
+  paint(surface.mesh, fetched.step->begin.scalars, options.query.colors);
+  const std::string suffix = std::filesystem::path(part.mesh_file).extension().string();
+  const std::string name = "step_" + std::to_string(fetched.step->begin.step) + suffix;
+  write_surface(part.steps_directory / name, {surface_name(info), &surface}, options.query.codec);
+}
 
 RetryOptions retry_options(const FetchArguments& arguments) {
   return {.most = arguments.retries,
           .deadline = deadline_of(arguments.order.server),
-          .on_retry = [quiet = arguments.order.quiet](const Retry& retry) {
+          .on_retry = [quiet = arguments.output.quiet](const Retry& retry) {
             if (quiet) return;
             std::cerr << printable(retry.reason.text) << " Retrying in "
                       << human_seconds(std::chrono::duration<double>(retry.wait).count()) << " ("
@@ -112,7 +61,7 @@ class CachedTileRecords {
     if (arguments.resume_directory.empty()) return;
     folder_.emplace(arguments.resume_directory);
     const auto loaded = folder_->load(memory_, limits_.triangles);
-    if (arguments.order.quiet) return;
+    if (arguments.output.quiet) return;
     std::cerr << human_count(loaded.tiles) << " tiles are in " << arguments.resume_directory;
     if (loaded.damaged > 0) {
       std::cerr << ", " << human_count(loaded.damaged) << " damaged files are ignored";
@@ -158,52 +107,13 @@ FetchedStep for_report(const FetchedStep& fetched) {
       .step = step, .first_byte_seconds = fetched.first_byte_seconds, .seconds = fetched.seconds};
 }
 
-// Fetches and checks one surface.
-ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const FetchPart& part,
-                                       Client& client, DatasetRequest& surface,
-                                       const Output& output, CachedTileRecords& kept,
-                                       FetchReport& report) {
-  const DatasetInfo& info = surface.info;
-  const auto final_step = client.fetch(
-      info, report.open,
-      [&](const FetchedStep& step) {
-        output.step(step, part, info);
-        report.steps.push_back(for_report(step));
-      },
-      kept.fetch_options(report));
-  if (!final_step) return tl::unexpected(final_step.error());
-  if (final_step->step->topology.triangles == 0) {
-    surface.notices.add(empty_surface_text(report.open.request, info));
-  }
-  surface.notices.add(request_notices(final_step->step->begin.request, info));
-  const LatticeMesh& mesh = final_step->step->mesh;
-  report.distance_bound = mesh_distance_bound(final_step->step->begin, info);
-  const bool has_report = arguments.json || !arguments.report.empty();
-  if (has_report) {
-    report.open_reason = open_reason(info);
-    report.measures =
-        measures_from(mesh, arguments.order.surface.query.min_component, grid_to_world(info));
-    surface.notices.add(volume_notice(*report.measures, report.distance_bound));
-  }
-  surface.notices.add(missing_values_notice(mesh.scalars, arguments.order.surface.query.color_by));
-  OutputSurface written = output.surface_of(*final_step, info);
-  const std::string left_out = removed_text(written);
-  if (!left_out.empty()) surface.notices.add("The file has " + left_out + ".");
-  const std::string accuracy = accuracy_text(*final_step->step);
-  if (!accuracy.empty() && !arguments.order.quiet) std::cerr << accuracy << std::endl;
-  return written;
-}
-
 // All surfaces of an order, and their reports.
 class Fetch {
  public:
-  Fetch(const FetchArguments& arguments, MeshFormat format, ConnectedRequests connected,
-        std::vector<FetchPart> parts)
+  Fetch(const FetchArguments& arguments, ConnectedRequests connected, std::vector<FetchPart> parts)
       : arguments_(arguments),
-        format_(format),
         connected_(std::move(connected)),
         parts_(std::move(parts)),
-        output_(arguments, format),
         kept_(arguments) {}
 
   // Fetches and writes all surfaces and prints the report. Throws ExitError.
@@ -212,38 +122,54 @@ class Fetch {
       if (!part.steps_directory.empty()) std::filesystem::create_directories(part.steps_directory);
       fetch(part);
     }
-    require_surfaces();
-    const std::vector<NamedMesh> files = files_to_write();
-    const bool counts_self_intersections =
-        (arguments_.json || !arguments_.report.empty() || format_ == MeshFormat::kStl) &&
-        std::any_of(reports_.begin(), reports_.end(), [](const FetchReport& report) {
-          return simplification_bound(report.steps.back().step->begin) > 0;
-        });
-    const std::vector<WrittenMesh> written = output_.final_steps(files, counts_self_intersections);
-    for (std::size_t i = 0; i < parts_.size(); ++i) {
-      if (!files[i].file.empty()) complete_report(i, written[i]);
+    const SurfaceArguments& options = arguments_.order.surface;
+    // Some labels or times of a series may be empty.
+    if (const OutputPart* const empty =
+            forbidden_empty(outputs_, options, /*may_lack_some=*/connected_.is_series)) {
+      print_reports();
+      throw ExitError(kEmptySurface, not_written_text(empty->file));
     }
+    write_files(outputs_, options, arguments_.output, /*counts_self_intersections=*/false);
     print_reports();
   }
 
  private:
   void fetch(const FetchPart& part) {
     DatasetRequest& surface = connected_.datasets[part.dataset];
-    reports_.push_back(begun_report(part, surface));
-    auto fetched =
-        fetch_part(arguments_, part, connected_.client, surface, output_, kept_, reports_.back());
-    if (!fetched) {
-      reports_.back().error = fetched.error().error;
+    reports_.push_back(begun_report(surface, part));
+    FetchReport& report = reports_.back();
+    outputs_.push_back({.info = &surface.info,
+                        .notices = &surface.notices,
+                        .name = name_of(part, surface.info, connected_.is_series),
+                        .file = part.mesh_file,
+                        .max_bytes = max_bytes_of(surface, part)});
+    const auto final_step = connected_.client.fetch(
+        surface.info, report.open,
+        [&](const FetchedStep& step) {
+          put_step(step, arguments_, part, surface.info);
+          report.steps.push_back(for_report(step));
+        },
+        kept_.fetch_options(report));
+    if (!final_step) {
+      report.error = final_step.error().error;
       print_reports();
-      exit_with(fetched.error());
+      exit_with(final_step.error());
     }
-    surfaces_.push_back(*std::move(fetched));
-    names_.push_back(name_of(part, surface.info, connected_.is_series));
-    reports_.back().notices = surface.notices.texts();
+    finish(outputs_.back(), *final_step->step, report);
   }
 
-  [[nodiscard]] FetchReport begun_report(const FetchPart& part,
-                                         const DatasetRequest& surface) const {
+  void finish(OutputPart& output, const CommittedStep& step, const FetchReport& report) {
+    output.report.request = step.begin.request;
+    output.report.surface = whole_surface(step);
+    output.report.colors = step.begin.scalars;
+    if (report.open.scalars) output.report.color_by = report.open.scalars->dataset;
+    multitetra::finish(output, step.mesh, arguments_.order.surface, arguments_.output);
+    const std::string accuracy = accuracy_text(step);
+    if (!accuracy.empty() && !arguments_.output.quiet) std::cerr << accuracy << std::endl;
+  }
+
+  [[nodiscard]] FetchReport begun_report(const DatasetRequest& surface,
+                                         const FetchPart& part) const {
     const bool has_previews = arguments_.previews || !arguments_.steps_directory.empty();
     return {.server = connected_.server,
             .open = {.dataset = surface.info.name,
@@ -251,97 +177,63 @@ class Fetch {
                      .steps = has_previews ? StepPolicy::kProgressive : StepPolicy::kFinalOnly,
                      .cached_tile_digests = {},
                      .scalars = surface.scalars},
-            .notices = surface.notices.texts(),
-            .coordinates = std::string(name(arguments_.order.surface.query.coordinates)),
-            .shift = arguments_.order.surface.shift,
-            .mesh_file = {},
             .steps = {}};
   }
 
-  // Returns the files of all parts. Unless empty ones are allowed, those without any triangle have
-  // no name, with a notice at the first of them.
-  std::vector<NamedMesh> files_to_write() {
-    std::vector<NamedMesh> files;
-    for (std::size_t i = 0; i < parts_.size(); ++i) {
-      files.push_back({.file = parts_[i].mesh_file, .name = names_[i], .surface = &surfaces_[i]});
-    }
-    if (arguments_.order.surface.allow_empty) return files;
-    const std::vector<std::string> notice = leave_out_empty_files(files);
-    const auto first = std::find_if(files.begin(), files.end(),
-                                    [](const NamedMesh& one) { return one.file.empty(); });
-    if (first == files.end()) return files;
-    const auto part = static_cast<std::size_t>(first - files.begin());
-    Notices& notices = connected_.datasets[parts_[part].dataset].notices;
-    notices.add(notice);
-    reports_[part].notices = notices.texts();
-    return files;
+  // One file of several surfaces has the whole budget.
+  [[nodiscard]] std::uint64_t max_bytes_of(const DatasetRequest& surface,
+                                           const FetchPart& part) const {
+    const bool is_shared =
+        mesh_format_of(part.mesh_file, arguments_.order.surface) == MeshFormat::kGlb;
+    return is_shared ? arguments_.order.surface.query.request.max_bytes
+                     : surface.requests[part.request].max_bytes;
   }
 
-  // Some labels or times of a series may be empty.
-  void require_surfaces() const {
-    const bool has_any = std::any_of(surfaces_.begin(), surfaces_.end(),
-                                     [](const auto& surface) { return surface.components > 0; });
-    if (arguments_.order.surface.allow_empty || (connected_.is_series && has_any)) return;
-    for (std::size_t i = 0; i < parts_.size(); ++i) {
-      if (surfaces_[i].components > 0) continue;
-      print_reports();
-      throw ExitError(kEmptySurface, not_written_text(parts_[i].mesh_file));
+  void print_reports() {
+    std::vector<Json> reports;
+    std::string names;
+    std::string written;  // A GLB of several surfaces is named once.
+    const bool prints_tables = !arguments_.output.json && !arguments_.output.quiet;
+    for (std::size_t i = 0; i < reports_.size(); ++i) {
+      FetchReport& report = reports_[i];
+      report.surface = outputs_[i].report;
+      report.surface.notices = outputs_[i].notices->texts();
+      reports.push_back(json_of(report));
+      if (!prints_tables || report.error) continue;
+      std::cout << checks_table(report.steps);
+      const std::string& file = report.surface.mesh_file;
+      if (file.empty() || file == written) continue;
+      written = file;
+      names += written + " written\n";
     }
+    std::cout << names;
+    write_report(std::move(reports), /*are_several=*/parts_.size() > 1, arguments_.output);
   }
-
-  void complete_report(std::size_t i, const WrittenMesh& written) {
-    FetchReport& report = reports_[i];
-    report.components_written = surfaces_[i].components;
-    report.triangles_written = surfaces_[i].mesh.triangles.size();
-    report.mesh_file = parts_[i].mesh_file;
-    report.written = written;
-    if (const auto& crossing = written.self_intersections) {
-      report.self_intersecting_triangles = crossing->triangles;
-    }
-    DatasetRequest& surface = connected_.datasets[parts_[i].dataset];
-    if (format_ == MeshFormat::kStl) {
-      surface.notices.add(printing_notices(parts_[i].mesh_file, written, surface.info));
-    }
-    // One file of several surfaces has the whole budget.
-    const std::uint64_t max_bytes = format_ == MeshFormat::kGlb
-                                        ? arguments_.order.surface.query.request.max_bytes
-                                        : surface.requests[parts_[i].request].max_bytes;
-    surface.notices.add(larger_file_notice(parts_[i].mesh_file, max_bytes));
-    reports_[i].notices = surface.notices.texts();
-  }
-
-  void print_reports() const { output_.report(reports_, /*are_several=*/parts_.size() > 1); }
 
   const FetchArguments& arguments_;
-  const MeshFormat format_;
   ConnectedRequests connected_;
   const std::vector<FetchPart> parts_;
-  const Output output_;
   CachedTileRecords kept_;
-  std::vector<FetchReport> reports_;  // One per part that was begun; the others per fetched part.
-  std::vector<OutputSurface> surfaces_;
-  std::vector<SurfaceName> names_;
+  // One per part that was begun.
+  std::vector<FetchReport> reports_;
+  std::vector<OutputPart> outputs_;
 };
 
 }  // namespace
 
 int fetch(const FetchArguments& arguments) {
-  const auto format = mesh_format_from(std::filesystem::path(arguments.mesh).extension().string());
-  if (!format) {
-    throw ExitError(kUsage, "\"" + arguments.mesh +
-                                "\" has no mesh file suffix; use .ply, .stl, .obj, .glb, "
-                                ".drc or .vtp.");
-  }
-  require_codec(arguments.order.surface, *format == MeshFormat::kGlb);
-  std::vector<FetchPart> parts = parts_of(arguments, *format);
+  const MeshFormat format = mesh_format_of(arguments.output.file, arguments.order.surface);
+  std::vector<FetchPart> parts = parts_of(arguments, format);
   require_outputs_of(arguments, parts);
-  ConnectedRequests connected = ordered_datasets(arguments.order, retry_options(arguments));
+  SurfaceOrder order = arguments.order;
+  order.quiet = arguments.output.quiet;
+  ConnectedRequests connected = ordered_datasets(order, retry_options(arguments));
   share_budget(connected);
   if (connected.is_series) {
-    parts = parts_of(arguments, *format, connected.datasets);
+    parts = parts_of(arguments, format, connected.datasets);
     require_outputs_of(arguments, parts);
   }
-  Fetch(arguments, *format, std::move(connected), std::move(parts)).run();
+  Fetch(arguments, std::move(connected), std::move(parts)).run();
   return kOk;
 }
 
@@ -351,22 +243,13 @@ void add_fetch(Command& app, FetchArguments& a) {
   add_order_options(
       *command, a.order,
       {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize, FieldGroup::kColors});
-  add_output_options(*command, a.order.surface);
-  command
-      ->add_option(
-          "-o,--output", a.mesh,
-          "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp. Several surfaces of one time are "
-          "parts of one .glb; otherwise one file each, with the dataset or isovalue in its "
-          "name")
-      ->required()
-      ->type_name("FILE");
+  add_output_options(*command, a.order.surface, a.output);
   command
       ->add_option("--resume", a.resume_directory,
                    "Keep tiles in this folder and fetch only missing ones; an interrupted run "
                    "continues where it stopped")
       ->type_name("DIR");
-  command->add_flag("--quiet", a.order.quiet, "Print errors only");
-  command->begin_group("Transfer and reports");
+  command->begin_group("Transfer");
   command->add_flag(
       "--previews", a.previews,
       "Fetch and check coarser surfaces first, as a viewer does; implied by --save-steps");
@@ -376,13 +259,8 @@ void add_fetch(Command& app, FetchArguments& a) {
           "Consecutive retries when the server cannot be reached or the connection is lost")
       ->within(0, 1'000'000)
       ->capture_default_str();
-  command
-      ->add_option("--report", a.report,
-                   "Write a JSON report of all steps to this file, also when the fetch fails")
-      ->type_name("FILE");
   command->add_option("--save-steps", a.steps_directory, "Write every step to this directory")
       ->type_name("DIR");
-  command->add_flag("--json", a.json, "Print the JSON report");
   command->footer(
       std::string(
           "Examples:\n"

@@ -5,6 +5,7 @@
 
 #include "client/commands/connected_request.hpp"
 #include "common/cli/command.hpp"
+#include "common/cli/surface_output.hpp"
 
 namespace multitetra {
 
@@ -13,10 +14,8 @@ struct FetchArguments {
   bool previews = false;
   int retries = 5;
   std::string resume_directory;
-  std::string mesh;
-  std::string report;
   std::string steps_directory;
-  bool json = false;
+  OutputArguments output;
 };
 
 void add_fetch(Command& app, FetchArguments& arguments);

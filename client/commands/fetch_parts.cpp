@@ -4,7 +4,7 @@
 
 #include "common/base/number_text.hpp"
 #include "common/cli/output_files.hpp"
-#include "common/cli/surface_files.hpp"
+#include "common/cli/surface_output.hpp"
 
 namespace multitetra {
 
@@ -12,8 +12,8 @@ std::vector<FetchPart> parts_of(const FetchArguments& arguments, MeshFormat form
                                 std::span<const DatasetRequest> series) {
   std::vector<const DatasetInfo*> infos;
   for (const DatasetRequest& one : series) infos.push_back(&one.info);
-  std::vector<std::string> files = files_of(arguments.mesh, format, infos);
-  if (series.empty()) files.push_back(arguments.mesh);
+  std::vector<std::string> files = files_of(arguments.output.file, format, infos);
+  if (series.empty()) files.push_back(arguments.output.file);
   const std::vector<double>& isovalues = arguments.order.surface.query.isovalues;
   std::vector<FetchPart> parts;
   for (std::size_t dataset = 0; dataset < files.size(); ++dataset) {

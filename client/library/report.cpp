@@ -53,49 +53,6 @@ std::string accuracy_of(const StepBegin& begin, const DatasetInfo& info) {
   return "error " + human_number(error) + (error == 1 ? " voxel" : " voxels");
 }
 
-// nullopt if there is no final step.
-std::optional<bool> is_full_resolution(const FetchReport& report) {
-  if (!report.measures || report.steps.empty()) return std::nullopt;
-  return is_full_resolution(report.steps.back().step->begin);
-}
-
-Json json_of(const FetchReport& report) {
-  Json steps = Json::array();
-  for (const FetchedStep& step : report.steps) steps.push_back(step_json(step));
-  Json json = {
-      {"server", to_string(report.server)},
-      {"dataset", report.open.dataset},
-      {"parameters", json_of(report.open.request)},
-      {"notices", report.notices},
-      {"final_only", report.open.steps == StepPolicy::kFinalOnly},
-      {"coordinates", report.coordinates},
-      {"mesh_file", report.mesh_file.empty() ? Json(nullptr) : Json(report.mesh_file)},
-      {"components_written", value_or_null(report.components_written)},
-      {"triangles_written", value_or_null(report.triangles_written)},
-      {"written", report.written ? json_of(*report.written) : Json(nullptr)},
-  };
-  if (!report.shift.empty()) json["shift"] = report.shift;
-  if (const auto& scalars = report.open.scalars) {
-    json["color_by"] = scalars->dataset;
-    if (!report.steps.empty()) {
-      const auto& range = report.steps.back().step->begin.scalars;
-      json["color_range"] = {range->low, range->high};
-    }
-  }
-  json.update(json_of(report.measures, report.distance_bound, is_full_resolution(report),
-                      report.open_reason));
-  json["self_intersecting_triangles"] = value_or_null(report.self_intersecting_triangles);
-  json["tiles_held"] = report.tiles_held;
-  json["tiles_received"] = report.received.tiles;
-  json["bytes_received"] = report.received.payload_bytes;
-  json["reconnections"] = report.reconnections;
-  json["steps"] = std::move(steps);
-  if (report.error) {
-    json["error"] = {{"code", name(report.error->code)}, {"text", report.error->text}};
-  }
-  return json;
-}
-
 }  // namespace
 
 double simplification_bound(const StepBegin& begin) {
@@ -104,12 +61,40 @@ double simplification_bound(const StepBegin& begin) {
   return bound;
 }
 
-std::string json_report(const FetchReport& report) { return text_of(json_of(report)); }
+WholeSurface whole_surface(const CommittedStep& step) {
+  return {.topology = step.topology,
+          .tetrahedra = step.begin.tetrahedra,
+          .active_tetrahedra = step.begin.active_tetrahedra,
+          .tiles = step.begin.tiles.size(),
+          .error_bound = distance_bound(step.begin),
+          .simplification_bound = simplification_bound(step.begin),
+          .digest = step.end.digest};
+}
 
-std::string json_report(std::span<const FetchReport> reports) {
-  Json surfaces = Json::array();
-  for (const FetchReport& report : reports) surfaces.push_back(json_of(report));
-  return text_of({{"surfaces", std::move(surfaces)}});
+Json json_of(const FetchReport& report) {
+  SurfaceReport surface = report.surface;
+  surface.dataset = report.open.dataset;
+  surface.request = report.open.request;
+  if (!report.steps.empty() && report.steps.back().step->begin.is_final) {
+    const CommittedStep& step = *report.steps.back().step;
+    surface.surface = whole_surface(step);
+    surface.request = step.begin.request;
+    surface.colors = step.begin.scalars;
+  }
+  if (report.open.scalars) surface.color_by = report.open.scalars->dataset;
+  Json steps = Json::array();
+  for (const FetchedStep& step : report.steps) steps.push_back(step_json(step));
+  surface.more = {{"server", to_string(report.server)},
+                  {"final_only", report.open.steps == StepPolicy::kFinalOnly},
+                  {"tiles_held", report.tiles_held},
+                  {"tiles_received", report.received.tiles},
+                  {"bytes_received", report.received.payload_bytes},
+                  {"reconnections", report.reconnections},
+                  {"steps", std::move(steps)}};
+  if (report.error) {
+    surface.more["error"] = {{"code", name(report.error->code)}, {"text", report.error->text}};
+  }
+  return json_of(surface);
 }
 
 std::string json_list(const Endpoint& server, const std::vector<DatasetInfo>& datasets) {

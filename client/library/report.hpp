@@ -2,13 +2,11 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "client/library/client.hpp"
-#include "common/mesh/mesh_measures.hpp"
-#include "common/wire/written_mesh.hpp"
+#include "common/json/surface_report.hpp"
 
 namespace multitetra {
 
@@ -16,22 +14,9 @@ namespace multitetra {
 struct FetchReport {
   Endpoint server;
   OpenStream open;
-  std::vector<std::string> notices = {};  // Warnings about the request, one sentence each.
-  std::string coordinates;                // "world" or "index"
-  std::vector<double> shift = {};         // Added to them; empty: nothing.
-  std::string mesh_file;                  // Empty when none was written.
   // All but the last may lack their meshes.
   std::vector<FetchedStep> steps;
-  // What the mesh file holds; absent if none was written.
-  std::optional<WrittenMesh> written = {};
-  std::optional<std::uint64_t> components_written = {};
-  std::optional<std::uint64_t> triangles_written = {};
-  // The measures of the written components of the final step.
-  std::optional<SurfaceMeasures> measures = {};
-  std::optional<double> distance_bound = {};  // mesh_distance_bound() of the final step.
-  std::string open_reason = {};               // Of the dataset, see json_report.hpp.
-  // Triangles in the file that intersect others; nullopt: not counted.
-  std::optional<std::uint64_t> self_intersecting_triangles = {};
+  SurfaceReport surface = {};    // Of the final step; it needs no `surface` if there is one.
   std::uint64_t tiles_held = 0;  // Cached from earlier fetches.
   ReceivedTiles received = {};   // Over all connections.
   int reconnections = 0;         // Retries after a lost connection.
@@ -39,26 +24,21 @@ struct FetchReport {
   std::optional<Error> error = std::nullopt;
 };
 
+// Returns what is known of the surface of a step.
+[[nodiscard]] WholeSurface whole_surface(const CommittedStep& step);
+
 // Returns the largest bound of all tiles, which is part of the error bound; 0 without
 // simplification.
 [[nodiscard]] double simplification_bound(const StepBegin& begin);
 
-// Returns indented JSON that ends with a newline: server, dataset, parameters, notices, final_only,
-// coordinates, mesh_file, components_written, triangles_written and written (json_report.hpp; null:
-// no file was written), area and volume (of the written components, in world units; null: no final
-// step, or the surface has a border), is_full_resolution (whether that step is the full-resolution
-// surface), volume_reason (why there is no volume; null: there is one), volume_bound (the largest
-// difference from the volume inside the full-resolution surface, see volume_bound(); null: no
-// distance is bounded), self_intersecting_triangles (null: not counted), tiles_held,
-// tiles_received, bytes_received, reconnections, steps and, for a failed fetch, error: {code,
-// text}. A step has the keys of json_report.hpp and: step, final, parameters, error_bound_world
-// (null for previews), finest_spacing, codec (draco, sample_shell), tetrahedra, active_tetrahedra,
-// tiles, tiles_received, bytes (of payload), first_byte_seconds, seconds, server_seconds,
-// content_digest, checks. After a lost connection, tiles_received and bytes of a step count from
-// the reconnection.
-[[nodiscard]] std::string json_report(const FetchReport& report);
-// Returns the reports of several surfaces: {"surfaces": [...]}, each as above.
-[[nodiscard]] std::string json_report(std::span<const FetchReport> reports);
+// Returns the keys of surface_report.hpp and: server, final_only, tiles_held, tiles_received,
+// bytes_received, reconnections, steps and, for a failed fetch, error: {code, text}. A step has the
+// keys of json_report.hpp and: step, final, parameters, error_bound_world (null for previews),
+// simplification_bound_world, finest_spacing, codec (draco, sample_shell), tetrahedra,
+// active_tetrahedra, tiles, tiles_received, bytes (of payload), first_byte_seconds, seconds,
+// server_seconds, content_digest, checks. After a lost connection, tiles_received and bytes of a
+// step count from the reconnection.
+[[nodiscard]] Json json_of(const FetchReport& report);
 [[nodiscard]] std::string json_list(const Endpoint& server,
                                     const std::vector<DatasetInfo>& datasets);
 

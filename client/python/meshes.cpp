@@ -16,6 +16,7 @@
 #include "client/python/arrays.hpp"
 #include "client/python/errors.hpp"
 #include "common/wire/mesh_files.hpp"
+#include "common/wire/written_mesh.hpp"
 
 namespace py = pybind11;
 
@@ -64,7 +65,11 @@ void save_mesh(const std::string& path, const Rows<double>& vertices,
   }
   mesh.rounding_limits = rounding_limits(mesh);
   try {
-    write_file(path, mesh_file(mesh, *format));
+    const std::string bytes = mesh_file(mesh, *format);
+    if (!mesh.triangles.empty()) {
+      require_same(read_back(bytes, *format).front(), welded_topology(mesh));
+    }
+    write_file(path, bytes);
   } catch (const MeshCoordinatesError& problem) {
     raise(PyExc_ValueError, problem.what());
   } catch (const std::system_error& problem) {

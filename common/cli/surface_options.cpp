@@ -7,7 +7,6 @@
 
 #include "common/base/exit_codes.hpp"
 #include "common/cli/human_units.hpp"
-#include "common/mesh/components.hpp"
 #include "common/request/request_notices.hpp"
 
 namespace multitetra {
@@ -148,34 +147,11 @@ Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info) {
 
 OutputSurface output_surface(const LatticeMesh& surface, const SurfaceArguments& arguments,
                              const DatasetInfo& info) {
-  const LatticeMesh mesh = in_canonical_order(surface);
-  const MeshComponents components = components_of(mesh);
-  const double shortest = components.least(arguments.query.min_component);
-  const Affine map = output_map(arguments, info);
-  OutputSurface output{.mesh = {},
-                       .world = world_of(arguments, info),
-                       .lattice = mesh.resolution,
-                       .min_component = shortest,
-                       .components = components.count_at_least(shortest),
-                       .total_components = components.diagonals.size()};
-  if (output.components == output.total_components) {
-    output.mesh = positioned(mesh, map);
-  } else {
-    output.mesh = positioned(with_components(mesh, components, shortest), map);
-    output.filled = filled_cavities(mesh, components, shortest, grid_to_world(info));
-  }
-  const double least =
-      components.diagonals.empty() ? 0 : components.diagonals[components.largest()] / 8;
-  std::uint32_t number = 0;
-  for (const std::uint32_t component : components.of_vertex) {
-    if (components.diagonals[component] < shortest) continue;
-    if (components.diagonals[component] >= least) output.large.push_back(number);
-    ++number;
-  }
-  if (flips_x_and_y(arguments, info)) {
-    for (UnitVector& normal : output.mesh.normals) normal = {-normal[0], -normal[1], normal[2]};
-  }
-  return output;
+  return output_surface(surface, arguments.query.min_component,
+                        {.map = output_map(arguments, info),
+                         .world = world_of(arguments, info),
+                         .has_flipped_axes = flips_x_and_y(arguments, info)},
+                        info);
 }
 
 std::string removed_text(const OutputSurface& surface) {

@@ -13,9 +13,9 @@
 #include "common/cli/command.hpp"
 #include "common/dataset/dataset_info.hpp"
 #include "common/mesh/mesh.hpp"
-#include "common/mesh/mesh_measures.hpp"
 #include "common/request/scalar_request.hpp"
 #include "common/request/surface_query.hpp"
+#include "common/wire/surface_file.hpp"
 
 namespace multitetra {
 
@@ -58,24 +58,7 @@ void add_output_options(Command& command, SurfaceArguments& arguments);
 
 // Maps grid coordinates to the requested ones. Requires arguments accepted by requests_from().
 [[nodiscard]] Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info);
-// A surface in the requested coordinates, with normals, without components that are too small. Its
-// order depends only on its triangles (in_canonical_order()).
-struct OutputSurface {
-  PositionedMesh mesh;
-  // The meaning of its coordinates; empty for sample indices.
-  PhysicalMeaning world = {};
-  // Vertices are at multiples of 2^-lattice grid steps.
-  int lattice = kDefaultLatticeResolution;
-  double min_component = 0;  // In samples: components with a shorter diagonal were removed.
-  // The number of components in the mesh.
-  std::size_t components = 0;
-  // The number of components of the whole surface.
-  std::size_t total_components = 0;
-  FilledCavities filled = {};  // By removing components.
-  // The vertices of large components: those whose diagonal is at least an eighth of the largest
-  // one's.
-  std::vector<std::uint32_t> large = {};
-};
+// Returns the surface in the requested coordinates, without small components.
 [[nodiscard]] OutputSurface output_surface(const LatticeMesh& surface,
                                            const SurfaceArguments& arguments,
                                            const DatasetInfo& info);

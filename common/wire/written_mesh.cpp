@@ -71,18 +71,39 @@ std::vector<WrittenMesh> read_back(std::string_view file, MeshFormat format,
   return written;
 }
 
-void require_same(const WrittenMesh& written, const PositionedMesh& mesh) {
-  const MeshTopology& found = written.topology;
-  const bool is_same = found.degenerate_triangles == 0 &&
-                       found.triangles == static_cast<std::int64_t>(mesh.triangles.size()) &&
-                       found.vertices == static_cast<std::int64_t>(mesh.positions.size());
-  if (is_same) return;
-  throw std::logic_error("Internal error: a mesh of " + std::to_string(mesh.triangles.size()) +
-                         " triangles and " + std::to_string(mesh.positions.size()) +
+namespace {
+
+[[noreturn]] void fail_to_hold(const MeshTopology& found, std::int64_t triangles,
+                               std::int64_t vertices) {
+  throw std::logic_error("Internal error: a mesh of " + std::to_string(triangles) +
+                         " triangles and " + std::to_string(vertices) +
                          " vertices would be written with " + std::to_string(found.triangles) +
                          " triangles, " + std::to_string(found.vertices) + " vertices and " +
                          std::to_string(found.degenerate_triangles) +
                          " degenerate triangles. Please report it; another format may hold it.");
+}
+
+}  // namespace
+
+void require_same(const WrittenMesh& written, const PositionedMesh& mesh) {
+  const MeshTopology& found = written.topology;
+  const auto triangles = static_cast<std::int64_t>(mesh.triangles.size());
+  const auto vertices = static_cast<std::int64_t>(mesh.positions.size());
+  const bool is_same =
+      found.degenerate_triangles == 0 && found.triangles == triangles && found.vertices == vertices;
+  if (!is_same) fail_to_hold(found, triangles, vertices);
+}
+
+MeshTopology welded_topology(const PositionedMesh& mesh) {
+  return found_in({.vertices = mesh.positions, .triangles = mesh.triangles}, false).topology;
+}
+
+void require_same(const WrittenMesh& written, const MeshTopology& expected) {
+  const MeshTopology& found = written.topology;
+  const bool is_same = found.triangles == expected.triangles && found.edges == expected.edges &&
+                       found.border_edges == expected.border_edges &&
+                       found.nonmanifold_edges == expected.nonmanifold_edges;
+  if (!is_same) fail_to_hold(found, expected.triangles, expected.vertices);
 }
 
 }  // namespace multitetra

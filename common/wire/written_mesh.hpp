@@ -37,4 +37,10 @@ struct WrittenMesh {
 // on distinct places: then it has the same topology.
 void require_same(const WrittenMesh& written, const PositionedMesh& mesh);
 
+// Returns what a faithful file of any mesh holds, which may have vertices on equal places.
+[[nodiscard]] MeshTopology welded_topology(const PositionedMesh& mesh);
+// Throws std::logic_error unless the file has that topology. Files need not hold degenerate
+// triangles.
+void require_same(const WrittenMesh& written, const MeshTopology& expected);
+
 }  // namespace multitetra

@@ -19,6 +19,7 @@ void add_info_command(Command& program, Run& run);
 void add_plot_command(Command& program, Run& run);
 void add_verify_command(Command& program, Run& run);
 void add_extract_command(Command& program, Run& run);
+void add_reference_command(Command& program, Run& run);
 void add_certify_command(Command& program, Run& run);
 void add_export_command(Command& program, Run& run);
 void add_serve_command(Command& program, Run& run);

@@ -30,6 +30,7 @@ int run(int argc, char** argv) {
   add_plot_command(program, command);
   add_verify_command(program, command);
   add_extract_command(program, command);
+  add_reference_command(program, command);
   add_certify_command(program, command);
   add_export_command(program, command);
   add_serve_command(program, command);

@@ -5,8 +5,6 @@
 #include <string>
 
 #include "common/cli/surface_options.hpp"
-#include "common/cli/terminal.hpp"
-#include "common/json/json_report.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/request/scalar_request.hpp"
 #include "server/dataset/dataset.hpp"
@@ -19,18 +17,15 @@ class VertexColors {
   // (kUsage) for invalid options, and as open_dataset() does.
   explicit VertexColors(const SurfaceArguments& arguments);
 
-  // Sets the mesh's scalars: the values at its vertices, encoded as they are sent to clients. Adds
-  // notices about vertices without a value, and prints the accuracy unless `quiet`. Does nothing
-  // without --color-by. Throws ExitError (kUsage) if the datasets lie in different worlds.
-  void add_scalars(LatticeMesh& mesh, const DatasetInfo& surface, Notices& notices,
-                   bool quiet) const;
-  // Colors a mesh with scalars.
-  void paint(PositionedMesh& mesh) const;
-  // Adds color_by and color_range to a report, if there are any.
-  void describe(Json& report) const;
+  // Sets the mesh's scalars: the values at its vertices, encoded in the returned range as they are
+  // sent to clients. Prints the accuracy unless `quiet`. Does nothing without --color-by. Throws
+  // ExitError (kUsage) if the datasets lie in different worlds.
+  std::optional<ScalarRange> add_scalars(LatticeMesh& mesh, const DatasetInfo& surface,
+                                         bool quiet) const;
+  // Returns the dataset's name; empty without one.
+  [[nodiscard]] std::string dataset() const { return field_ ? field_->info.name : std::string(); }
 
  private:
-  const SurfaceArguments& arguments_;
   std::optional<ScalarRequest> request_;
   DatasetPtr field_;  // Null without a request.
 };

@@ -98,8 +98,15 @@ Result<Surface> assembled(ReceivedSurface tiles, const std::stop_token& stop) {
                   .error_bound_world = tiles.begin.error_bound_world,
                   .finest_spacing = tiles.begin.finest_spacing,
                   .crossed_octants = tiles.begin.crossed_octants,
+                  .tetrahedra = tiles.begin.tetrahedra,
+                  .active_tetrahedra = tiles.begin.active_tetrahedra,
+                  .tiles = tiles.begin.tiles.size(),
                   .scalars = tiles.begin.scalars,
                   .digest = tiles.digest};
+  for (const TileSummary& tile : tiles.begin.tiles) {
+    surface.simplification_bound =
+        std::max(surface.simplification_bound, tile.simplification_bound);
+  }
   surface.mesh = weld(pointers, surface.request.lattice_resolution);
   return surface;
 }

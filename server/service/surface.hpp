@@ -38,6 +38,10 @@ struct Surface {
   double error_bound_world = 0;
   std::int32_t finest_spacing = 1;
   std::uint32_t crossed_octants = 0;  // See StepBegin.
+  std::uint64_t tetrahedra = 0;
+  std::uint64_t active_tetrahedra = 0;
+  std::size_t tiles = 0;
+  double simplification_bound = 0;  // The largest of all tiles.
   std::optional<ScalarRange> scalars = {};
   ContentDigest digest = {};
   LatticeMesh mesh = {};  // Welded; the order depends on the tiles only.

@@ -98,7 +98,7 @@ halves=(--error 4 --region halfspace:-1,0,0,-64=0 --region-coordinates index)
 # counted FILE DATASET WORDS...: the exact model and the checks of its surface.
 counted() {
   local name=$2
-  "$server" extract "served/$name.mtd" --isovalue "$(cat "$name.isovalue.txt")" -o mesh.ply --errors exact --json --quiet \
+  "$server" reference "served/$name.mtd" --isovalue "$(cat "$name.isovalue.txt")" -o mesh.ply --json --quiet \
     "${@:3}" >"$1.counts.json"
 }
 # picture FILE DATASET PIXELS WORDS...
@@ -129,7 +129,7 @@ echo "== Volume rendering"
 for name in head "$portrait"; do
   isovalue=$(cat "$name.isovalue.txt")
   for error in 0 1 4; do
-    "$server" extract "served/$name.mtd" --isovalue "$isovalue" "${paper_rule[@]}" --error "$error" -o mesh.ply \
+    "$server" reference "served/$name.mtd" --isovalue "$isovalue" "${paper_rule[@]}" --error "$error" --errors spectrum -o mesh.ply \
       --model model.vtu --quiet
     xvfb-run -a "$python" "$project/tests/bench/paper/volume.py" model.vtu --isovalue "$isovalue" "${looking_at_head[@]}" \
       -o "${name}_volume_$error.png" >"${name}_volume_$error.json"

@@ -1,19 +1,17 @@
 #include "server/routes/detail/mesh_file.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "common/base/number_text.hpp"
 #include "common/base/percent_encoded.hpp"
-#include "common/mesh/components.hpp"
 #include "common/mesh/mesh_checks.hpp"
-#include "common/mesh/mesh_measures.hpp"
 #include "common/request/painted_mesh.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/scene_file.hpp"
+#include "common/wire/surface_file.hpp"
 
 namespace multitetra {
 namespace {
@@ -45,21 +43,16 @@ void add_notices(HttpResponse& response, const MeshTopology& mesh, const Isosurf
   for (const std::string& notice : notices) add_field(response, "Multitetra-Notice", notice);
 }
 
-// Requires that components are removed.
-void add_removal_notices(HttpResponse& response, const LatticeMesh& mesh,
-                         const MeshComponents& components, double shortest,
-                         const DatasetInfo& info) {
-  if (components.count_at_least(shortest) == 0) {
+void add_removal_notices(HttpResponse& response, const OutputSurface& output) {
+  if (output.components == output.total_components) return;
+  if (output.components == 0) {
     add_field(
         response, "Multitetra-Notice",
         "The surface is empty: min_component removes all its components; the longest diagonal "
         "is " +
-            rounded_text(components.diagonals[components.largest()]) + " samples.");
-    return;
-  }
-  const FilledCavities filled = filled_cavities(mesh, components, shortest, grid_to_world(info));
-  if (filled.count > 0) {
-    add_field(response, "Multitetra-Notice", "min_component: " + filled_text(filled) + ".");
+            rounded_text(output.longest_diagonal) + " samples.");
+  } else if (output.filled.count > 0) {
+    add_field(response, "Multitetra-Notice", "min_component: " + filled_text(output.filled) + ".");
   }
 }
 
@@ -101,24 +94,23 @@ void add_world(HttpResponse& response, const PhysicalMeaning& world) {
   }
 }
 
-PositionedMesh painted(const LatticeMesh& mesh, const std::optional<ScalarRange>& scalars,
-                       const DatasetInfo& info, const MeshFileOptions& form) {
-  PositionedMesh placed =
-      positioned(mesh, form.is_in_world ? grid_to_world(info) : grid_to_index(info));
-  paint(placed, scalars, form.colors);
-  return placed;
+SurfaceName name_of(const DatasetInfo& info, double isovalue, bool is_of_several) {
+  const SurfaceName name = surface_name(info);
+  if (!is_of_several) return name;
+  return {.text = "isovalue " + shortest_text(isovalue), .label = name.label};
 }
 
-std::string file_of(const std::vector<PositionedMesh>& meshes, const std::vector<double>& isovalues,
-                    MeshFormat format, const MeshFileFacts& facts) {
-  if (meshes.size() == 1) return mesh_file(meshes.front(), format, facts);
-  assert(format == MeshFormat::kGlb);
-  std::vector<ScenePart> parts;
-  for (std::size_t i = 0; i < meshes.size(); ++i) {
-    parts.push_back({.name = {"isovalue " + shortest_text(isovalues[i]), facts.name.label},
-                     .mesh = &meshes[i]});
+Result<StoredMesh> stored(std::string bytes, const MeshStorage& place, std::string fields) {
+  if (bytes.size() <= place.max_in_memory) {
+    return StoredMesh{.body = body_of(std::make_shared<const std::string>(std::move(bytes))),
+                      .fields = std::move(fields)};
   }
-  return scene_glb(parts, facts.world, facts.codec);
+  auto reservation = place.reservation(bytes.size());
+  if (!reservation) return tl::unexpected(reservation.error());
+  const auto file = std::make_shared<ReservedFile>(place.folder, *std::move(reservation));
+  static_cast<void>(file->file.put(std::as_bytes(std::span(bytes))));
+  return StoredMesh{.body = body_of(SharedFile(file, &file->file), bytes.size()),
+                    .fields = std::move(fields)};
 }
 
 }  // namespace
@@ -128,10 +120,12 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
                               const std::stop_token& stop) {
   HttpResponse header;
   Totals all;
-  std::vector<PositionedMesh> meshes;
-  std::vector<double> isovalues;
-  int lattice = kDefaultLatticeResolution;
-  double shortest = 0;
+  const OutputSpace space = form.is_in_world
+                                ? OutputSpace{.map = grid_to_world(info), .world = info.meaning}
+                                : OutputSpace{.map = grid_to_index(info)};
+  std::vector<OutputSurface> outputs;
+  outputs.reserve(surfaces.size());
+  std::vector<NamedSurface> named;
   double rounding = 0;
   for (Surface& surface : surfaces) {
     if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client has disconnected.");
@@ -142,49 +136,26 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
     for (const auto& text : missing_values_notice(surface.mesh.scalars, form.color_by)) {
       add_field(header, "Multitetra-Notice", text);
     }
-    const MeshComponents components = components_of(surface.mesh);
-    shortest = components.least(form.min_component);
-    const std::size_t written = components.count_at_least(shortest);
-    all.components_written += written;
-    if (written != components.diagonals.size()) {
-      add_removal_notices(header, surface.mesh, components, shortest, info);
-      surface.mesh = with_components(surface.mesh, components, shortest);
-    }
-    surface.mesh = in_canonical_order(surface.mesh);
-    meshes.push_back(painted(surface.mesh, surface.scalars, info, form));
-    if (form.codec == MeshCodec::kMeshopt && form.is_in_world) {
-      rounding = std::max(rounding, position_rounding(meshes.back()));
-    }
-    isovalues.push_back(surface.request.isovalue);
-    lattice = surface.mesh.resolution;
+    OutputSurface& output =
+        outputs.emplace_back(output_surface(surface.mesh, form.min_component, space, info));
     surface.mesh = {};
+    all.components_written += output.components;
+    add_removal_notices(header, output);
+    paint(output.mesh, surface.scalars, form.colors);
+    if (form.codec == MeshCodec::kMeshopt && form.is_in_world) {
+      rounding = std::max(rounding, position_rounding(output.mesh));
+    }
+    named.push_back({name_of(info, surface.request.isovalue, surfaces.size() > 1), &output});
   }
   all.error_bound += rounding;
   add_facts(header, all);
-  const PhysicalMeaning world = form.is_in_world ? info.meaning : PhysicalMeaning();
-  add_world(header, world);
-  std::string bytes;
+  add_world(header, space.world);
   try {
-    bytes = file_of(meshes, isovalues, form.format,
-                    {.name = surface_name(info),
-                     .lattice = lattice,
-                     .min_component = shortest,
-                     .world = world,
-                     .codec = form.codec});
+    SurfaceFile file = surface_file(named, form.format, form.codec);
+    return stored(std::move(file.bytes), place, std::move(header.fields));
   } catch (const MeshCoordinatesError& error) {
     return fail(ErrorCode::kInvalidArgument, error.what());
   }
-  meshes.clear();
-  if (bytes.size() <= place.max_in_memory) {
-    return StoredMesh{.body = body_of(std::make_shared<const std::string>(std::move(bytes))),
-                      .fields = std::move(header.fields)};
-  }
-  auto reservation = place.reservation(bytes.size());
-  if (!reservation) return tl::unexpected(reservation.error());
-  const auto stored = std::make_shared<ReservedFile>(place.folder, *std::move(reservation));
-  static_cast<void>(stored->file.put(std::as_bytes(std::span(bytes))));
-  return StoredMesh{.body = body_of(SharedFile(stored, &stored->file), bytes.size()),
-                    .fields = std::move(header.fields)};
 }
 
 }  // namespace multitetra

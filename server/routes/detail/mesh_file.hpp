@@ -42,11 +42,11 @@ struct MeshStorage {
   std::function<Result<ByteReservations::Reservation>(std::uint64_t)> reservation;
 };
 
-// Checks and writes the surfaces. Takes about 120 bytes of memory per triangle meanwhile. Returns
-// kDamagedData if a mesh has a crack, the error of place.reservation() if it fails, and kCancelled
-// soon after `stop` is triggered. Throws std::system_error if the folder is not writable. Several
-// surfaces of one dataset become one GLB with a part for each, named by isovalue; requires that
-// format.
+// Checks and writes the surfaces, and reads the file back (common/wire/surface_file.hpp), which
+// takes about 250 bytes of memory per triangle meanwhile. Returns kDamagedData if a mesh has a
+// crack, the error of place.reservation() if it fails, and kCancelled soon after `stop` is
+// triggered. Throws std::system_error if the folder is not writable. Several surfaces of one
+// dataset become one GLB with a part for each, named by isovalue; requires that format.
 [[nodiscard]] Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& info,
                                             const MeshFileOptions& form, const MeshStorage& place,
                                             const std::stop_token& stop);

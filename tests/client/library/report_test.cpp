@@ -52,9 +52,8 @@ Messages octahedron_stream() {
 FetchReport octahedron_report() {
   FetchReport report{.server = {.host = "127.0.0.1"},
                      .open = {.request_id = 2, .dataset = "octahedra", .request = kReportedRequest},
-                     .coordinates = "world",
-                     .mesh_file = "octahedron.ply",
-                     .steps = {}};
+                     .steps = {},
+                     .surface = {.mesh_file = "octahedron.ply"}};
   Assembler assembler(testing::octahedra_info(), report.open);
   for (const ServerMessage& message : octahedron_stream()) {
     EXPECT_TRUE(assembler.receive(message));
@@ -65,23 +64,23 @@ FetchReport octahedron_report() {
 
 TEST(Report, BoundsAVolumeByAreaTimesDistance) {
   FetchReport report = octahedron_report();
-  report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
-  report.distance_bound = 1.5;
-  EXPECT_EQ(json::parse(json_report(report)).at("volume_bound"), 18.0);
-  report.measures->volume = std::nullopt;
-  EXPECT_TRUE(json::parse(json_report(report)).at("volume_bound").is_null());
+  report.surface.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
+  report.surface.distance_bound = 1.5;
+  EXPECT_EQ(json(json_of(report)).at("volume_bound"), 18.0);
+  report.surface.measures->volume = std::nullopt;
+  EXPECT_TRUE(json(json_of(report)).at("volume_bound").is_null());
 }
 
 TEST(Report, ExplainsAMissingVolume) {
   FetchReport report = octahedron_report();
-  EXPECT_TRUE(json::parse(json_report(report)).at("volume_reason").is_null());
-  report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
-  EXPECT_TRUE(json::parse(json_report(report)).at("volume_reason").is_null());
-  report.measures->volume = std::nullopt;
+  EXPECT_TRUE(json(json_of(report)).at("volume_reason").is_null());
+  report.surface.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
+  EXPECT_TRUE(json(json_of(report)).at("volume_reason").is_null());
+  report.surface.measures->volume = std::nullopt;
   DatasetInfo info = testing::octahedra_info();
   info.outside.reset();
-  report.open_reason = open_reason(info);
-  const std::string reason = json::parse(json_report(report)).at("volume_reason");
+  report.surface.open_reason = open_reason(info);
+  const std::string reason = json(json_of(report)).at("volume_reason");
   EXPECT_NE(reason.find("--outside VALUE --margin 1 closes it"), std::string::npos) << reason;
   info.outside = -1000;
   info.margin = 1;
@@ -93,28 +92,28 @@ TEST(Report, ExplainsAMissingVolume) {
 
 TEST(Report, CallsOnlyTheAreaOfTheFullResolutionExact) {
   FetchReport report = octahedron_report();
-  EXPECT_TRUE(json::parse(json_report(report)).at("is_full_resolution").is_null());
-  report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
+  EXPECT_TRUE(json(json_of(report)).at("is_full_resolution").is_null());
+  report.surface.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
   const auto is_exact_at = [&](double error, double topology_tolerance) {
     auto step = std::make_shared<CommittedStep>(*report.steps.back().step);
     step->begin.error_bound_world = error;
     step->begin.request.topology_tolerance = topology_tolerance;
     report.steps.back().step = step;
-    return json::parse(json_report(report)).at("is_full_resolution").get<bool>();
+    return json(json_of(report)).at("is_full_resolution").get<bool>();
   };
   EXPECT_TRUE(is_exact_at(0, 0));
   EXPECT_FALSE(is_exact_at(0.25, 0));
-  report.measures->area = 1234.5;
-  EXPECT_EQ(json::parse(json_report(report)).at("area"), 1234.5) << "that of the file";
+  report.surface.measures->area = 1234.5;
+  EXPECT_EQ(json(json_of(report)).at("area"), 1234.5) << "that of the file";
   EXPECT_TRUE(is_exact_at(0, 0));
-  EXPECT_EQ(json::parse(json_report(report)).at("area"), 1234.5);
+  EXPECT_EQ(json(json_of(report)).at("area"), 1234.5);
   EXPECT_FALSE(is_exact_at(0, 2));
 }
 
 TEST(Report, BoundsNoVolumeWithoutABoundedDistance) {
   FetchReport report = octahedron_report();
-  report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
-  EXPECT_TRUE(json::parse(json_report(report)).at("volume_bound").is_null());
+  report.surface.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
+  EXPECT_TRUE(json(json_of(report)).at("volume_bound").is_null());
 }
 
 TEST(VolumeNotice, ExplainsHowToNarrowAWideBound) {
@@ -145,15 +144,15 @@ TEST(MeshDistanceBound, AddsALatticeStep) {
 
 TEST(Report, ContainsTheCountOfSelfIntersectingTriangles) {
   FetchReport report = octahedron_report();
-  EXPECT_TRUE(json::parse(json_report(report)).at("self_intersecting_triangles").is_null());
-  report.self_intersecting_triangles = 3;
-  EXPECT_EQ(json::parse(json_report(report)).at("self_intersecting_triangles"), 3);
+  EXPECT_TRUE(json(json_of(report)).at("self_intersecting_triangles").is_null());
+  report.surface.written = WrittenMesh{.self_intersections = SelfIntersections{.triangles = 3}};
+  EXPECT_EQ(json(json_of(report)).at("self_intersecting_triangles"), 3);
 }
 
 TEST(Report, ListsEveryStepInJson) {
   const FetchReport report = octahedron_report();
   const StepEnd& end = report.steps.front().step->end;
-  const json read = json::parse(json_report(report));
+  const json read = json(json_of(report));
   EXPECT_EQ(read.at("dataset"), "octahedra");
   EXPECT_EQ(read.at("server"), "tcp://127.0.0.1:7410");
   EXPECT_EQ(read.at("mesh_file"), "octahedron.ply");
@@ -190,9 +189,9 @@ TEST(Report, ListsEveryStepInJson) {
 
 TEST(Report, KeepsTheStepsAndTheReasonOfAFailedFetch) {
   FetchReport report = octahedron_report();
-  report.mesh_file.clear();
+  report.surface.mesh_file.clear();
   report.error = Error{ErrorCode::kUnavailable, "The connection was lost."};
-  const json read = json::parse(json_report(report));
+  const json read = json(json_of(report));
   EXPECT_EQ(read.at("error"),
             (json{{"code", "unavailable"}, {"text", "The connection was lost."}}));
   EXPECT_TRUE(read.at("mesh_file").is_null());

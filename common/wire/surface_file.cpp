@@ -1,0 +1,80 @@
+#include "common/wire/surface_file.hpp"
+
+#include <algorithm>
+
+#include "common/mesh/components.hpp"
+#include "common/wire/scene_file.hpp"
+
+namespace multitetra {
+
+OutputSurface output_surface(const LatticeMesh& surface, double min_component,
+                             const OutputSpace& space, const DatasetInfo& info) {
+  const LatticeMesh mesh = in_canonical_order(surface);
+  const MeshComponents components = components_of(mesh);
+  const double shortest = components.least(min_component);
+  OutputSurface output{.mesh = {},
+                       .world = space.world,
+                       .lattice = mesh.resolution,
+                       .min_component = shortest,
+                       .components = components.count_at_least(shortest),
+                       .total_components = components.diagonals.size()};
+  if (!components.diagonals.empty()) {
+    output.longest_diagonal = components.diagonals[components.largest()];
+  }
+  if (output.components == output.total_components) {
+    output.mesh = positioned(mesh, space.map);
+  } else {
+    output.mesh = positioned(with_components(mesh, components, shortest), space.map);
+    output.filled = filled_cavities(mesh, components, shortest, grid_to_world(info));
+  }
+  std::uint32_t number = 0;
+  for (const std::uint32_t component : components.of_vertex) {
+    const double diagonal = components.diagonals[component];
+    if (diagonal < shortest) continue;
+    if (diagonal >= output.longest_diagonal / 8) output.large.push_back(number);
+    ++number;
+  }
+  if (space.has_flipped_axes) {
+    for (UnitVector& normal : output.mesh.normals) normal = {-normal[0], -normal[1], normal[2]};
+  }
+  return output;
+}
+
+namespace {
+
+std::string bytes_of(std::span<const NamedSurface> surfaces, MeshFormat format, MeshCodec codec) {
+  const OutputSurface& first = *surfaces.front().surface;
+  if (surfaces.size() == 1) {
+    return mesh_file(first.mesh, format,
+                     {.name = surfaces.front().name,
+                      .lattice = first.lattice,
+                      .min_component = first.min_component,
+                      .world = first.world,
+                      .codec = codec});
+  }
+  std::vector<ScenePart> parts;
+  for (const NamedSurface& one : surfaces) {
+    parts.push_back({.name = one.name, .mesh = &one.surface->mesh});
+  }
+  return scene_glb(parts, first.world, codec);
+}
+
+}  // namespace
+
+SurfaceFile surface_file(std::span<const NamedSurface> surfaces, MeshFormat format, MeshCodec codec,
+                         bool counts_self_intersections) {
+  SurfaceFile file{.bytes = bytes_of(surfaces, format, codec),
+                   .written = std::vector<WrittenMesh>(surfaces.size())};
+  const auto is_empty = [](const NamedSurface& one) { return one.surface->mesh.triangles.empty(); };
+  if (std::all_of(surfaces.begin(), surfaces.end(), is_empty)) return file;
+  const std::vector<WrittenMesh> found = read_back(file.bytes, format, counts_self_intersections);
+  auto next = found.begin();
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    if (is_empty(surfaces[i])) continue;
+    require_same(*next, surfaces[i].surface->mesh);
+    file.written[i] = *next++;
+  }
+  return file;
+}
+
+}  // namespace multitetra
