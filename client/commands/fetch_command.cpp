@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "client/commands/colored_mesh.hpp"
 #include "client/commands/fetch_parts.hpp"
+#include "client/commands/fetched_surface.hpp"
 #include "client/commands/program.hpp"
 #include "client/library/client.hpp"
 #include "client/library/report.hpp"
@@ -155,17 +155,8 @@ class Fetch {
       print_reports();
       exit_with(final_step.error());
     }
-    finish(outputs_.back(), *final_step->step, report);
-  }
-
-  void finish(OutputPart& output, const CommittedStep& step, const FetchReport& report) {
-    output.report.request = step.begin.request;
-    output.report.surface = whole_surface(step);
-    output.report.colors = step.begin.scalars;
-    if (report.open.scalars) output.report.color_by = report.open.scalars->dataset;
-    multitetra::finish(output, step.mesh, arguments_.order.surface, arguments_.output);
-    const std::string accuracy = accuracy_text(step);
-    if (!accuracy.empty() && !arguments_.output.quiet) std::cerr << accuracy << std::endl;
+    finish(outputs_.back(), *final_step->step, surface.scalars, arguments_.order.surface,
+           arguments_.output);
   }
 
   [[nodiscard]] FetchReport begun_report(const DatasetRequest& surface,

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/commands/colored_mesh.hpp"
+#include "client/commands/fetched_surface.hpp"
 #include "client/commands/snapshot_scenes.hpp"
 #include "client/commands/surface_appearances.hpp"
 #include "common/base/exit_codes.hpp"
@@ -23,9 +23,7 @@
 #include "common/json/json_report.hpp"
 #include "common/picture/annotations.hpp"
 #include "common/picture/rasterizer.hpp"
-#include "common/request/painted_mesh.hpp"
 #include "common/request/request_notices.hpp"
-#include "common/wire/mesh_files.hpp"
 
 namespace multitetra {
 namespace {
@@ -43,14 +41,14 @@ Background background_from(const std::string& word) {
 
 // A fetched surface.
 struct TakenSurface {
-  const DatasetInfo* info = nullptr;
-  IsosurfaceRequest request;
-  MeshTopology topology;
+  OutputPart part;
   std::uint64_t bytes = 0;
-  double error_bound_world = 0;
   // The color scale of the vertices' values.
   std::optional<ColorScale> colors = {};
-  OutputSurface drawn;
+
+  [[nodiscard]] std::uint64_t triangles() const {
+    return static_cast<std::uint64_t>(part.report.surface->topology.triangles);
+  }
 };
 
 // All fetched surfaces and timings.
@@ -62,11 +60,11 @@ struct Taken {
   [[nodiscard]] std::size_t empty_surfaces() const {
     return static_cast<std::size_t>(
         std::count_if(surfaces.begin(), surfaces.end(),
-                      [](const TakenSurface& each) { return each.topology.triangles == 0; }));
+                      [](const TakenSurface& each) { return each.triangles() == 0; }));
   }
   [[nodiscard]] std::uint64_t triangles() const {
     std::uint64_t sum = 0;
-    for (const TakenSurface& s : surfaces) sum += static_cast<std::uint64_t>(s.topology.triangles);
+    for (const TakenSurface& surface : surfaces) sum += surface.triangles();
     return sum;
   }
   [[nodiscard]] std::uint64_t bytes() const {
@@ -77,23 +75,22 @@ struct Taken {
 };
 
 Json surface_json(const TakenSurface& surface) {
-  return {{"dataset", surface.info->name},
-          {"parameters", json_of(surface.request)},
-          {"error_bound_world", surface.error_bound_world},
-          {"is_empty", surface.topology.triangles == 0},
-          {"triangles", surface.topology.triangles},
-          {"bytes", surface.bytes}};
+  SurfaceReport report = surface.part.report;
+  report.notices = surface.part.notices->texts();
+  report.more = {{"bytes", surface.bytes}};
+  return json_of(report);
 }
 
 Json report_of(const SnapshotArguments& arguments, const Endpoint& server, const Scene& scene,
                const PictureSize& size, const Taken& taken) {
-  Json json = {{"server", to_string(server)}, {"notices", Json::array()}};
-  for (const DatasetRequest& dataset : scene.datasets) {
-    for (const std::string& text : dataset.notices.texts()) json["notices"].push_back(text);
-  }
+  Json json = {{"server", to_string(server)}};
   if (taken.surfaces.size() == 1) {
     json.update(surface_json(taken.surfaces.front()));
   } else {
+    json["notices"] = Json::array();
+    for (const DatasetRequest& dataset : scene.datasets) {
+      for (const std::string& text : dataset.notices.texts()) json["notices"].push_back(text);
+    }
     json["surfaces"] = Json::array();
     for (const TakenSurface& each : taken.surfaces) json["surfaces"].push_back(surface_json(each));
   }
@@ -113,7 +110,8 @@ Json report_of(const SnapshotArguments& arguments, const Endpoint& server, const
 
 void print(const Scene& scene, const PictureSize& size, const Taken& taken) {
   std::set<double> isovalues;
-  for (const TakenSurface& surface : taken.surfaces) isovalues.insert(surface.request.isovalue);
+  for (const TakenSurface& surface : taken.surfaces)
+    isovalues.insert(surface.part.report.request.isovalue);
   std::string text;
   for (const double one : isovalues) text += (text.empty() ? "" : ",") + shortest_text(one);
   std::cout << scene.picture_file << ": " << human_count_of(taken.surfaces.size(), "surface")
@@ -135,27 +133,18 @@ TakenSurface taken_surface(const SnapshotArguments& arguments, Client& client,
                                     [](const FetchedStep&) {});
   if (!fetched) exit_with(fetched.error());
   const CommittedStep& step = *fetched->step;
-  TakenSurface taken{.info = &dataset.info,
-                     .request = request,
-                     .topology = step.topology,
-                     .bytes = step.end.payload_bytes,
-                     .error_bound_world = step.begin.error_bound_world,
-                     .drawn = output_surface(step.mesh, arguments.order.surface, dataset.info)};
-  paint(taken.drawn.mesh, step.begin.scalars, arguments.order.surface.query.colors);
+  TakenSurface taken{.part = {.info = &dataset.info,
+                              .notices = &dataset.notices,
+                              .name = surface_name(dataset.info),
+                              .product = "picture"},
+                     .bytes = step.end.payload_bytes};
+  finish(taken.part, step, dataset.scalars, arguments.order.surface,
+         {.quiet = arguments.order.quiet});
   if (const auto& scalars = step.begin.scalars) {
     taken.colors = arguments.order.surface.query.colors;
     taken.colors->low = scalars->low;
     taken.colors->high = scalars->high;
   }
-  const std::string accuracy = accuracy_text(step);
-  if (!accuracy.empty() && !arguments.order.quiet) std::cerr << accuracy << std::endl;
-  if (taken.topology.triangles == 0) {
-    dataset.notices.add(empty_surface_text(request, dataset.info));
-  }
-  dataset.notices.add(
-      missing_values_notice(step.mesh.scalars, arguments.order.surface.query.color_by));
-  const std::string left_out = removed_text(taken.drawn);
-  if (!left_out.empty()) dataset.notices.add("The picture has " + left_out + ".");
   return taken;
 }
 
@@ -176,8 +165,8 @@ Taken taken_surfaces(const SnapshotArguments& arguments, Client& client, const S
 std::vector<Vec3> middle_of(const Taken& taken) {
   std::vector<Vec3> points;
   for (const TakenSurface& surface : taken.surfaces) {
-    for (const std::uint32_t vertex : surface.drawn.large) {
-      points.push_back(surface.drawn.mesh.positions[vertex]);
+    for (const std::uint32_t vertex : surface.part.surface.large) {
+      points.push_back(surface.part.surface.mesh.positions[vertex]);
     }
   }
   return points;
@@ -226,7 +215,7 @@ void draw(const SnapshotArguments& arguments, const Scene& scene, const PictureS
   const Camera camera = framing(points, arguments.azimuth, arguments.elevation, size.width,
                                 size.height, up_axis_from(arguments.up).value());
   for (std::size_t i = 0; i < appearances.size(); ++i)
-    appearances[i].mesh = &taken.surfaces[i].drawn.mesh;
+    appearances[i].mesh = &taken.surfaces[i].part.surface.mesh;
   Picture picture =
       drawn(appearances, camera,
             {.background = background_from(arguments.background),

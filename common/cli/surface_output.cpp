@@ -120,7 +120,8 @@ void finish(OutputPart& part, const LatticeMesh& mesh, const SurfaceArguments& a
   part.surface = output_surface(mesh, arguments, info);
   paint(part.surface.mesh, report.colors, arguments.query.colors);
   const std::string removed = removed_text(part.surface);
-  if (!removed.empty()) part.add_notices({"The file has " + removed + "."});
+  if (!removed.empty())
+    part.add_notices({std::string("The ") + part.product + " has " + removed + "."});
 }
 
 const OutputPart* forbidden_empty(std::span<const OutputPart> parts,

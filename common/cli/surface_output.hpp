@@ -22,9 +22,9 @@
 namespace multitetra {
 
 struct OutputArguments {
-  std::string file;    // Its suffix is that of a mesh format.
-  std::string report;  // Empty: none.
-  bool json = false;   // Prints the report.
+  std::string file = {};    // Its suffix is that of a mesh format.
+  std::string report = {};  // Empty: none.
+  bool json = false;        // Prints the report.
   bool quiet = false;
 
   [[nodiscard]] bool has_report() const { return json || !report.empty(); }
@@ -51,9 +51,10 @@ struct OutputPart {
   const DatasetInfo* info = nullptr;  // Neither is null, and both outlive the part.
   Notices* notices = nullptr;
   SurfaceName name = {};
-  std::string file = {};        // Empty: none is written.
-  std::uint64_t max_bytes = 0;  // Of the surface as it is sent, 0: no limit.
-  bool names_itself = false;    // Notices have the surface's name.
+  std::string file = {};         // Empty: none is written.
+  std::uint64_t max_bytes = 0;   // Of the surface as it is sent, 0: no limit.
+  bool names_itself = false;     // Notices have the surface's name.
+  const char* product = "file";  // What notices say is made of it.
   SurfaceReport report = {};
   OutputSurface surface = {};
 

@@ -217,11 +217,11 @@ std::string open_reason(const DatasetInfo& info) {
   const std::string void_samples =
       "at void samples of the data (NaN, or missing: " + std::to_string(info.void_samples) + ")";
   if (is_closed_at_border) {
-    return void_samples + ", which --outside does not fill; give them a value in the volume";
+    return void_samples + ", which --pad-value does not fill; give them a value in the volume";
   }
   return std::string("at the border of the data") +
          (info.void_samples > 0 ? " or " + void_samples : "") +
-         "; `prepare` with --outside VALUE --margin 1 closes it" +
+         "; `prepare` with --pad-value VALUE --pad 1 closes it" +
          (info.void_samples > 0 ? " at the border" : "");
 }
 

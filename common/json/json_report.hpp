@@ -51,7 +51,7 @@ template <typename Value>
                            std::optional<double> distance_bound,
                            std::optional<bool> is_full_resolution, const std::string& open_reason);
 // Returns where surfaces of the data may be open, and what closes them: "at the border of the data;
-// `prepare` with --outside VALUE --margin 1 closes it".
+// `prepare` with --pad-value VALUE --pad 1 closes it".
 [[nodiscard]] std::string open_reason(const DatasetInfo& info);
 // Returns advice if volume_bound exceeds a fiftieth of the volume.
 [[nodiscard]] std::vector<std::string> volume_notice(const SurfaceMeasures& measures,

@@ -5,7 +5,7 @@
 #   bash slurm.sh /lustre/big.nrrd /lustre/big.mtd 64 --partition=cpu --cpus-per-task=8 --mem=2G
 #
 # Without --cpus-per-task each part has one processor. VOLUME and DATASET are paths visible to all nodes.
-# PREPARE_OPTIONS="--margin 1 --outside 0" sets options for reading and preparing. A part that fails or loses its node
+# PREPARE_OPTIONS="--pad 1 --pad-value 0" sets options for reading and preparing. A part that fails or loses its node
 # may be run again at any time (sbatch --requeue does so); then run multitetra-server prepare --merge -o DATASET.
 set -euo pipefail
 if [ $# -lt 3 ]; then

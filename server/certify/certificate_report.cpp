@@ -237,7 +237,7 @@ std::string hint(const Certificate& certificate, const CertifyOptions& options,
   }
   if (certificate.passes() || options.outside || certificate.vertices_beyond_data == 0) return {};
   return "\n" + human_count(certificate.vertices_beyond_data) +
-         " vertices lie beyond the samples. If the dataset was prepared with --outside, --margin "
+         " vertices lie beyond the samples. If the dataset was prepared with --pad-value, --pad "
          "or "
          "other coordinates, repeat these options or compare with it: --volume DATASET.mtd.\n";
 }

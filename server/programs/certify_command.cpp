@@ -99,7 +99,7 @@ bool is_dataset(const std::string& place) { return place.ends_with(".mtd"); }
 Volume volume_of_dataset(const CertifyArguments& arguments, CertifyOptions& options) {
   if (!arguments.outside.empty() || arguments.margin || !arguments.source.command_line().empty()) {
     throw std::invalid_argument(
-        "--outside, --margin and the options for reading a volume are recorded in the dataset.");
+        "--pad-value, --pad and the options for reading a volume are recorded in the dataset.");
   }
   const DatasetPtr dataset = open_dataset(arguments.volume);
   options.outside = dataset->info.outside;
@@ -222,11 +222,11 @@ void add_certify_command(Command& program, Run& run) {
       ->expected(6)
       ->type_name("X0,Y0,Z0,X1,Y1,Z1");
   command
-      ->add_option("--outside", a->outside,
+      ->add_option("--pad-value,--outside", a->outside,
                    "Value beyond the data, as in `prepare`, or void; default: void")
       ->type_name("VALUE");
   command
-      ->add_option("--margin", a->margin,
+      ->add_option("--pad,--margin", a->margin,
                    "Layers of that value around the data, as in `prepare`; default: 0")
       ->within(0, 4096);
   command

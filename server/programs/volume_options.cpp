@@ -28,19 +28,19 @@ std::optional<double> outside_from(const std::string& text) {
     if (used == text.size() && std::isfinite(value)) return value;
   } catch (const std::exception&) {  // Reported below.
   }
-  throw std::invalid_argument("--outside: \"" + text +
+  throw std::invalid_argument("--pad-value: \"" + text +
                               "\" is invalid; write void or a finite number.");
 }
 
 void add_border_options(Command& command, std::string& outside, std::optional<int>& margin) {
   command
-      .add_option(
-          "--outside", outside,
-          "Value of the --margin that pads the data and closes surfaces; void: none, they end "
-          "at the last sample (default: void; 0 for labels)")
+      .add_option("--pad-value,--outside", outside,
+                  "Value of the --pad layers, which close surfaces where the data ends; void: "
+                  "none, they end "
+                  "at the last sample (default: void; 0 for labels)")
       ->type_name("VALUE");
   command
-      .add_option("--margin", margin,
+      .add_option("--pad,--margin", margin,
                   "Layers of that value around the data (default: 0; 1 for labels)")
       ->within(0, 4096);
 }

@@ -14,11 +14,11 @@ namespace multitetra {
 // Throws ExitError (kUsage) unless `text` names a component.
 [[nodiscard]] ComponentChoice component_from(const std::string& text);
 
-// Parses --outside: none for "void". Throws std::invalid_argument unless it is that or a finite
+// Parses --pad-value: none for "void". Throws std::invalid_argument unless it is that or a finite
 // number.
 [[nodiscard]] std::optional<double> outside_from(const std::string& text);
 
-// Adds --outside (empty by default) and --margin, for commands that prepare.
+// Adds --pad-value (empty by default) and --pad, for commands that prepare.
 void add_border_options(Command& command, std::string& outside, std::optional<int>& margin);
 
 struct VolumeOptions {

@@ -255,7 +255,7 @@ class Comparison {
     if (info.outside || info.margin != 0) {
       throw std::invalid_argument(
           "The dataset has a value or a margin around its samples, which the peers cannot see; "
-          "prepare it without --outside and --margin.");
+          "prepare it without --pad-value and --pad.");
     }
     const double voxel = voxel_length(info);
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -35,7 +35,7 @@ dataset() {
 echo "== Volumes"
 # All samples are solid: the padding closes the surface, one step outside.
 head -c $((62 * 127 * 67)) /dev/zero | tr '\0' '\377' >box.raw
-dataset box 127.5 box.raw --dims 62,127,67 --type u8 --outside 0 --margin 1
+dataset box 127.5 box.raw --dims 62,127,67 --type u8 --pad-value 0 --pad 1
 note box.about "all 62 x 127 x 67 samples solid, the surface closed on all sides"
 
 ct=$public_data/head_128x128x112.dat
@@ -54,12 +54,12 @@ space directions: (1,0,0) (0,-1,0) (0,0,-1)
 space origin: (0,127,111)
 data file: head.dat
 END
-  dataset head 500.5 head.nhdr --outside 0
+  dataset head 500.5 head.nhdr --pad-value 0
   note head.about "the CT head of the paper, 112 of its 113 slices, 128 x 128 x 112, at isovalue 500.5"
 else
   echo "!! ../shared/data/$(basename "$ct") is not there: the generated head stands in for the paper's."
   "$server" generate head --size 128 --noise 20 -o head.nrrd --quiet
-  dataset head 500.5 head.nrrd --outside 0
+  dataset head 500.5 head.nrrd --pad-value 0
   note head.about "NOT the paper's head, which is not on this machine, but a generated one of 128 x 128 x 128 samples"
 fi
 portrait=head
@@ -67,12 +67,12 @@ female=$public_data/visible_female_head_512x512x234_HU.nrrd
 if [ "$publish" = true ] && [ -f "$female" ]; then
   portrait=portrait
   "$python" "$project/tests/bench/paper/averaged.py" "$female" 4 portrait.nrrd
-  dataset portrait -300.5 portrait.nrrd --outside -1024
+  dataset portrait -300.5 portrait.nrrd --pad-value -1024
   note portrait.about "the head of the Visible Human Female (U.S. National Library of Medicine, public domain), means of 4 x 4 x 4 samples: 128 x 128 x 58, at isovalue -300.5"
 elif [ "$publish" = true ] && [ -f "$ct" ]; then
   portrait=portrait
   "$server" generate head --size 128 --noise 20 -o portrait.nrrd --quiet
-  dataset portrait 500.5 portrait.nrrd --outside 0
+  dataset portrait 500.5 portrait.nrrd --pad-value 0
   note portrait.about "a generated head of 128 x 128 x 128 samples, at isovalue 500.5"
 fi
 note portrait.name "$portrait"

@@ -92,11 +92,11 @@ ends 2 "neither surface has a part inside" certify smooth.ply --box -90,-90,-90,
 ends 3 "NOT KEPT" certify smooth.ply --space ras --error 0.5
 ends 2 "--space" certify smooth.ply --coordinates index --space ras
 ends 2 "--isovalue" "$server" certify smooth.ply --volume smooth.nrrd
-"$server" prepare smooth.nrrd -o closed.mtd --outside -1000 --margin 1 --quiet
+"$server" prepare smooth.nrrd -o closed.mtd --outside -1000 --margin 1 --quiet  # The old names.
 "$server" extract closed.mtd --isovalue "$isovalue" --error 0.5 -o closed.ply --quiet
 ends 3 "--volume DATASET.mtd" certify closed.ply --error 0.5
 "$server" certify closed.ply --volume closed.mtd --isovalue "$isovalue" --error 0.5 --quiet || fail "closed.ply is not certified with its dataset"
-ends 2 "--margin" "$server" certify closed.ply --volume closed.mtd --isovalue "$isovalue" --margin 1
+ends 2 "--pad" "$server" certify closed.ply --volume closed.mtd --isovalue "$isovalue" --margin 1
 
 # --- raw files
 head -c 4096 /dev/zero >zeros.raw
@@ -422,8 +422,8 @@ ends 2 "--model: mesh.ply is also written by --output" "$server" reference torus
 [ "$sum" = "$(sha256sum <volume.nrrd)" ] && [ ! -e other.nrrd ] || fail "prepare wrote where it must not"
 "$server" prepare volume.nrrd -o taken.mtd --force --quiet && "$server" prepare volume.nrrd -o taken.mtd --quiet ||
   fail "--force does not replace, or a dataset is not replaced without it"
-ends 0 "--margin 1 closes them" "$server" prepare torus.nrrd -o x.mtd --outside 0
-ends 2 "--outside" "$server" prepare torus.nrrd -o x.mtd --outside nothing
+ends 0 "--pad 1 closes them" "$server" prepare torus.nrrd -o x.mtd --pad-value 0
+ends 2 "--pad-value" "$server" prepare torus.nrrd -o x.mtd --outside nothing
 ends 2 "it is already a prepared dataset" "$server" prepare torus.mtd -o again.mtd
 ends 1 "torus.nrrd" "$server" extract torus.nrrd -o x.ply
 ends 2 "suffix" "$server" extract torus.mtd -o x.xyz

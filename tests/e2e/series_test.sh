@@ -172,7 +172,7 @@ ends 0 "of the 81 voxels of label 1 81 are in parts one voxel thick" "$server" p
 "$server" prepare in/full.nrrd --label 1 -o full --quiet
 "$server" extract full/full.label1.mtd --isovalue 0.5 --error 0 -o full.ply --json --quiet >full.json
 grep -q '"euler_characteristic": 2' full.json && grep -q '"border_edges": 0' full.json || fail "a label at the volume's border is open"
-"$server" prepare in/full.nrrd --label 1 --outside void --margin 0 -o open --quiet
+"$server" prepare in/full.nrrd --label 1 --pad-value void --pad 0 -o open --quiet
 ends 6 "empty" "$server" extract open/full.label1.mtd --isovalue 0.5 -o open.ply
 
 # --- serving: members are listed, and one colors another

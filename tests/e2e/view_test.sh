@@ -107,15 +107,15 @@ done
 cmp made_here made_there || fail "a copy of a volume in another folder was prepared again"
 
 # --- borders are those of `prepare`; another border makes another dataset
-starts closed --no-browser --outside 0 --margin 1 volumes/bar.nrrd
+starts closed --no-browser --pad-value 0 --pad 1 volumes/bar.nrrd
 ends_by_interrupt
 found=0
 for made in cache/multitetra/datasets/bar-*/bar.mtd; do
   "$server" info "$made" | grep -q 'outside.* 0 (value beyond the data)' && found=$((found + 1))
 done
 [ "$found" = 1 ] || fail "view --outside 0 made $found datasets with that value"
-if "$view" view --no-browser --outside nothing volumes/bar.nrrd 2>err.txt; then fail "--outside nothing is taken"; fi
-grep -q 'write void or a finite number' err.txt || fail "--outside nothing: $(cat err.txt)"
+if "$view" view --no-browser --pad-value nothing volumes/bar.nrrd 2>err.txt; then fail "--pad-value nothing is taken"; fi
+grep -q 'write void or a finite number' err.txt || fail "--pad-value nothing: $(cat err.txt)"
 
 # --- the cache is bounded: the least recently used dataset is evicted, displayed ones stay
 starts bounded --no-browser --cache-dir-bytes 1 volumes/bar.nrrd

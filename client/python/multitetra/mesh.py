@@ -78,7 +78,7 @@ class Mesh:
         Raises ValueError if the surface has a border, such as where it ends with the data: it then encloses no volume.
         """
         if _edges(self)[1]:
-            raise ValueError("The surface is open at the border of the data and does not enclose a volume; `prepare` with --outside VALUE --margin 1 closes it.")
+            raise ValueError("The surface is open at the border of the data and does not enclose a volume; `prepare` with --pad-value VALUE --pad 1 closes it.")
         if len(self.faces) == 0:
             return 0.0
         # Centering reduces rounding errors.

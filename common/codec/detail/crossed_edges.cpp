@@ -23,8 +23,8 @@ void CrossedEdges::begin(const BitField& signs, const BitField* present,
 }
 
 bool CrossedEdges::is_uniform_around(int y, int z) const {
-  const RowKind kind = signs_->kind(y, z);
-  if (kind == RowKind::kMixed) return false;
+  const RowFilling kind = signs_->kind(y, z);
+  if (kind == RowFilling::kMixed) return false;
   const int next_y = y + 1 < signs_->size(1) ? y + 1 : y;
   const int next_z = z + 1 < signs_->size(2) ? z + 1 : z;
   const int before_y = y > 0 ? y - 1 : y;

@@ -186,8 +186,8 @@ bool Marching::add_row_of_cells(int y, int z, ShellVertex* vertices, ShellTriang
 }
 
 bool Marching::has_mixed_cells(int y, int z) const {
-  const RowKind kind = signs_->kind(y, z);
-  return kind == RowKind::kMixed || kind != signs_->kind(y + 1, z) ||
+  const RowFilling kind = signs_->kind(y, z);
+  return kind == RowFilling::kMixed || kind != signs_->kind(y + 1, z) ||
          kind != signs_->kind(y, z + 1) || kind != signs_->kind(y + 1, z + 1);
 }
 

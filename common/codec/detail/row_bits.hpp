@@ -80,8 +80,8 @@ static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "A row's bytes hold its
   return word >> (bit & 7);
 }
 
-// The kind of a row: all bits clear, all set, or mixed.
-enum class RowKind : uint8_t { kZeros = 0, kOnes = 1, kMixed = 2 };
+// What a row holds: all bits clear, all set, or mixed.
+enum class RowFilling : uint8_t { kZeros = 0, kOnes = 1, kMixed = 2 };
 
 class BitField {
  public:
@@ -101,7 +101,7 @@ class BitField {
   // y from -1 to size(1), z from -1 to size(2); margins are valid after finish().
   [[nodiscard]] RowBits& row(int y, int z) { return rows_[z + 1][y + 1]; }
   [[nodiscard]] const RowBits& row(int y, int z) const { return rows_[z + 1][y + 1]; }
-  [[nodiscard]] RowKind kind(int y, int z) const { return kinds_[z][y]; }
+  [[nodiscard]] RowFilling kind(int y, int z) const { return kinds_[z][y]; }
   [[nodiscard]] bool at(int x, int y, int z) const {
     return (bits_from(row(y, z), x + 1) & 1U) != 0;
   }
@@ -121,9 +121,9 @@ class BitField {
       for (int y = 0; y < size_[1]; ++y) {
         fill_row_margins(y, z);
         const RowBits bits = row(y, z) & inside_;
-        kinds_[z][y] = !bits.any()       ? RowKind::kZeros
-                       : bits == inside_ ? RowKind::kOnes
-                                         : RowKind::kMixed;
+        kinds_[z][y] = !bits.any()       ? RowFilling::kZeros
+                       : bits == inside_ ? RowFilling::kOnes
+                                         : RowFilling::kMixed;
       }
       row(-1, z) = row(0, z);
       row(size_[1], z) = row(size_[1] - 1, z);
@@ -162,7 +162,7 @@ class BitField {
   int size_[3] = {0, 0, 0};
   RowBits inside_;
   RowBits rows_[kMaxShellSamples + 2][kMaxShellSamples + 2];
-  RowKind kinds_[kMaxShellSamples][kMaxShellSamples];
+  RowFilling kinds_[kMaxShellSamples][kMaxShellSamples];
 };
 
 // The samples of a box that belong to the data, not to layers beyond it.

@@ -19,7 +19,7 @@
 
 namespace multitetra::shell {
 
-// The kinds of the blocks, numbered as in RowKind.
+// The kinds of the blocks, numbered as in RowFilling.
 struct SignBlocks {
   static constexpr int kSide = (kMaxShellSamples + 3) / 4;
   uint8_t kinds[kSide][kSide][kSide];  // [z][y][x]

@@ -141,7 +141,7 @@ int prepare(PrepareArguments& arguments) {
 constexpr const char* kPrepareExamples =
     "Examples:\n"
     "  multitetra-server prepare CThead.nhdr -o head.mtd --name head\n"
-    "  multitetra-server prepare engine.mhd -o engine.mtd --outside 0 --margin 1\n"
+    "  multitetra-server prepare engine.mhd -o engine.mtd --pad-value 0 --pad 1\n"
     "  multitetra-server prepare fuel.raw --dims 64,64,64 --type u8 -o fuel.mtd\n"
     "  multitetra-server prepare 'slices/ct_*.tif' -o ct.mtd\n"
     "  multitetra-server prepare scans/ -o datasets/\n"

@@ -375,7 +375,7 @@ void add_view_command(Command& program, Run& run) {
       "  multitetra view head.nii.gz\n"
       "  multitetra view dicom_folder/ --series 2\n"
       "  multitetra view flow_*.vti\n"
-      "  multitetra view ct.nii.gz --outside -1024 --margin 1\n"
+      "  multitetra view ct.nii.gz --pad-value -1024 --pad 1\n"
       "  multitetra view ct.nii.gz --labels organs.seg.nrrd\n"
       "  multitetra view https://example.org/image.zarr --channel 0");
   command->callback([a, &run] { run = [a] { return view(*a); }; });

@@ -81,13 +81,14 @@ TEST(Report, ExplainsAMissingVolume) {
   info.outside.reset();
   report.surface.open_reason = open_reason(info);
   const std::string reason = json(json_of(report)).at("volume_reason");
-  EXPECT_NE(reason.find("--outside VALUE --margin 1 closes it"), std::string::npos) << reason;
+  EXPECT_NE(reason.find("--pad-value VALUE --pad 1 closes it"), std::string::npos) << reason;
   info.outside = -1000;
   info.margin = 1;
   info.void_samples = 7;
-  EXPECT_EQ(open_reason(info),
-            "at void samples of the data (NaN, or missing: 7), which --outside does not fill; give "
-            "them a value in the volume");
+  EXPECT_EQ(
+      open_reason(info),
+      "at void samples of the data (NaN, or missing: 7), which --pad-value does not fill; give "
+      "them a value in the volume");
 }
 
 TEST(Report, CallsOnlyTheAreaOfTheFullResolutionExact) {

@@ -172,7 +172,7 @@ describe("MeasuredParts", () => {
     expect(volumeHint(170, 40, false)).toMatch(/Exact/);
     expect([volumeHint(170, 1, false), volumeHint(170, 40, true)]).toEqual(["", ""]);
     expect(volumeHint(170, null, false)).toMatch(/Exact/);
-    expect(volumeHint(null, 40, false)).toMatch(/--outside VALUE --margin 1/);
+    expect(volumeHint(null, 40, false)).toMatch(/--pad-value VALUE --pad 1/);
   });
 });
 

@@ -1,5 +1,7 @@
 // A mesh file holds the surface that was checked, wherever it lies in the world.
 #include <cmath>
+#include <cstdint>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,6 +11,7 @@
 #include "common/mesh/self_intersections.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "common/wire/scene_file.hpp"
+#include "common/wire/surface_file.hpp"
 #include "common/wire/written_mesh.hpp"
 #include "server/certify/mesh_file.hpp"
 #include "tests/support/fields.hpp"
@@ -190,6 +193,27 @@ TEST(WrittenFile, ASceneReportsEachSurface) {
   EXPECT_EQ(found[1].topology.euler_characteristic, 0);
   EXPECT_NO_THROW(require_same(found[1], torus));
   EXPECT_THROW(require_same(found[0], torus), std::logic_error);
+}
+
+TEST(SurfaceFile, RefusesBytesThatDoNotHoldTheSurface) {
+  OutputSurface torus{.mesh = positioned(surfaces::torus(5, 12, 8, 0.2, 1), {})};
+  const NamedSurface named = {.surface = &torus};
+  for (const MeshFormat format : {MeshFormat::kPly, MeshFormat::kStl, MeshFormat::kGlb}) {
+    EXPECT_TRUE(surface_file({&named, 1}, format, MeshCodec::kNone).written.front().is_closed());
+  }
+  // A cut in the mesh that files do not have, as its vertices lie on equal places.
+  torus.mesh.triangles.back()[0] = static_cast<std::uint32_t>(torus.mesh.positions.size());
+  torus.mesh.positions.push_back(torus.mesh.positions[torus.mesh.triangles.front()[0]]);
+  torus.mesh.triangles.front()[0] = torus.mesh.triangles.back()[0];
+  for (const MeshFormat format : {MeshFormat::kPly, MeshFormat::kStl, MeshFormat::kGlb}) {
+    EXPECT_THROW((void)surface_file({&named, 1}, format, MeshCodec::kNone), std::logic_error);
+    // Any mesh may be saved that a file holds as well as welding does.
+    const WrittenMesh written = read_back(mesh_file(torus.mesh, format), format).front();
+    EXPECT_NO_THROW(require_same(written, welded_topology(torus.mesh)));
+    MeshTopology other = welded_topology(torus.mesh);
+    ++other.triangles;
+    EXPECT_THROW(require_same(written, other), std::logic_error);
+  }
 }
 
 }  // namespace

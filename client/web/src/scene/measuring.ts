@@ -298,7 +298,7 @@ function partWords(found: MassProperties | null, info: { lengthUnit: string }, b
 // Returns how to obtain a volume or a tighter bound; empty: not needed.
 export function volumeHint(volume: number | null, bound: number | null, isFullResolution: boolean): string {
   if (volume === null) {
-    return ". The border of the data cuts it open on opposite sides: prepare the file, or view it, with --outside VALUE --margin 1 to close it.";
+    return ". The border of the data cuts it open on opposite sides: prepare the file, or view it, with --pad-value VALUE --pad 1 to close it.";
   }
   const isWide = bound === null || bound > 0.02 * volume;
   return isWide && !isFullResolution ? ". The quality Exact narrows the bound." : "";

@@ -152,7 +152,7 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
   options.notice = [&](const std::string& text) { progress.print_above_bar(text); };
   if (outside && arguments_.margin_steps() == 0) {
     options.notice(
-        "--outside alone leaves surfaces open where the grid ends; --margin 1 closes them.");
+        "--pad-value alone leaves surfaces open where the grid ends; --pad 1 closes them.");
   }
   const OpenedJob opened = open_job(job, options, maps_);
   const VolumeHeader& header = opened.source->header();
@@ -161,7 +161,7 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
     refuse_volume(
         job,
         "it has " + sides_text(header.dims) +
-            " samples: a single slice has no surface. --outside VALUE --margin 1 surrounds it with "
+            " samples: a single slice has no surface. --pad-value VALUE --pad 1 surrounds it with "
             "a value and gives it one");
   }
   check_grid(job, {header.dims, header.index_to_world, header.meaning});
