@@ -155,11 +155,11 @@ void leave_out_empty_files(std::span<OutputPart> parts) {
 // Writes one file, and returns what it holds of each surface.
 std::vector<WrittenMesh> write_surfaces(const std::string& file,
                                         std::span<const NamedSurface> surfaces, MeshCodec codec,
-                                        bool counts_self_intersections) {
+                                        ReadBack counted) {
   const MeshFormat format =
       mesh_format_from(std::filesystem::path(file).extension().string()).value();
   try {
-    SurfaceFile made = surface_file(surfaces, format, codec, counts_self_intersections);
+    SurfaceFile made = surface_file(surfaces, format, codec, counted);
     write_file(file, made.bytes);
     return std::move(made.written);
   } catch (const MeshCoordinatesError& error) {
@@ -200,8 +200,7 @@ void complete(OutputPart& part, const WrittenMesh& written, bool is_for_printing
 }  // namespace
 
 void write_surface(const std::string& file, const NamedSurface& surface, MeshCodec codec) {
-  static_cast<void>(
-      write_surfaces(file, {&surface, 1}, codec, /*counts_self_intersections=*/false));
+  static_cast<void>(write_surfaces(file, {&surface, 1}, codec, ReadBack::kElements));
 }
 
 void write_files(std::span<OutputPart> parts, const SurfaceArguments& arguments,
@@ -212,8 +211,10 @@ void write_files(std::span<OutputPart> parts, const SurfaceArguments& arguments,
   const bool is_simplified = std::any_of(parts.begin(), parts.end(), [](const OutputPart& part) {
     return part.report.surface->simplification_bound > 0;
   });
-  counts_self_intersections = is_simplified && (counts_self_intersections || output.has_report() ||
-                                                format == MeshFormat::kStl);
+  const bool is_told =
+      counts_self_intersections || output.has_report() || format == MeshFormat::kStl;
+  const ReadBack counted =
+      is_simplified && is_told ? ReadBack::kSelfIntersections : ReadBack::kTopology;
   std::map<std::string, std::vector<OutputPart*>> files;
   for (OutputPart& part : parts) {
     if (!part.file.empty()) files[part.file].push_back(&part);
@@ -222,7 +223,7 @@ void write_files(std::span<OutputPart> parts, const SurfaceArguments& arguments,
     std::vector<NamedSurface> surfaces;
     for (const OutputPart* const part : members) surfaces.push_back({part->name, &part->surface});
     const std::vector<WrittenMesh> written =
-        write_surfaces(file, surfaces, arguments.query.codec, counts_self_intersections);
+        write_surfaces(file, surfaces, arguments.query.codec, counted);
     for (std::size_t i = 0; i < members.size(); ++i) {
       complete(*members[i], written[i], format == MeshFormat::kStl);
     }

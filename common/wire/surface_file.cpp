@@ -62,12 +62,12 @@ std::string bytes_of(std::span<const NamedSurface> surfaces, MeshFormat format, 
 }  // namespace
 
 SurfaceFile surface_file(std::span<const NamedSurface> surfaces, MeshFormat format, MeshCodec codec,
-                         bool counts_self_intersections) {
+                         ReadBack counted) {
   SurfaceFile file{.bytes = bytes_of(surfaces, format, codec),
                    .written = std::vector<WrittenMesh>(surfaces.size())};
   const auto is_empty = [](const NamedSurface& one) { return one.surface->mesh.triangles.empty(); };
   if (std::all_of(surfaces.begin(), surfaces.end(), is_empty)) return file;
-  const std::vector<WrittenMesh> found = read_back(file.bytes, format, counts_self_intersections);
+  const std::vector<WrittenMesh> found = read_back(file.bytes, format, counted);
   auto next = found.begin();
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     if (is_empty(surfaces[i])) continue;

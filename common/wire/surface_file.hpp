@@ -65,6 +65,6 @@ struct SurfaceFile {
 // Several surfaces must be of one world, and the format GLB. Throws MeshCoordinatesError if the
 // format cannot hold the coordinates, std::logic_error if it would not hold the surfaces.
 [[nodiscard]] SurfaceFile surface_file(std::span<const NamedSurface> surfaces, MeshFormat format,
-                                       MeshCodec codec, bool counts_self_intersections = false);
+                                       MeshCodec codec, ReadBack counted = ReadBack::kTopology);
 
 }  // namespace multitetra

@@ -39,26 +39,29 @@ TriangleMesh mesh_in(std::string_view file, MeshFormat format, std::vector<std::
   return {};
 }
 
-WrittenMesh found_in(const TriangleMesh& mesh, bool counts_self_intersections) {
+WrittenMesh found_in(const TriangleMesh& mesh, ReadBack counted) {
   const WeldedMesh welded_mesh = welded(mesh);
+  const TriangleMesh& found = welded_mesh.mesh;
   WrittenMesh written;
-  written.topology = topology(welded_mesh.mesh.vertices.size(), welded_mesh.mesh.triangles,
-                              [](std::uint32_t, std::uint32_t) { return true; });
+  written.topology.vertices = static_cast<std::int64_t>(found.vertices.size());
+  written.topology.triangles = static_cast<std::int64_t>(found.triangles.size());
+  if (counted != ReadBack::kElements) {
+    written.topology = topology(found.vertices.size(), found.triangles,
+                                [](std::uint32_t, std::uint32_t) { return true; });
+  }
   written.topology.degenerate_triangles =
       static_cast<std::int64_t>(welded_mesh.degenerate_triangles);
-  if (counts_self_intersections) {
-    written.self_intersections = self_intersections(welded_mesh.mesh);
-  }
+  if (counted == ReadBack::kSelfIntersections)
+    written.self_intersections = self_intersections(found);
   return written;
 }
 
 }  // namespace
 
-std::vector<WrittenMesh> read_back(std::string_view file, MeshFormat format,
-                                   bool counts_self_intersections) {
+std::vector<WrittenMesh> read_back(std::string_view file, MeshFormat format, ReadBack counted) {
   std::vector<std::size_t> first;
   TriangleMesh all = mesh_in(file, format, first);
-  if (first.size() == 1) return {found_in(all, counts_self_intersections)};
+  if (first.size() == 1) return {found_in(all, counted)};
   std::vector<WrittenMesh> written;
   first.push_back(all.triangles.size());
   for (std::size_t i = 0; i + 1 < first.size(); ++i) {
@@ -66,7 +69,7 @@ std::vector<WrittenMesh> read_back(std::string_view file, MeshFormat format,
     const TriangleMesh part = {.vertices = all.vertices,
                                .triangles = {begin + static_cast<std::ptrdiff_t>(first[i]),
                                              begin + static_cast<std::ptrdiff_t>(first[i + 1])}};
-    written.push_back(found_in(part, counts_self_intersections));
+    written.push_back(found_in(part, counted));
   }
   return written;
 }
@@ -95,7 +98,8 @@ void require_same(const WrittenMesh& written, const PositionedMesh& mesh) {
 }
 
 MeshTopology welded_topology(const PositionedMesh& mesh) {
-  return found_in({.vertices = mesh.positions, .triangles = mesh.triangles}, false).topology;
+  return found_in({.vertices = mesh.positions, .triangles = mesh.triangles}, ReadBack::kTopology)
+      .topology;
 }
 
 void require_same(const WrittenMesh& written, const MeshTopology& expected) {

@@ -17,9 +17,12 @@
 
 namespace multitetra {
 
+// What is counted in a file. Edges take half of the time of reading it.
+enum class ReadBack { kElements, kTopology, kSelfIntersections };
+
 struct WrittenMesh {
-  // All edges of a single triangle count as border edges. Degenerate triangles are counted, but not
-  // among the triangles.
+  // Of kElements: triangles and vertices only. All edges of a single triangle count as border
+  // edges. Degenerate triangles are counted, but not among the triangles.
   MeshTopology topology = {};
   std::optional<SelfIntersections> self_intersections = {};  // Absent: not counted.
 
@@ -31,7 +34,7 @@ struct WrittenMesh {
 // one. Takes about 150 bytes of memory per triangle. Throws MeshFileError if the bytes are not a
 // file that mesh_file() or scene_glb() makes.
 [[nodiscard]] std::vector<WrittenMesh> read_back(std::string_view file, MeshFormat format,
-                                                 bool counts_self_intersections = false);
+                                                 ReadBack counted = ReadBack::kTopology);
 
 // Throws std::logic_error unless the file has all triangles and vertices of the mesh, which must be
 // on distinct places: then it has the same topology.

@@ -124,7 +124,7 @@ void add_limits_on_time_and_meshes(Command& command, ListenerOptions& o) {
               "Timeout of connections without messages and streams");
   command
       .add_option("--max-mesh-triangles", o.routes.max_mesh_triangles,
-                  "Most triangles of a mesh in an HTTP response; making it takes about 120 bytes "
+                  "Most triangles of a mesh in an HTTP response; making it takes about 250 bytes "
                   "of memory for each")
       ->capture_default_str();
   add_bytes(

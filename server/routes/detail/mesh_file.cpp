@@ -151,7 +151,7 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
   add_facts(header, all);
   add_world(header, space.world);
   try {
-    SurfaceFile file = surface_file(named, form.format, form.codec);
+    SurfaceFile file = surface_file(named, form.format, form.codec, ReadBack::kElements);
     return stored(std::move(file.bytes), place, std::move(header.fields));
   } catch (const MeshCoordinatesError& error) {
     return fail(ErrorCode::kInvalidArgument, error.what());

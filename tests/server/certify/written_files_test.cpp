@@ -120,7 +120,9 @@ TEST_P(WrittenFile, HasTheTopologyOfItsReportInEveryPlace) {
       EXPECT_EQ(topology(read.mesh.vertices.size(), read.mesh.triangles, anywhere), expected);
       EXPECT_EQ(read.degenerate_triangles, 0U);
       const WrittenMesh reported =
-          read_back(bytes, format, /*counts_self_intersections=*/is_simplified).front();
+          read_back(bytes, format,
+                    is_simplified ? ReadBack::kSelfIntersections : ReadBack::kTopology)
+              .front();
       EXPECT_EQ(reported.topology, expected);
       EXPECT_TRUE(reported.is_closed());
       EXPECT_NO_THROW(require_same(reported, mesh));
@@ -206,7 +208,10 @@ TEST(SurfaceFile, RefusesBytesThatDoNotHoldTheSurface) {
   torus.mesh.positions.push_back(torus.mesh.positions[torus.mesh.triangles.front()[0]]);
   torus.mesh.triangles.front()[0] = torus.mesh.triangles.back()[0];
   for (const MeshFormat format : {MeshFormat::kPly, MeshFormat::kStl, MeshFormat::kGlb}) {
-    EXPECT_THROW((void)surface_file({&named, 1}, format, MeshCodec::kNone), std::logic_error);
+    for (const ReadBack counted : {ReadBack::kElements, ReadBack::kTopology}) {
+      EXPECT_THROW((void)surface_file({&named, 1}, format, MeshCodec::kNone, counted),
+                   std::logic_error);
+    }
     // Any mesh may be saved that a file holds as well as welding does.
     const WrittenMesh written = read_back(mesh_file(torus.mesh, format), format).front();
     EXPECT_NO_THROW(require_same(written, welded_topology(torus.mesh)));
