@@ -28,15 +28,20 @@ class DamagedSpectrumError : public std::runtime_error {
 struct ErrorSpectrum {
   SpectrumLayout layout;
   IsovalueBins bins;
-  float voxel = 1;                            // The unit of errors, in world units.
-  std::shared_ptr<const BrickSource> bricks;  // In the format of spectrum_brick.hpp.
+  float voxel = 1;  // The unit of errors, in world units.
+  // In the format of spectrum_brick.hpp; null if the errors are unknown.
+  std::shared_ptr<const BrickSource> bricks;
 };
 
+struct PreparedVolume;
+class UnknownErrors;
+
 // The bounds for one isovalue: never smaller than those of SaturatedErrors, and a parent's at least
-// those of its children. Reads bricks on first use. Thread-safe. The spectrum must outlive it.
+// those of its children. Reads bricks on first use; without them, takes the errors of all points
+// near the isosurface for infinite. Thread-safe. The volume must outlive it.
 class SpectrumErrors {
  public:
-  SpectrumErrors(const ErrorSpectrum& spectrum, double isovalue, ErrorMeasure measure,
+  SpectrumErrors(const PreparedVolume& volume, double isovalue, ErrorMeasure measure,
                  TopologyRule rule);
   ~SpectrumErrors();
   SpectrumErrors(const SpectrumErrors&) = delete;
@@ -53,6 +58,7 @@ class SpectrumErrors {
   [[nodiscard]] const Plane& plane(std::size_t brick) const;
 
   const ErrorSpectrum& spectrum_;
+  std::unique_ptr<const UnknownErrors> unknown_;  // Null if there are bricks.
   std::optional<int> bin_;
   ErrorMeasure measure_;
   TopologyRule rule_;
