@@ -4,7 +4,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "common/base/exit_codes.hpp"
@@ -84,13 +83,7 @@ int view(const ViewArguments& arguments) {
     }
     if (arguments.up != "z") shown += (shown.empty() ? "#up=" : "&up=") + arguments.up;
     show(local(server.urls.front()) + "/" + shown, arguments);
-    const auto rest = [&volumes, read_again = server.read_again](const std::stop_token& stop) {
-      try {
-        while (volumes.prepare_next(stop) || volumes.complete_next(stop)) read_again();
-      } catch (const PreparationStopped&) {  // The server has stopped.
-      }
-    };
-    return std::make_shared<std::jthread>(rest);
+    return volumes.run_behind(server.read_again);
   });
 }
 

@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <system_error>
 #include <utility>
@@ -162,6 +163,16 @@ bool VolumeQueue::complete_next(const std::stop_token& stop) {
   }
   folders_->evict();
   return false;
+}
+
+std::shared_ptr<std::jthread> VolumeQueue::run_behind(std::function<void()> changed) {
+  return std::make_shared<std::jthread>(
+      [this, changed = std::move(changed)](const std::stop_token& stop) {
+        try {
+          while (prepare_next(stop) || complete_next(stop)) changed();
+        } catch (const PreparationStopped&) {  // The server has stopped.
+        }
+      });
 }
 
 void VolumeQueue::print_line(const std::string& text) const {

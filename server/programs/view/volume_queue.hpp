@@ -4,16 +4,17 @@
 //   VolumeQueue volumes({"head.nrrd"}, {});
 //   const std::optional<std::string> first = volumes.prepare_next({});
 //   ... serve volumes.datasets() ...
-//   while (volumes.prepare_next(stop) || volumes.complete_next(stop)) read_again();
+//   const auto rest = volumes.run_behind(read_again);
 #pragma once
 
 #include <cstdint>
 #include <deque>
-#include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "common/dataset/dataset_info.hpp"
@@ -54,14 +55,16 @@ class VolumeQueue {
   // failures to stderr. Throws PreparationStopped.
   std::optional<std::string> prepare_next(const std::stop_token& stop);
 
-  // Adds the errors to the next prepared dataset that lacks them, on threads that requests do not
-  // need. Returns false at the end. Prints failures to stderr. Throws PreparationStopped.
-  bool complete_next(const std::stop_token& stop);
+  // Prepares the rest on a thread until it is destroyed, then computes errors on threads that
+  // requests do not need. Calls `changed` for every dataset. The queue must outlive the thread.
+  [[nodiscard]] std::shared_ptr<std::jthread> run_behind(std::function<void()> changed);
 
  private:
   class Folders;
   struct Work;
 
+  // Adds the errors to the next prepared dataset that lacks them. Returns false at the end.
+  bool complete_next(const std::stop_token& stop);
   void print_line(const std::string& text) const;
   void add(PrepareArguments arguments);
   void add_labels_of(const std::string& input);
