@@ -11,10 +11,20 @@
 
 namespace multitetra {
 
+std::shared_ptr<const UnknownErrors> LatestUnknownErrors::of(const PreparedVolume& volume,
+                                                             double isovalue) {
+  const std::lock_guard lock(mutex_);
+  if (!errors_ || isovalue_ != isovalue) {
+    errors_ = std::make_shared<const UnknownErrors>(volume, isovalue);
+    isovalue_ = isovalue;
+  }
+  return errors_;
+}
+
 SpectrumErrors::SpectrumErrors(const PreparedVolume& volume, double isovalue, ErrorMeasure measure,
                                TopologyRule rule)
     : spectrum_(volume.spectrum),
-      unknown_(spectrum_.bricks ? nullptr : std::make_unique<UnknownErrors>(volume, isovalue)),
+      unknown_(spectrum_.bricks ? nullptr : spectrum_.unknown->of(volume, isovalue)),
       bin_(spectrum_.bins.bin_of(isovalue)),
       measure_(measure),
       rule_(rule),
