@@ -1,10 +1,13 @@
 #include "common/base/in_parallel.hpp"
 
-#if defined(__SANITIZE_THREAD__)
-#include "common/base/on_threads.hpp"
-#else
-#include <algorithm>
+#include <sched.h>
 
+#include <algorithm>
+#include <future>
+
+#include "common/base/on_threads.hpp"
+
+#if !defined(__SANITIZE_THREAD__)
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
@@ -58,5 +61,16 @@ ThreadLimit::ThreadLimit(int threads) {
 #endif
 
 ThreadLimit::~ThreadLimit() = default;
+
+void in_idle_time(std::size_t count, const std::function<void(std::size_t)>& body) {
+  // A thread cannot leave this policy without privileges, and the threads that it starts have it.
+  std::async(std::launch::async, [&] {
+#ifdef SCHED_IDLE
+    const sched_param any{};
+    (void)::sched_setscheduler(0, SCHED_IDLE, &any);  // At worst it shares the processors.
+#endif
+    on_threads(parallel_threads(), count, body);
+  }).get();
+}
 
 }  // namespace multitetra

@@ -21,6 +21,9 @@ inline void throw_if_stopped(const std::stop_token& stop) {
 void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body,
                  std::stop_token stop = {});
 
+// The same, on threads of its own that run only while no others need their processors.
+void in_idle_time(std::size_t count, const std::function<void(std::size_t)>& body);
+
 // Returns the number of threads in_parallel() uses.
 [[nodiscard]] std::size_t parallel_threads();
 

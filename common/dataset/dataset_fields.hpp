@@ -44,6 +44,9 @@
         "Place of the dataset in its series: datasets on the same grid, such as the times of "    \
         "a scan, the fields of a simulation, the labels of a segmentation; null: not in a "       \
         "series.")                                                                                \
+  FIELD(missing, missing,                                                                         \
+        "\"errors\" while the errors of the samples are not computed: surfaces are certified, "   \
+        "estimates are crude; null: nothing is missing.")                                         \
   FIELD(histogram, histogram, "Absent in lists.")
 // clang-format on
 

@@ -63,6 +63,10 @@ struct LabelExtent {
   friend bool operator==(const LabelExtent&, const LabelExtent&) = default;
 };
 
+// The dataset stores samples without errors. They are not known to be smaller than infinite near
+// the surface: replies hold all promises, with slightly more tetrahedra and cruder estimates.
+inline constexpr const char* kMissingErrors = "errors";
+
 struct DatasetInfo {
   std::string name;                    // UTF-8, 1 to 255 bytes, no '/' and no control characters.
   std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each at least 1.
@@ -80,13 +84,15 @@ struct DatasetInfo {
   std::int32_t grid_exponent = 1;
   Histogram histogram;
   std::vector<double> suggested_isovalues;  // Best first.
-  // Equal if and only if samples and error bins are equal, and so replies; 0: unknown.
+  // Equal if and only if samples and stored errors are equal, and so replies; 0: unknown.
   std::uint64_t content_id = 0;
   std::optional<SeriesMember> member = std::nullopt;  // Absent if it belongs to no series.
   // The extent of the member's label; absent: unknown.
   std::optional<LabelExtent> label_extent = std::nullopt;
   // What the source recommends for showing the samples, such as the window of an OMERO channel.
   std::optional<DisplayWindow> display_window = std::nullopt;
+  // What the dataset lacks: empty, or kMissingErrors.
+  std::string missing = {};
 
   friend bool operator==(const DatasetInfo&, const DatasetInfo&) = default;
 };

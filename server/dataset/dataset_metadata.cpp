@@ -310,6 +310,9 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
   metadata.program_version = fields.text("program_version");
   if (!failure.empty()) return damaged(failure + ".");
   if (const auto checked = check_info(info); !checked) return damaged(checked.error().text);
+  if (!info.missing.empty() && info.missing != kMissingErrors) {
+    return damaged("missing \"" + info.missing + "\" is unknown to this program.");
+  }
   return metadata;
 }
 

@@ -85,27 +85,35 @@ void DatasetWriter::finish(const DatasetMetadata& metadata, const SmallSections&
   const std::string text = metadata_text(metadata);
   write_section(section_names::kMetadata, std::as_bytes(std::span(text)));
   write_section(section_names::kBins, small.bins);
-  // Reserves the space; finish() writes the index once the bricks are packed.
-  std::vector<BrickEntry> index(spectrum.size());
-  write_section(section_names::kSpectrumIndex, std::as_bytes(std::span(index)));
-  const std::size_t index_section = sections_.size() - 1;
+  const bool has_errors = metadata.info.missing.empty();
+  const std::size_t index_section = sections_.size();
+  if (has_errors) {
+    // Reserves the space; write_spectrum() writes the index once the bricks are packed.
+    const std::vector<BrickEntry> unknown(spectrum.size());
+    write_section(section_names::kSpectrumIndex, std::as_bytes(std::span(unknown)));
+  }
   write_packed_section(section_names::kCoarse, small.coarse);
   write_packed_section(section_names::kRanges, small.ranges);
-  index = write_bricks(section_names::kSpectrum, spectrum, [&](std::size_t brick) {
-    std::vector<std::byte> bytes(spectrum_places_[brick].size);
-    on_disk([&] { spectrum_.get(spectrum_places_[brick].offset, bytes); });
-    return pack_sized(bytes);
-  });
-  const auto index_bytes = std::as_bytes(std::span(index));
-  sections_[index_section].checksum = checksum(index_bytes);
-  on_disk([&] { file_.write_at(sections_[index_section].offset, index_bytes); });
-  index = write_bricks(section_names::kSamples, layout_, samples);
+  if (has_errors) write_spectrum(spectrum, index_section);
+  const std::vector<BrickEntry> index = write_bricks(section_names::kSamples, layout_, samples);
   write_section(section_names::kSampleIndex, std::as_bytes(std::span(index)));
   const std::string head = encode_head(sections_);
   on_disk([&] {
     file_.write_at(0, std::as_bytes(std::span(head)));
     file_.commit(Durability::kMachineStop);
   });
+}
+
+void DatasetWriter::write_spectrum(const SpectrumLayout& layout, std::size_t index_section) {
+  const std::vector<BrickEntry> index =
+      write_bricks(section_names::kSpectrum, layout, [&](std::size_t brick) {
+        std::vector<std::byte> bytes(spectrum_places_[brick].size);
+        on_disk([&] { spectrum_.get(spectrum_places_[brick].offset, bytes); });
+        return pack_sized(bytes);
+      });
+  const auto index_bytes = std::as_bytes(std::span(index));
+  sections_[index_section].checksum = checksum(index_bytes);
+  on_disk([&] { file_.write_at(sections_[index_section].offset, index_bytes); });
 }
 
 void DatasetWriter::write(std::span<const std::byte> bytes) {

@@ -85,7 +85,8 @@ class DatasetWriter {
   void add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes);
 
   // Writes the file to disk under its name. Must be the last call. Requires that all samples were
-  // added and that the metadata passes `check_info` and matches the shape.
+  // added and that the metadata passes `check_info` and matches the shape. Leaves out the spectrum
+  // if the metadata says that errors are missing.
   void finish(const DatasetMetadata& metadata, const SmallSections& small);
   // Finishes the file with samples from elsewhere; requires that none were added.
   void finish(const DatasetMetadata& metadata, const SmallSections& small,
@@ -102,6 +103,7 @@ class DatasetWriter {
   void write_section(const char* name, std::span<const std::byte> bytes);
   void write_packed_section(const char* name, const SectionBytes& bytes);
   // Returns the index of the bricks.
+  void write_spectrum(const SpectrumLayout& layout, std::size_t index_section);
   template <typename Layout>
   std::vector<BrickEntry> write_bricks(const char* name, const Layout& layout,
                                        const PackedSamples& packed);

@@ -1,6 +1,8 @@
 #include "server/dataset/prepare.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -19,6 +21,7 @@
 #include "server/dataset/detail/prepared_sinks.hpp"
 #include "server/dataset/detail/statistics.hpp"
 #include "server/dataset/detail/statistics_builder.hpp"
+#include "server/dataset/prepared_file.hpp"
 
 namespace multitetra {
 namespace {
@@ -124,6 +127,37 @@ void first_pass(VolumeSource& source, const PrepareOptions& options, PreparedSin
   parts.bins = std::move(found.bins);
 }
 
+// Returns the box outside of which all samples are equal to those of the first cell.
+template <typename Sample>
+std::optional<NonconstantBox> nonconstant_box(const DatasetInfo& info,
+                                              std::span<const std::byte> ranges) {
+  const LevelExtent cells = cell_extent(info);
+  std::array<Sample, 2> first;
+  std::memcpy(first.data(), ranges.data(), sizeof(first));
+  if (first[0] != first[1]) return std::nullopt;
+  GridPoint low = cells.low + cells.extent;
+  GridPoint high = cells.low - GridPoint{1, 1, 1};
+  const std::byte* range = ranges.data();
+  const GridPoint end = cells.low + cells.extent;
+  for (std::int32_t z = cells.low.z; z < end.z; ++z) {
+    for (std::int32_t y = cells.low.y; y < end.y; ++y) {
+      for (std::int32_t x = cells.low.x; x < end.x; ++x, range += sizeof(first)) {
+        if (std::memcmp(range, first.data(), sizeof(first)) == 0) continue;
+        low = {std::min(low.x, x), std::min(low.y, y), std::min(low.z, z)};
+        high = {std::max(high.x, x), std::max(high.y, y), std::max(high.z, z)};
+      }
+    }
+  }
+  if (low.x > high.x) return std::nullopt;
+  NonconstantBox box{.elsewhere = static_cast<float>(first[0])};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    box.least[i] = std::max(0, kSpectrumSpacing * low[axis] - info.margin);
+    box.greatest[i] = std::min(info.dims[i] - 1, kSpectrumSpacing * (high[axis] + 1) - info.margin);
+  }
+  return box;
+}
+
 // Returns the cells whose errors depend on samples in the box; nullopt means all of them, when the
 // value beyond the data differs from `elsewhere`.
 std::optional<CellBox> nonconstant_cells(const DatasetInfo& info, const PrepareOptions& options) {
@@ -144,12 +178,15 @@ std::optional<CellBox> nonconstant_cells(const DatasetInfo& info, const PrepareO
                  .end = {end(0, all.end.x), end(1, all.end.y), end(2, all.end.z)}};
 }
 
-// Computes the errors from the samples in the sink.
-void second_pass(const PrepareOptions& options, PreparedSink& sink, const InMemorySections& parts) {
-  const DatasetInfo& info = parts.info;
-  const BrickedSamples samples(
-      info.dims, info.type,
-      [&](std::size_t first, std::span<std::byte> bytes) { sink.read_samples(first, bytes); });
+// Computes the errors.
+void second_pass(const DatasetInfo& info, const IsovalueBins& bins, const CoarseVolume& coarse,
+                 const BrickedSamples::ReadBricks& read, const PrepareOptions& options,
+                 PreparedSink& sink) {
+  const BrickedSamples samples(info.dims, info.type,
+                               [&](std::size_t first, std::span<std::byte> bytes) {
+                                 throw_if_stopped(options.stop);
+                                 read(first, bytes);
+                               });
   const std::uint64_t all = static_cast<std::uint64_t>(info.dims[0]) *
                             static_cast<std::uint64_t>(info.dims[1]) *
                             static_cast<std::uint64_t>(info.dims[2]);
@@ -162,11 +199,11 @@ void second_pass(const PrepareOptions& options, PreparedSink& sink, const InMemo
     options.progress("errors", done += more, all);
   };
   build_spectrum(
-      info, *parts.bins,
+      info, bins,
       {.samples = samples,
-       .coarse = parts.coarse,
+       .coarse = coarse,
        .scratch = *scratch,
-       .for_each = on_all_threads,
+       .for_each = options.for_each ? options.for_each : on_all_threads,
        .threads = parallel_threads(),
        .column_bytes = options.column_bytes,
        .sink = [&](std::size_t brick,
@@ -201,7 +238,14 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
   FileSink sink(output, geometry);
   InMemorySections parts(geometry, sink);
   first_pass(source, options, sink, parts);
-  second_pass(options, sink, parts);
+  if (options.samples_only) {
+    parts.info.missing = kMissingErrors;
+  } else {
+    second_pass(
+        parts.info, *parts.bins, parts.coarse,
+        [&](std::size_t first, std::span<std::byte> bytes) { sink.read_samples(first, bytes); },
+        options, sink);
+  }
   sink.writer().finish({.info = parts.info,
                         .label_volume = options.label_volume,
                         .source = note,
@@ -210,6 +254,36 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
                         .ranges = SectionBytes(parts.ranges.bytes(), *parts.ranges_scratch),
                         .bins = std::as_bytes(std::span(parts.bins->edges()))});
   return parts.info;
+}
+
+DatasetInfo complete(const std::string& dataset, const PrepareOptions& options,
+                     const std::filesystem::path& output) {
+  const PreparedFile file(dataset);
+  if (file.info().missing.empty()) throw DatasetFileError(dataset, "it has all its errors.");
+  DatasetMetadata metadata = file.metadata();
+  DatasetInfo& info = metadata.info;
+  info.missing.clear();
+  PrepareOptions how = options;
+  how.varied = visit_type(info.type, [&]<typename Sample>(const Sample*) {
+    return nonconstant_box<Sample>(info, file.ranges());
+  });
+  FileSink sink(output, info);
+  const std::unique_ptr<Scratch> coarse = sink.new_scratch();
+  (void)coarse->put(file.coarse());
+  const auto samples = file.samples();
+  const auto read = [&](std::size_t first, std::span<std::byte> bytes) {
+    for (; !bytes.empty(); ++first) {
+      const RetainedBytes brick = samples->brick(first);
+      std::copy(brick.begin(), brick.end(), bytes.begin());
+      bytes = bytes.subspan(brick.size());
+    }
+  };
+  second_pass(info, open_dataset(dataset)->spectrum.bins, CoarseVolume(info, *coarse), read, how,
+              sink);
+  sink.writer().finish(metadata,
+                       {.coarse = file.coarse(), .ranges = file.ranges(), .bins = file.bins()},
+                       [&](std::size_t brick) { return samples->packed(brick); });
+  return info;
 }
 
 }  // namespace multitetra

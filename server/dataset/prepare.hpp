@@ -7,6 +7,11 @@
 //
 //   const auto source = open_volume("CThead.nhdr");
 //   prepare(*source, {.name = "head"}, "head.mtd", provenance("CThead.nhdr"));
+//
+// The errors take most of the time. A dataset can be served without them, and completed later:
+//
+//   prepare(*source, {.name = "head", .samples_only = true}, "head.mtd", provenance("CThead.nhdr"));
+//   complete("head.mtd", {}, "head.mtd");
 #pragma once
 
 #include <array>
@@ -14,6 +19,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -34,7 +40,7 @@ struct NonconstantBox {
 };
 
 struct PrepareOptions {
-  std::string name;
+  std::string name = {};
   std::optional<double> outside = std::nullopt;  // The value beyond the data; absent means void.
   std::int32_t margin = 0;                       // Grid steps around the data.
   // Number of bins of the error spectrum, 1 to kMaxCount.
@@ -47,6 +53,12 @@ struct PrepareOptions {
   std::vector<float> bin_edges = {};
   // Saves time if known; does not affect the result.
   std::optional<NonconstantBox> varied = std::nullopt;
+  // Leaves out the errors.
+  bool samples_only = false;
+  // Runs the computation of the errors; null: on all threads.
+  ForEach for_each = nullptr;
+  // Ends that computation with Cancelled.
+  std::stop_token stop = {};
   // Bound the memory; they do not affect the result.
   std::size_t slab_bytes = std::size_t{64} << 20;  // Bytes read at a time; a slice may exceed it.
   std::size_t column_bytes = kMaxColumnBytes;      // See spectrum_builder.hpp.
@@ -69,5 +81,12 @@ struct VolumeSurvey {
 // VolumeFileError if the source fails, DatasetFileError if the disk fails.
 DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
                     const std::filesystem::path& output, const Provenance& note);
+
+// Computes the errors of a dataset prepared with samples_only: writes, atomically, the file that
+// prepare() writes with them, also over `dataset`. Of the options it takes those that do not affect
+// the result. Throws DatasetFileError if `dataset` cannot be read, is damaged or has errors, or the
+// disk fails.
+DatasetInfo complete(const std::string& dataset, const PrepareOptions& options,
+                     const std::filesystem::path& output);
 
 }  // namespace multitetra

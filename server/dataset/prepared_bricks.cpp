@@ -44,6 +44,15 @@ RetainedBytes PreparedBricks::brick(std::size_t number) const {
   return {span, std::move(bytes)};
 }
 
+PackedBrick PreparedBricks::packed(std::size_t number) const {
+  file_.source->check();
+  const BrickPlace& place = index()[number];
+  (void)unpacked(number, place);  // Verifies it.
+  const FileRange range = range_of(place);
+  const RetainedBytes bytes = file_.source->bytes(range.offset, range.size);
+  return {.codec = place.codec(), .bytes = {bytes.begin(), bytes.end()}};
+}
+
 RetainedBytes PreparedBricks::in_place(std::size_t number, const BrickPlace& place) const {
   const FileRange range = range_of(place);
   RetainedBytes bytes = file_.source->bytes(range.offset, range.size);

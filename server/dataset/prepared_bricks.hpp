@@ -52,6 +52,8 @@ class PreparedBricks : public BrickSource {
   // Requires index < size(). Throws the source's exceptions and, if the brick is damaged, a
   // DatasetFileError that names the file, the section, the brick and the remedy.
   [[nodiscard]] RetainedBytes brick(std::size_t index) const final;
+  // Returns a brick as it is stored. Requires and throws the same.
+  [[nodiscard]] PackedBrick packed(std::size_t index) const;
   void prefetch(std::span<const std::size_t> bricks) const final;
   [[nodiscard]] std::uint64_t bytes_to_fetch(std::span<const std::size_t> bricks) const final;
   [[nodiscard]] bool is_remote() const final { return file_.source->is_remote(); }

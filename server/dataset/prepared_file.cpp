@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <mutex>
 #include <new>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -65,7 +66,8 @@ struct PreparedFile::Content {
     mutable std::vector<std::byte> bytes;
   };
 
-  explicit Content(BrickFile opened) : file(std::move(opened)), samples(file), spectrum(file) {
+  explicit Content(BrickFile opened) : file(std::move(opened)), samples(file) {
+    if (file.structure->has_errors()) spectrum.emplace(file);
     if (!file.source->is_remote()) (void)samples.index();
   }
 
@@ -81,7 +83,7 @@ struct PreparedFile::Content {
 
   const BrickFile file;
   const SampleBricks samples;
-  const SpectrumBricks spectrum;
+  std::optional<SpectrumBricks> spectrum;
   const SmallSection coarse;
   const SmallSection ranges;
 };
@@ -101,7 +103,8 @@ std::shared_ptr<const PreparedBricks> PreparedFile::samples() const {
 }
 
 std::shared_ptr<const PreparedBricks> PreparedFile::spectrum() const {
-  return {content_, &content_->spectrum};
+  if (!content_->spectrum) return nullptr;
+  return {content_, &*content_->spectrum};
 }
 
 void PreparedFile::check() const { content_->file.source->check(); }

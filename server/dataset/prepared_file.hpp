@@ -47,7 +47,8 @@ class PreparedFile {
   // Throws DatasetFileError if the file has changed since it was opened; later reads are invalid.
   void check() const;
 
-  // Return as many bricks as BrickLayout(info().dims) and SpectrumLayout(info()) have.
+  // Return as many bricks as BrickLayout(info().dims) and SpectrumLayout(info()) have; no spectrum
+  // if the file lacks it.
   [[nodiscard]] std::shared_ptr<const PreparedBricks> samples() const;
   [[nodiscard]] std::shared_ptr<const PreparedBricks> spectrum() const;
 

@@ -24,16 +24,33 @@ constexpr std::uint64_t kMaxBinsBytes = sizeof(float) * (IsovalueBins::kMaxCount
 constexpr std::array<const char*, 8> kKnownSections = {
     kMetadata, kBins, kSpectrumIndex, kCoarse, kSpectrum, kRanges, kSamples, kSampleIndex};
 
-// Checks that all known sections exist and that unknown ones are optional.
+bool is_of_errors(std::string_view name) { return name == kSpectrumIndex || name == kSpectrum; }
+
+// Checks that all known sections exist, those of the errors apart, and that unknown ones are
+// optional.
 Result<void> check_names(const SectionTable& sections) {
   for (const char* const name : kKnownSections) {
-    if (find_section(sections, name) == nullptr) return damaged(name, "it is missing.");
+    if (find_section(sections, name) == nullptr && !is_of_errors(name)) {
+      return damaged(name, "it is missing.");
+    }
   }
   for (const Section& section : sections) {
     if (is_known_section(section.name) || !section.required) continue;
     return fail(
         ErrorCode::kUnsupportedVersion,
         "Section \"" + section.name + "\": it is unknown to this program. Use a newer program.");
+  }
+  return {};
+}
+
+// Checks that the sections of the errors exist exactly if the metadata says so.
+Result<void> check_errors(const PreparedStructure& structure) {
+  for (const char* const name : {kSpectrumIndex, kSpectrum}) {
+    const bool exists = find_section(structure.sections, name) != nullptr;
+    if (exists && !structure.has_errors()) {
+      return damaged(name, "it is there, although the metadata says that errors are missing.");
+    }
+    if (!exists && structure.has_errors()) return damaged(name, "it is missing.");
   }
   return {};
 }
@@ -122,6 +139,9 @@ Result<PreparedStructure> decode_structure(const ByteSource& source) {
   auto metadata = decode_metadata(source, structure.section(kMetadata));
   if (!metadata) return tl::unexpected(metadata.error());
   structure.metadata = *std::move(metadata);
+  if (const auto checked = check_errors(structure); !checked) {
+    return tl::unexpected(checked.error());
+  }
   // From here on, sizes in the metadata are checked against the size of the file.
   const std::size_t bricks = BrickLayout(structure.metadata.info.dims).size();
   if (const auto checked =
@@ -135,10 +155,13 @@ Result<PreparedStructure> decode_structure(const ByteSource& source) {
   if (const auto read = read_section(source, bins, structure.bins); !read) {
     return tl::unexpected(read.error());
   }
-  auto index = decode_index(source, structure.section(kSpectrumIndex), structure.section(kSpectrum),
-                            SpectrumLayout(structure.metadata.info));
-  if (!index) return tl::unexpected(index.error());
-  structure.spectrum_index = *std::move(index);
+  if (structure.has_errors()) {
+    auto index =
+        decode_index(source, structure.section(kSpectrumIndex), structure.section(kSpectrum),
+                     SpectrumLayout(structure.metadata.info));
+    if (!index) return tl::unexpected(index.error());
+    structure.spectrum_index = *std::move(index);
+  }
   if (source.is_remote()) return structure;
   for (const char* const small : {kCoarse, kRanges}) {
     if (const auto checked = check_section(source, structure.section(small)); !checked) {
@@ -186,9 +209,11 @@ std::uint64_t ranges_bytes(const DatasetInfo& info) {
 }
 
 std::uint64_t content_id_of(const SectionTable& sections) {
+  const bool has_errors = find_section(sections, kSpectrum) != nullptr;
   const std::array<std::uint64_t, 4> identity = {
       kPreparedFormatVersion, find_section(sections, kSamples)->checksum,
-      find_section(sections, kSampleIndex)->checksum, find_section(sections, kBins)->checksum};
+      find_section(sections, kSampleIndex)->checksum,
+      has_errors ? find_section(sections, kBins)->checksum : 0};
   return checksum(std::as_bytes(std::span(identity)));
 }
 

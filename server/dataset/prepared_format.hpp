@@ -9,6 +9,7 @@
 //   samples    the packed bricks of core's BrickLayout, in Morton order
 //   smplidx    size, codec and checksum of each brick of samples, in the order of the file
 //
+// A file whose metadata states that its errors are missing has neither "specidx" nor "spectrum".
 // Sections needed to open a file and to make the first preview come first. Small sections are
 // verified when they are read, bricks when they are unpacked.
 #pragma once
@@ -81,9 +82,10 @@ struct PreparedStructure {
   DatasetMetadata metadata;
   SectionTable sections;  // All sections, including unknown ones.
   std::vector<std::byte> bins;
-  std::vector<BrickPlace> spectrum_index;  // Indexed by brick.
+  std::vector<BrickPlace> spectrum_index;  // Indexed by brick; empty without errors.
 
-  // Requires one of the names above.
+  [[nodiscard]] bool has_errors() const { return metadata.info.missing.empty(); }
+  // Requires one of the names above that the file has.
   [[nodiscard]] const Section& section(std::string_view name) const;
 };
 

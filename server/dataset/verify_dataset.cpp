@@ -109,11 +109,13 @@ Result<void> verify_bytes(const ByteSource& source, const VerificationProgress& 
   const auto structure = decode_structure(source);
   if (!structure) return tl::unexpected(structure.error());
   if (auto checked = verify_small_sections(source, *structure); !checked) return checked;
-  if (auto checked = verify_bricks(
-          source, structure->section(kSpectrum), SpectrumLayout(structure->metadata.info),
-          structure->spectrum_index, std::nullopt, [](std::span<const std::byte>) {}, ticker);
-      !checked) {
-    return checked;
+  if (structure->has_errors()) {
+    if (auto checked = verify_bricks(
+            source, structure->section(kSpectrum), SpectrumLayout(structure->metadata.info),
+            structure->spectrum_index, std::nullopt, [](std::span<const std::byte>) {}, ticker);
+        !checked) {
+      return checked;
+    }
   }
   if (auto checked = verify_samples(source, *structure, ticker); !checked) return checked;
   // Files of later versions may have more sections.

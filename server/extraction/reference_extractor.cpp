@@ -67,8 +67,8 @@ std::shared_ptr<const Model> ReferenceExtractor::spectrum_model(const ResolvedSt
   const IsosurfaceRequest& request = spec.request();
   return std::make_shared<SpectrumModel>(
       exact_errors(field_, spec.step(), stop),
-      std::make_shared<const SpectrumErrors>(dataset_.spectrum, request.isovalue,
-                                             request.error_measure, request.topology_rule),
+      std::make_shared<const SpectrumErrors>(dataset_, request.isovalue, request.error_measure,
+                                             request.topology_rule),
       spec.model());
 }
 

@@ -122,7 +122,7 @@ class SharedSpectrum {
         request.error_measure != request_.error_measure ||
         request.topology_rule != request_.topology_rule) {
       spectrum_ = std::make_shared<const SpectrumErrors>(
-          volume_.spectrum, request.isovalue, request.error_measure, request.topology_rule);
+          volume_, request.isovalue, request.error_measure, request.topology_rule);
       request_ = request;
     }
     return prepared_model(volume_, spec, spectrum_);

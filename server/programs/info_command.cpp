@@ -85,7 +85,8 @@ void print_other_fields(const DatasetInfo& info,
       "min",         "max",           "space",          "geometry",
       "assumed",     "void_samples",  "outside",        "margin",
       "length_unit", "grid_exponent", "member",         "index_to_world",
-      "value_unit",  "histogram",     "display_window", "suggested_isovalues"};
+      "value_unit",  "histogram",     "display_window", "suggested_isovalues",
+      "missing"};
   const Json fields = multitetra::json_of(info);
   for (const auto& [name, value] : fields.items()) {
     if (kInWords.contains(name) || value.is_null()) continue;
@@ -137,7 +138,8 @@ void print_facts(const std::string& place, const PreparedFile& file) {
   line("suggested isovalues", human_suggestions(info));
   line("size", human_bytes(file.bytes()) + ", " + human_bytes(packed_sample_bytes(file)) +
                    " of it samples (" + human_bytes(sample_bytes(info)) + " decompressed)");
-  line("error spectrum", "errors for " + std::to_string(bins_of(file)) + " bins of isovalues");
+  line("error spectrum", "errors for " + std::to_string(bins_of(file)) + " bins of isovalues" +
+                             (info.missing.empty() ? "" : " are missing; prepare FILE adds them"));
   line("format version", std::to_string(kPreparedFormatVersion));
   line("source", source.file + (source.digest.empty() ? "" : " (XXH3-128 " + source.digest + ")") +
                      (source.options.empty() ? "" : ", " + source.options));

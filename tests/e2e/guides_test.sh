@@ -17,11 +17,11 @@ commands_of() {
 }
 
 commands_of client/FETCHING.md >fetching
-sed '/prepare warmth/q' fetching >setup
-sed '1,/prepare warmth/d' fetching >commands
+sed '/generate gyroid/q' fetching >setup
+sed '1,/generate gyroid/d' fetching >commands
 grep -q 'threshold-grid importance.nrrd' commands || fail "client/FETCHING.md has no commands: $(cat fetching)"
 bash -euo pipefail setup >out 2>&1 || fail "client/FETCHING.md up to serving: $(tail -n 3 out)"
-start server multitetra-server serve head.mtd warmth.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0
+start server multitetra-server serve head.nrrd warmth.nrrd --volume-cache cache --tcp 127.0.0.1:0 --http 127.0.0.1:0
 MULTITETRA_SERVER=$(url_of server tcp)
 export MULTITETRA_SERVER
 page=$(url_of server http)

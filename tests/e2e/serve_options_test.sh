@@ -23,7 +23,7 @@ for line in max-connections=11 max-regions=22 max-queries=33; do
 done
 grep -q 'b.example' config || fail "a list in the file is not taken: $(cat config)"
 
-for key in tls-cert tls-key tokens trusted-proxy base-path allow-host cache-dir; do
+for key in tls-cert tls-key tokens trusted-proxy base-path allow-host cache-dir volume-cache; do
   grep -B 1 -x "# $key=\"\"" config | head -n 1 | grep -q '^# ..' || fail "$key and its help are not in: $(cat config)"
 done
 
@@ -72,6 +72,21 @@ grep -q 'skipped: .*twice.mtd' server.log || fail "a second dataset of a name is
 ends 7 'Cannot listen on' "$server" serve v.mtd --tcp "${url#tcp://}" --http off
 kill -HUP "$pid"
 ends_well server "$pid"
+
+# Volumes are prepared into a cache while they are served, beside datasets.
+mkdir scans
+cp v.nrrd scans/head.nrrd
+start volumes "$server" serve v.mtd scans --volume-cache cache --tcp off --http 127.0.0.1:0
+volumes_http=$(url_of volumes http)
+listed() { curl -s "$volumes_http/v1/datasets" | python3 -c 'import json, sys; print(*sorted(d["name"] + ": " + str(d["missing"]) for d in json.load(sys.stdin)["datasets"]))'; }
+for _ in $(seq 200); do [ "$(listed)" = "head: None v: None" ] && break; sleep 0.05; done
+[ "$(listed)" = "head: None v: None" ] || fail "served are $(listed): $(cat volumes.log)"
+ends_well volumes "$pid"
+"$server" prepare scans/head.nrrd -o head.mtd --quiet
+cmp head.mtd cache/datasets/head-*/head.mtd || fail "serve makes another dataset than prepare"
+head -c 100 v.nrrd >broken.nrrd
+ends 2 'broken.nrrd' "$server" serve broken.nrrd --volume-cache cache
+ends 2 'nowhere.nrrd' "$server" serve nowhere.nrrd --volume-cache cache
 
 # A new token is in the list that it was appended to, and only its owner can read the file.
 token=$("$server" token alice --datasets 'v*' --append tokens)

@@ -44,6 +44,14 @@ lists() {
   done
   fail "datasets \"$(names)\" instead of \"$1\""
 }
+# completes: waits until the errors of all datasets are computed.
+completes() {
+  for _ in $(seq 600); do
+    curl -s "$url/v1/datasets" | grep -q '"missing": *"errors"' || return 0
+    sleep 0.05
+  done
+  fail "errors are missing: $(curl -s "$url/v1/datasets")"
+}
 ends_by_interrupt() { ends_by INT; }  # Ctrl-C.
 ends_by() {
   local status=0
@@ -81,8 +89,11 @@ mkdir volumes  # Volumes are prepared again when there are newer files beside th
 volume volumes/bar.nrrd '20 * x + y'
 starts first --no-browser volumes/bar.nrrd
 lists "bar"
+completes
 ends_by_interrupt
 made=$(ls cache/multitetra/datasets/bar-*/bar.mtd)
+"$server" prepare volumes/bar.nrrd -o bar.mtd --quiet
+cmp bar.mtd "$made" || fail "view makes another dataset than prepare"
 before=$(stat -c %Y.%i "$made")
 starts again --no-browser volumes/bar.nrrd
 ends_by_interrupt
@@ -101,6 +112,7 @@ for folder in here there; do
   [ "$folder" = here ] || cp here/torus.nrrd there
   starts "large_$folder" --no-browser "$folder/torus.nrrd"
   lists "torus"
+  completes
   ends_by_interrupt
   stat -c %Y.%i cache/multitetra/datasets/torus-*/torus.mtd >"made_$folder"
 done
@@ -162,13 +174,13 @@ ends_by_interrupt
 # The address appears when the first member is prepared.
 mkdir late
 for i in 1 2 3; do
-  { printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 40 40 40\nencoding: raw\n\n'; head -c 64000 /dev/urandom; } >"late/late_$i.nrrd"
+  { printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 128 128 128\nencoding: raw\n\n'; head -c 2097152 /dev/urandom; } >"late/late_$i.nrrd"
 done
 starts late --no-browser late
 lists "late.t0000 late.t0001 late.t0002"
 ends_by_interrupt
-[ cache/multitetra/datasets/late_1-*/late.t0000.mtd -ot late.log ] && [ cache/multitetra/datasets/late_1-*/late.t0002.mtd -nt late.log ] ||
-  fail "the address is not printed between the first and the last member: $(ls -l --full-time late.log cache/multitetra/datasets/late*)"
+[ cache/multitetra/datasets/late_1-*/late.t0002.mtd -nt late.log ] ||
+  fail "the address is not printed before the last member is prepared: $(ls -l --full-time late.log cache/multitetra/datasets/late*)"
 mkdir jet
 python3 - <<'END'
 for time in range(2):
@@ -306,6 +318,22 @@ ends_by_interrupt
 starts turned --no-browser --up -y --orient x,-z,y volumes/bar.nrrd
 [ "$shown" = "bar&up=-y" ] || fail "--up is not in the address: $shown"
 ends_by_interrupt
+
+# --- samples are served first; what another run has left incomplete is completed, without another preparation
+rm -rf cache
+"$server" generate head --size 200 -o slow.nrrd --quiet
+starts early --no-browser slow.nrrd
+curl -s "$url/v1/datasets" | grep -q '"missing": *"errors"' || fail "the errors are not computed behind: $(curl -s "$url/v1/datasets")"
+curl -sf "$url/v1/datasets/slow/isosurface?format=ply&error=1" -o early.ply || fail "no surface without errors"
+isovalue=$(curl -s "$url/v1/datasets/slow" | python3 -c 'import json, sys; print(json.load(sys.stdin)["suggested_isovalues"][0])')
+ends_by_interrupt
+"$server" certify early.ply --volume slow.nrrd --isovalue "$isovalue" --error 1 --quiet >certificate.txt ||
+  fail "a surface without errors is not certified: $(cat certificate.txt)"
+starts resumed --no-browser slow.nrrd
+completes
+ends_by_interrupt
+"$server" prepare slow.nrrd -o slow.mtd --quiet
+cmp slow.mtd cache/multitetra/datasets/slow-*/slow.mtd || fail "a dataset that was completed later differs"
 
 # --- errors
 head -c 100 volumes/bar.nrrd >damaged.nrrd

@@ -19,6 +19,7 @@ struct PreparedSetting {
   Volume volume;
   std::optional<double> outside = std::nullopt;
   std::int32_t margin = 0;
+  bool samples_only = false;
 };
 
 inline std::ostream& operator<<(std::ostream& out, const PreparedSetting& setting) {
@@ -32,8 +33,8 @@ inline Volume skewed_noise(std::array<std::int32_t, 3> dims, std::uint64_t seed)
       dims, [&](int, int, int) { return std::exp(18 * fields::uniform(random)); }, {1, 2, 0.7});
 }
 
-inline std::vector<PreparedSetting> prepared_settings() {
-  std::vector<PreparedSetting> settings = {
+inline std::vector<PreparedSetting> settings_of_noise_and_shapes() {
+  return {
       {"noise", fields::noise({19, 26, 40}, 3)},
       {"flat_noise_in_zeros", fields::noise({35, 18, 3}, 4, {0.5, 1, 3}), 0.0, 1},
       {"plateaus", fields::integer_noise({33, 17, 21}, 5, 5), std::nullopt, 2},
@@ -47,6 +48,10 @@ inline std::vector<PreparedSetting> prepared_settings() {
       {"skewed", skewed_noise({22, 31, 18}, 12), std::nullopt, 7},
       {"slice", fields::noise({40, 33, 1}, 13), 0.0, 1},
   };
+}
+
+inline std::vector<PreparedSetting> prepared_settings() {
+  std::vector<PreparedSetting> settings = settings_of_noise_and_shapes();
   for (const GeneratorKind kind : kGeneratorKinds) {
     settings.push_back(
         {"generated_" + std::string(name(kind)), generate(kind, {.size = 41, .noise = 0.02})});
@@ -58,9 +63,21 @@ inline std::vector<PreparedSetting> prepared_settings() {
 }
 
 inline DatasetPtr prepared(const PreparedSetting& setting, int bins = IsovalueBins::kDefaultCount) {
-  return make_dataset(
-      *source_of(setting.volume),
-      {.name = setting.name, .outside = setting.outside, .margin = setting.margin, .bins = bins});
+  return make_dataset(*source_of(setting.volume), {.name = setting.name,
+                                                   .outside = setting.outside,
+                                                   .margin = setting.margin,
+                                                   .bins = bins,
+                                                   .samples_only = setting.samples_only});
+}
+
+// Returns settings without errors.
+inline std::vector<PreparedSetting> settings_without_errors() {
+  std::vector<PreparedSetting> settings = settings_of_noise_and_shapes();
+  for (PreparedSetting& setting : settings) {
+    setting.name += "_without_errors";
+    setting.samples_only = true;
+  }
+  return settings;
 }
 
 // Returns isovalues of a dataset: between its values, at them, at edges of bins.

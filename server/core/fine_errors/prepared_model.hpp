@@ -26,10 +26,9 @@ class PreparedModel {
       : volume_(volume),
         fine_(errors),
         options_(std::move(options)),
-        spectrum_(spectrum
-                      ? std::move(spectrum)
-                      : std::make_shared<const SpectrumErrors>(volume.spectrum, errors.isovalue,
-                                                               errors.error_measure, errors.rule)) {
+        spectrum_(spectrum ? std::move(spectrum)
+                           : std::make_shared<const SpectrumErrors>(
+                                 volume, errors.isovalue, errors.error_measure, errors.rule)) {
     fine_.largest_threshold = options_.thresholds.largest();
     fine_.finest_spacing = options_.finest_spacing;
   }

@@ -31,19 +31,38 @@ std::pair<std::int32_t, std::int32_t> cells_at(std::int32_t v) {
   return {std::max(0, v % kSpectrumSpacing == 0 ? cell - 1 : cell), cell};
 }
 
-// Merges a row of samples into the ranges of a row of cells. Both rows begin with the data.
+// Lowers `low` and raises `high` to the values of a row. Comparisons with NaN are false. Blocks of
+// a constant size are vectorized.
 template <typename Sample>
-void include_row(const Sample* row, const DatasetInfo& info, const LevelExtent& cells,
-                 Sample* ranges) {
+void fold_row(const Sample* __restrict row, Sample* __restrict low, Sample* __restrict high,
+              std::size_t size) {
+  constexpr std::size_t kBlock = 32;
+  const auto fold = [&](std::size_t x) {
+    low[x] = row[x] < low[x] ? row[x] : low[x];
+    high[x] = row[x] > high[x] ? row[x] : high[x];
+  };
+  std::size_t x = 0;
+  for (; x + kBlock <= size; x += kBlock) {
+    for (std::size_t i = 0; i < kBlock; ++i) fold(x + i);
+  }
+  for (; x < size; ++x) fold(x);
+}
+
+// Merges the ranges of single samples along x into those of a row of cells. Both begin with the
+// data.
+template <typename Sample>
+void include_row(const std::vector<Sample>& lows, const std::vector<Sample>& highs,
+                 const DatasetInfo& info, const LevelExtent& cells, Sample* ranges) {
   for (std::int32_t i = 0; i < cells.extent.x; ++i) {
     const std::int32_t begin = kSpectrumSpacing * (cells.low.x + i) - info.margin;
-    const std::int32_t first = std::max(0, begin);
-    const std::int32_t last = std::min(info.dims[0] - 1, begin + kSpectrumSpacing);
+    const auto first = static_cast<std::size_t>(std::max(0, begin));
+    const auto last =
+        static_cast<std::size_t>(std::min(info.dims[0] - 1, begin + kSpectrumSpacing));
     Sample low = ranges[2 * i];
     Sample high = ranges[2 * i + 1];
-    for (std::int32_t x = first; x <= last; ++x) {  // Comparisons with NaN are false.
-      low = row[x] < low ? row[x] : low;
-      high = row[x] > high ? row[x] : high;
+    for (std::size_t x = first; x <= last; ++x) {
+      low = std::min(low, lows[x]);
+      high = std::max(high, highs[x]);
     }
     ranges[2 * i] = low;
     ranges[2 * i + 1] = high;
@@ -86,22 +105,28 @@ void CellRanges::add(const Samples& slab, std::int32_t slices, const ForEach& fo
   next_slice_ += slices;
   std::visit(
       [&](auto& ranges) {
+        using Sample = typename std::decay_t<decltype(ranges)>::value_type;
         const auto& samples = std::get<std::decay_t<decltype(ranges)>>(slab);
         // Each row of cells along x is written by one body only.
         for_each(static_cast<std::size_t>(cells.extent.y), [&](std::size_t j) {
           const std::int32_t cell_y = cells.low.y + static_cast<std::int32_t>(j);
           const std::int32_t begin = kSpectrumSpacing * cell_y - info_.margin;
           const std::int32_t last_y = std::min(info_.dims[1] - 1, begin + kSpectrumSpacing);
-          for (std::int32_t slice = 0; slice < slices; ++slice) {
-            const auto [low, high] = cells_at(info_.margin + first_z + slice);
-            for (std::int32_t cell_z = low; cell_z <= high; ++cell_z) {
-              const GridPoint first_cell = {cells.low.x, cell_y, cell_z};
+          const std::int32_t end_z = cells_at(info_.margin + first_z + slices - 1).second;
+          for (std::int32_t cell_z = cells.low.z; cell_z <= end_z; ++cell_z) {
+            const std::int32_t begin_z = kSpectrumSpacing * cell_z - info_.margin - first_z;
+            const std::int32_t last_slice = std::min(slices - 1, begin_z + kSpectrumSpacing);
+            std::vector<Sample> low(static_cast<std::size_t>(info_.dims[0]), highest<Sample>());
+            std::vector<Sample> high(low.size(), lowest<Sample>());
+            for (std::int32_t slice = std::max(0, begin_z); slice <= last_slice; ++slice) {
               for (std::int32_t y = std::max(0, begin); y <= last_y; ++y) {
-                include_row(samples.data() + std::ptrdiff_t{info_.dims[0]} *
-                                                 (y + std::ptrdiff_t{info_.dims[1]} * slice),
-                            info_, cells, ranges.data() + 2 * cells.index(first_cell));
+                fold_row(samples.data() + std::ptrdiff_t{info_.dims[0]} *
+                                              (y + std::ptrdiff_t{info_.dims[1]} * slice),
+                         low.data(), high.data(), low.size());
               }
             }
+            include_row(low, high, info_, cells,
+                        ranges.data() + 2 * cells.index({cells.low.x, cell_y, cell_z}));
           }
         });
       },

@@ -6,18 +6,31 @@
 
 #include "server/core/spectrum/detail/error_codes.hpp"
 #include "server/core/spectrum/detail/spectrum_brick.hpp"
+#include "server/core/spectrum/detail/unknown_errors.hpp"
+#include "server/core/spectrum/prepared_volume.hpp"
 
 namespace multitetra {
 
-SpectrumErrors::SpectrumErrors(const ErrorSpectrum& spectrum, double isovalue, ErrorMeasure measure,
+std::shared_ptr<const UnknownErrors> LatestUnknownErrors::of(const PreparedVolume& volume,
+                                                             double isovalue) {
+  const std::lock_guard lock(mutex_);
+  if (!errors_ || isovalue_ != isovalue) {
+    errors_ = std::make_shared<const UnknownErrors>(volume, isovalue);
+    isovalue_ = isovalue;
+  }
+  return errors_;
+}
+
+SpectrumErrors::SpectrumErrors(const PreparedVolume& volume, double isovalue, ErrorMeasure measure,
                                TopologyRule rule)
-    : spectrum_(spectrum),
-      bin_(spectrum.bins.bin_of(isovalue)),
+    : spectrum_(volume.spectrum),
+      unknown_(spectrum_.bricks ? nullptr : spectrum_.unknown->of(volume, isovalue)),
+      bin_(spectrum_.bins.bin_of(isovalue)),
       measure_(measure),
       rule_(rule),
-      planes_(spectrum.layout.size()) {
+      planes_(spectrum_.layout.size()) {
   for (std::size_t code = 1; code < error_of_code_.size(); ++code) {
-    const float value = error_codes().value(static_cast<std::uint8_t>(code)) * spectrum.voxel;
+    const float value = error_codes().value(static_cast<std::uint8_t>(code)) * spectrum_.voxel;
     error_of_code_[code] = std::nextafter(value, std::numeric_limits<float>::infinity());
   }
 }
@@ -28,6 +41,7 @@ SpectrumErrors::~SpectrumErrors() {
 
 ErrorBound SpectrumErrors::bound(const DividingPoint& point) const {
   if (!bin_) return {};
+  if (unknown_) return unknown_->bound(point);
   const SpectrumLayout::Level& level = spectrum_.layout.level(exponent_of(point.spacing()));
   const GridPoint unit_point = level.extent.unit_point(point.at());
   if (!level.extent.contains(unit_point)) return {};

@@ -68,19 +68,19 @@ std::vector<std::size_t> sample_bricks(const DatasetInfo& info, std::span<const 
 }  // namespace
 
 std::uint64_t spectrum_bytes_to_fetch(const PreparedVolume& volume, std::int32_t finest_spacing) {
-  const BrickSource& spectrum = *volume.spectrum.bricks;
-  if (!spectrum.is_remote()) return 0;
+  const auto& spectrum = volume.spectrum.bricks;
+  if (!spectrum || !spectrum->is_remote()) return 0;
   std::vector<std::size_t> bricks;
   for (const SpectrumLayout::Level& level : volume.spectrum.layout.levels()) {
     if (level.extent.exponent < exponent_of(finest_spacing)) continue;
     for (std::size_t i = 0; i < level.bricks.size(); ++i) bricks.push_back(level.first_brick + i);
   }
-  return spectrum.bytes_to_fetch(bricks);
+  return spectrum->bytes_to_fetch(bricks);
 }
 
 void prefetch_bricks(const PreparedVolume& volume, std::span<const OctreeCube> cubes,
                      std::int32_t finest_spacing) {
-  if (volume.spectrum.bricks->is_remote()) {
+  if (volume.spectrum.bricks && volume.spectrum.bricks->is_remote()) {
     volume.spectrum.bricks->prefetch(
         spectrum_bricks(volume.spectrum.layout, cubes, exponent_of(finest_spacing)));
   }

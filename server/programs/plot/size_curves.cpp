@@ -27,7 +27,7 @@ std::vector<double> sampled_triangles(const SurfaceExtractor& extractor, double 
   const PreparedVolume& dataset = extractor.dataset();
   StepRequest step = {.request = {.isovalue = isovalue, .simplify = options.simplify}};
   const auto spectrum = std::make_shared<const SpectrumErrors>(
-      dataset.spectrum, isovalue, step.request.error_measure, step.request.topology_rule);
+      dataset, isovalue, step.request.error_measure, step.request.topology_rule);
   const auto spec_of = [&](double error) {
     step.request.error = error;
     return ResolvedStep(step, dataset.info);

@@ -23,6 +23,7 @@ struct PrepareArguments {
   SeriesArguments series;
   PartsArguments parts;
   int bins = IsovalueBins::kDefaultCount;
+  bool samples_only = false;
   int threads = 0;
   bool force = false;
   bool json = false;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -84,6 +85,8 @@ void require_one_mode(const PrepareArguments& arguments) {
   };
   refuse(series.are_given() && arguments.parts.are_given(),
          "Series (--label, --all-times, --field, --time-series)", "--plan, --part, --merge");
+  refuse(arguments.samples_only && arguments.parts.are_given(), "--samples-only",
+         "--plan, --part, --merge");
   refuse(series.all_times && volume.time.has_value(), "--all-times", "--time");
   refuse(!series.fields.empty() && !volume.array.empty(), "--field", "--array");
   refuse(!series.fields.empty() && volume.channel.has_value(), "--field", "--channel");
@@ -112,6 +115,37 @@ int prepare_volumes(const PrepareArguments& arguments) {
   return prepare_single(arguments, jobs.front(), maps);
 }
 
+bool are_datasets(const PrepareArguments& arguments) {
+  return !arguments.inputs.empty() && !arguments.parts.are_given() &&
+         std::all_of(arguments.inputs.begin(), arguments.inputs.end(), is_dataset_file);
+}
+
+// Computes the errors that datasets lack, in place or into the output.
+int complete_datasets(PrepareArguments& arguments) {
+  if (arguments.samples_only) {
+    throw ExitError(kUsage,
+                    "--samples-only: " + arguments.inputs.front() + " has its samples already.");
+  }
+  if (arguments.output.empty()) arguments.output = arguments.inputs.front();
+  const std::filesystem::path output = arguments.output;
+  const bool is_folder = is_folder_of_datasets(arguments.output);
+  const bool is_in_place = arguments.output == arguments.inputs.front();
+  if (!is_folder && !is_in_place && arguments.inputs.size() > 1) {
+    throw ExitError(kUsage, "--output: give a folder for several datasets.");
+  }
+  std::vector<PrepareJob> jobs;
+  for (const std::string& input : arguments.inputs) {
+    const std::filesystem::path name = std::filesystem::path(input).filename();
+    jobs.push_back({.input = input,
+                    .output = is_in_place ? std::filesystem::path(input)
+                              : is_folder ? output / name
+                                          : output,
+                    .name = input});
+  }
+  LatestLabelMap unused({});
+  return prepare_all(arguments, jobs, unused);
+}
+
 // Splits a list of components, such as "0,1,magnitude"; each is a field of a series.
 void split_components(PrepareArguments& arguments) {
   std::string& component = arguments.volume.component;
@@ -132,6 +166,7 @@ int prepare(PrepareArguments& arguments) {
   try {
     if (arguments.parts.are_given()) return prepare_in_parts(arguments);
     if (arguments.inputs.empty()) throw ExitError(kUsage, "Give a volume to prepare.");
+    if (are_datasets(arguments)) return complete_datasets(arguments);
     return prepare_volumes(arguments);
   } catch (const VolumeFileError& problem) {
     throw ExitError(kUsage, problem.what());
@@ -180,13 +215,13 @@ void add_prepare_command(Command& program, Run& run) {
       ->add_option("input", a->inputs,
                    "Volumes: a file, a folder (DICOM, OME-Zarr, TIFF slices), a pattern of slices, "
                    "raw samples with --dims, or the address of an OME-Zarr; several of them, or a "
-                   "folder of many. `multitetra-server formats` lists the formats")
+                   "folder of many. `multitetra-server formats` lists the formats. Datasets (.mtd) "
+                   "without errors are completed")
       ->type_name("SOURCE");
   command
       ->add_option("-o,--output", a->output,
                    "Dataset file to write (.mtd), or a folder for several; also in a bucket "
                    "(s3://bucket/head.mtd)")
-      ->required()
       ->type_name("FILE");
   command->add_option("--name", a->name,
                       "Name of the dataset; default: the input's name without its suffix");
@@ -204,13 +239,21 @@ void add_prepare_command(Command& program, Run& run) {
                    "Number of isovalue bins with stored errors; more bins make a larger file")
       ->within(1, IsovalueBins::kMaxCount)
       ->capture_default_str();
+  command->add_flag("--samples-only", a->samples_only,
+                    "Leave out the errors, for a dataset to serve at once; `prepare FILE.mtd` adds "
+                    "them");
   add_parts_options(*command, a->parts);
   command->begin_group("Output");
   command->add_flag("--force", a->force,
                     "Also write to names without .mtd, replace files that are not datasets and "
                     "datasets of other sources, and prepare up-to-date datasets again");
   command->footer(kPrepareExamples);
-  command->callback([a, &run] { run = [a] { return prepare(*a); }; });
+  command->callback([a, &run] {
+    if (a->output.empty() && !are_datasets(*a)) {
+      throw UsageError("output", "give the dataset to write.");
+    }
+    run = [a] { return prepare(*a); };
+  });
 }
 
 }  // namespace multitetra

@@ -8,6 +8,7 @@
 #include "common/base/exit_codes.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/prepared_file.hpp"
+#include "server/dataset/section_table.hpp"
 #include "server/store/http_store.hpp"
 #include "server/volume/formats/recognition.hpp"
 #include "server/volume/formats/vtk/pvd_file.hpp"
@@ -37,6 +38,11 @@ std::string free_name(const fs::path& input, std::set<std::string>& taken) {
 
 std::string label_text(const Label& label) {
   return std::to_string(static_cast<std::int64_t>(label.value));
+}
+
+bool is_dataset_file(const std::string& place) {
+  if (fs::path(place).extension() != ".mtd") return false;
+  return is_address(place) || begins_as_dataset(fs::path(place));
 }
 
 bool has_several_volumes(const std::vector<std::string>& inputs) {

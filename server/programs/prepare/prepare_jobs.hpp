@@ -26,6 +26,9 @@ struct PrepareJob {
 // Returns the number of a label, such as "3".
 [[nodiscard]] std::string label_text(const Label& label);
 
+// Returns whether a place is a dataset, so that preparing it means to compute missing errors.
+[[nodiscard]] bool is_dataset_file(const std::string& place);
+
 // Returns whether the inputs are several volumes: more than one, or a folder that is not itself a
 // volume.
 [[nodiscard]] bool has_several_volumes(const std::vector<std::string>& inputs);

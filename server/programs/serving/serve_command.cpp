@@ -1,13 +1,19 @@
+#include <unistd.h>
+
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/base/exit_codes.hpp"
+#include "common/base/in_parallel.hpp"
 #include "common/cli/option_sources.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/serving/dataset_server.hpp"
 #include "server/programs/serving/serve_options.hpp"
+#include "server/programs/view/viewed_volumes.hpp"
+#include "server/programs/view/volume_queue.hpp"
 
 namespace multitetra {
 namespace {
@@ -17,16 +23,42 @@ struct ServeArguments {
   OptionSources sources;
 };
 
+// Prepares volumes into a cache, the first one before it listens.
+int serve(ServeOptions options) {
+  std::vector<std::string> volumes;
+  std::erase_if(options.datasets, [&](const std::string& input) {
+    if (!is_unprepared(input)) return false;
+    volumes.push_back(input);
+    return true;
+  });
+  if (volumes.empty()) return serve_until_stopped(options);
+  const ThreadLimit limit(options.threads);
+  std::optional<VolumeQueue> queue;
+  try {
+    queue.emplace(volumes, VolumeQueueOptions{.command = "serve",
+                                              .cache_folder = options.volume_cache,
+                                              .quiet = ::isatty(STDERR_FILENO) == 0});
+  } catch (const VolumeFileError& problem) {
+    throw ExitError(kUsage, problem.what());
+  }
+  if (!queue->prepare_next({}) && options.datasets.empty()) return kUsage;
+  const std::vector<std::string>& prepared = queue->datasets();
+  options.datasets.insert(options.datasets.end(), prepared.begin(), prepared.end());
+  return serve_until_stopped(
+      options, [&](const OpenServer& server) { return queue->run_behind(server.read_again); });
+}
+
 }  // namespace
 
 void add_serve_command(Command& program, Run& run) {
   const auto a = std::make_shared<ServeArguments>();
-  Command* command =
-      program.add_subcommand("serve", "Serve datasets to clients until stopped (Ctrl-C)");
+  Command* command = program.add_subcommand(
+      "serve", "Serve volumes and datasets to clients until stopped (Ctrl-C)");
   add_serve_options(*command, a->options);
   add_option_sources(*command, a->sources);
   command->footer(
       "Examples:\n"
+      "  multitetra-server serve head.nrrd\n"
       "  multitetra-server serve head.mtd\n"
       "  multitetra-server serve datasets/ --tcp 0.0.0.0:7410 --tls-cert server.pem --tls-key "
       "server.key --tokens tokens\n"
@@ -41,17 +73,17 @@ void add_serve_command(Command& program, Run& run) {
     if (!a->sources.config_file.empty()) read_config_file(*command, a->sources.config_file);
     if (a->sources.print_config) {
       run = [command] {
-        std::cout << config_text(
-            *command, {"datasets", "tls-cert", "tls-key", "tokens", "viewer", "cache-dir"});
+        std::cout << config_text(*command, {"datasets", "tls-cert", "tls-key", "tokens", "viewer",
+                                            "cache-dir", "volume-cache"});
         return kOk;
       };
       return;
     }
     if (a->options.datasets.empty())
-      throw UsageError("datasets", "give a dataset file or a folder of datasets.");
+      throw UsageError("datasets", "give a volume, a dataset or a folder of datasets.");
     (void)server_options(a->options);  // Throws for invalid options.
     (void)http_options(a->options.listeners);
-    run = [a] { return serve_until_stopped(a->options); };
+    run = [a] { return serve(a->options); };
   });
 }
 

@@ -10,7 +10,11 @@ void add_serve_options(Command& command, ServeOptions& o) {
   command.add_option(
       "datasets", o.datasets,
       "Dataset files (.mtd) and folders of them: paths, addresses (https://host/head.mtd) and "
-      "buckets (s3://bucket/head.mtd, s3://bucket/folder/); SIGHUP reads them again");
+      "buckets (s3://bucket/head.mtd, s3://bucket/folder/); SIGHUP reads them again. Volumes are "
+      "prepared first, as by `view`");
+  command.add_option("--volume-cache", o.volume_cache,
+                     "Folder of datasets prepared from volumes; default: multitetra in "
+                     "$XDG_CACHE_HOME or ~/.cache");
   add_threads_option(command, o.threads);
   add_listener_options(command, o.listeners);
   command.begin_group(kLimitsGroup);

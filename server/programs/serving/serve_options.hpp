@@ -25,6 +25,7 @@ struct ServeOptions {
   std::size_t brick_bytes = std::size_t{512} << 20;
   std::string cache_dir = {};
   std::size_t cache_dir_bytes = std::size_t{16} << 30;
+  std::string volume_cache = {};  // Empty: that of `view`.
   int store_connections = 8;
   double store_seconds = 30;
 };

@@ -163,6 +163,13 @@ bool is_prepared(const std::string& input) {
   return is_address(input) || volumes_in(input).empty();
 }
 
+bool is_unprepared(const std::string& input) {
+  if (fs::path(input).extension() == ".mtd") return false;
+  if (is_address(input)) return !input.ends_with('/') && !input.starts_with("s3://");
+  if (!is_folder_of_datasets(input)) return true;
+  return datasets_in(input).empty() && (recognized_format(input) || !volumes_in(input).empty());
+}
+
 std::vector<PrepareArguments> preparations_of(std::vector<std::string> inputs,
                                               const VolumeOptions& volume) {
   if (inputs.size() == 1) {

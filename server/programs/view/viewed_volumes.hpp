@@ -25,6 +25,10 @@ inline constexpr std::string_view kDemoLook =
 // preparation.
 [[nodiscard]] bool is_prepared(const std::string& input);
 
+// Returns whether `serve` must prepare the input: a volume file, an address other than that of
+// datasets, or a folder of volumes without any dataset.
+[[nodiscard]] bool is_unprepared(const std::string& input);
+
 // Returns the preparations of the inputs, each for a separate folder; `output` is left empty.
 // Numbered files on the same grid become one time series of all their fields; a file with several
 // times, fields or named labels becomes a series unless `volume` chooses one. Reads headers only.

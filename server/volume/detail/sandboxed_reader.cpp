@@ -6,6 +6,7 @@
 #include <cmath>
 #include <exception>
 #include <new>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -64,6 +65,8 @@ bool is_valid(const VolumeHeader& header) {
 struct Wanted {
   std::int32_t first;
   std::int32_t count;
+
+  friend bool operator==(const Wanted&, const Wanted&) = default;
 };
 
 std::uint64_t machine_memory() {
@@ -132,21 +135,42 @@ class SandboxedVolume : public VolumeSource {
   [[nodiscard]] const VolumeHeader& header() const override { return header_; }
   [[nodiscard]] const VolumeContents& contents() const override { return contents_; }
 
+  // Of a volume that is read from the beginning, the reader makes the next slices meanwhile.
   void read(std::int32_t first_slice, std::int32_t slices, Samples& into) override {
-    resize(into, header_.type, static_cast<std::size_t>(slices) * header_.samples_per_slice());
-    reader_.channel().send(kWanted, packed_values(Wanted{.first = first_slice, .count = slices}));
+    const Wanted wanted{.first = first_slice, .count = slices};
+    const bool is_in_sequence = first_slice == 0 || first_slice == next_slice_;
+    if (ahead_ && *ahead_ != wanted) {
+      Samples unused;
+      receive(*ahead_, unused);
+    }
+    if (!ahead_) request(wanted);
+    receive(wanted, into);
+    next_slice_ = first_slice + slices;
+    if (is_in_sequence && next_slice_ < header_.dims[2]) {
+      ahead_ = {.first = next_slice_, .count = std::min(slices, header_.dims[2] - next_slice_)};
+      request(*ahead_);
+    }
+  }
+
+ private:
+  void request(const Wanted& wanted) { reader_.channel().send(kWanted, packed_values(wanted)); }
+
+  // Receives the slices that were requested last.
+  void receive(const Wanted& wanted, Samples& into) {
+    const std::size_t samples =
+        static_cast<std::size_t>(wanted.count) * header_.samples_per_slice();
+    resize(into, header_.type, samples);
     const std::span<std::byte> bytes(
-        bytes_of(into), static_cast<std::size_t>(slices) * header_.samples_per_slice() *
-                            static_cast<std::size_t>(bytes_per_sample(header_.type)));
+        bytes_of(into), samples * static_cast<std::size_t>(bytes_per_sample(header_.type)));
     SandboxMessage other;
     // Notices precede the samples.
     while (!reader_.channel().receive_into(kSamples, bytes, other, kSamplesTime)) {
       if (other.kind == 0) give_up();
       handle(other);
     }
+    ahead_.reset();
   }
 
- private:
   // Handles a message other than a reply. Throws the reader's failure.
   void handle(const SandboxMessage& message) {
     switch (message.kind) {
@@ -200,6 +224,8 @@ class SandboxedVolume : public VolumeSource {
   Sandbox reader_;
   VolumeHeader header_;
   VolumeContents contents_;
+  std::int32_t next_slice_ = 0;  // After those read last.
+  std::optional<Wanted> ahead_;  // Requested and not received.
   int notices_ = 0;
 };
 

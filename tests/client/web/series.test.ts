@@ -6,6 +6,7 @@ import {
   channelColor,
   entriesOf,
   findByName,
+  isSameData,
   memberOfField,
   rangeOf,
   seriesOf,
@@ -34,6 +35,15 @@ describe("Series", () => {
     ]);
     expect(seriesOf(list, flow[0])).toMatchObject({ times: [0, 0.25, 0.5], timeUnit: "s", fields: ["speed", "heat"], labels: [] });
     expect(names(seriesOf(list, labels[0])!.labels)).toEqual(["seg.label1", "seg.label4", "seg.label9"]);
+  });
+
+  test("StayTheSameWhenTheirErrorsAreComputed", () => {
+    const before = { ...plain("head"), contentId: 1n, missing: "errors" };
+    const now = { ...plain("head"), contentId: 2n };
+    expect(isSameData(before, now)).toBe(true);
+    expect(isSameData(before, { ...now, max: now.max + 1 })).toBe(false);
+    expect(isSameData(now, before)).toBe(false);
+    expect(isSameData({ ...before, missing: "" }, now)).toBe(false);
   });
 
   test("HaveAllLabelsInATable", () => {

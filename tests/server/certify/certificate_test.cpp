@@ -59,6 +59,12 @@ std::string setting_name(const ::testing::TestParamInfo<PreparedSetting>& parame
 }
 INSTANTIATE_TEST_SUITE_P(All, CertificateEverySurface,
                          ::testing::ValuesIn(testing::prepared_settings()), setting_name);
+INSTANTIATE_TEST_SUITE_P(WithoutErrors, CertificateEverySurface, ::testing::ValuesIn([] {
+                           std::vector<PreparedSetting> some = testing::settings_without_errors();
+                           some.erase(some.begin() + 2, some.end());
+                           return some;
+                         }()),
+                         setting_name);
 
 // ---- wrong surfaces
 

@@ -71,6 +71,36 @@ TEST(Prepare, WritesTheSameDatasetAsInMemory) {
   }
 }
 
+TEST(Complete, WritesTheBytesOfOnePreparation) {
+  const TemporaryFolder folder;
+  std::vector<PreparedSetting> settings = prepared_settings();
+  settings.push_back({"tiny", fields::noise({3, 5, 4}, 5)});
+  Volume ball = fields::ball({96, 90, 80}, 9);
+  for (float& sample : std::get<std::vector<float>>(ball.samples)) sample = std::max(sample, 0.0F);
+  settings.push_back({"ball_in_zeros", ball});
+  settings.push_back({"ball_in_zeros_in_a_value", ball, 2.0, 3});
+  for (const PreparedSetting& setting : settings) {
+    SCOPED_TRACE(setting.name);
+    const std::filesystem::path whole = prepare_file(folder, setting);
+    const std::filesystem::path file = folder.path() / "samples.mtd";
+    prepare(*source_of(setting.volume),
+            {.name = setting.name,
+             .outside = setting.outside,
+             .margin = setting.margin,
+             .samples_only = true},
+            file, {.file = setting.name, .digest = {}});
+    verify_dataset(file);
+    const DatasetPtr before = open_dataset(file);
+    EXPECT_EQ(before->info.missing, kMissingErrors);
+    EXPECT_EQ(before->spectrum.bricks, nullptr);
+    EXPECT_NE(before->info.content_id, open_dataset(whole)->info.content_id);
+    EXPECT_EQ(complete(file, {.for_each = sequentially}, file).missing, "");
+    EXPECT_TRUE(bytes_of_file(file) == bytes_of_file(whole));
+    before->check();  // The open file is still the one without errors.
+    EXPECT_THROW((void)complete(file, {}, file), DatasetFileError);
+  }
+}
+
 TEST(Prepare, PacksConstantRegionsIntoAlmostNoBytes) {
   const TemporaryFolder folder;
   Volume volume = fields::ball({96, 96, 96}, 9);
@@ -201,8 +231,7 @@ TEST(Prepare, AcceptsExtremeSpacings) {
        {Vec3{1e-30, 1e-30, 1e-30}, Vec3{1e30, 1e30, 1e30}, Vec3{1e-30, 1, 1e30}}) {
     const DatasetPtr dataset =
         testing::prepared({"noise", fields::noise({20, 20, 20}, 1, spacing)});
-    const SpectrumErrors spectrum(dataset->spectrum, 0.5, ErrorMeasure::kCertified,
-                                  TopologyRule::kExact);
+    const SpectrumErrors spectrum(*dataset, 0.5, ErrorMeasure::kCertified, TopologyRule::kExact);
     EXPECT_GT(spectrum.bound(DividingPoint({8, 8, 8})).error, 0);
   }
 }

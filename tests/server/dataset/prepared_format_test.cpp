@@ -186,6 +186,21 @@ TEST(PreparedFormat, NamesMissingAndDuplicateSections) {
   }
 }
 
+TEST(PreparedFormat, HasTheSectionsOfErrorsUnlessTheMetadataSaysThatTheyAreMissing) {
+  std::vector<Part> parts = small_parts();
+  DatasetMetadata metadata = small_prepared().metadata;
+  metadata.info.missing = kMissingErrors;
+  bytes_of_part(parts, "metadata") = metadata_text(metadata);
+  expect_contains(error_in_structure(file_of(parts)), "\"specidx\": it is there");
+  std::erase_if(parts, [](const Part& part) { return part.name == "specidx"; });
+  expect_contains(error_in_structure(file_of(parts)), "\"spectrum\": it is there");
+  std::erase_if(parts, [](const Part& part) { return part.name == "spectrum"; });
+  EXPECT_EQ(error_in_bytes(file_of(parts)), "whole");
+  metadata.info.missing = "samples";
+  bytes_of_part(parts, "metadata") = metadata_text(metadata);
+  expect_contains(error_in_structure(file_of(parts)), "missing \"samples\" is unknown");
+}
+
 TEST(PreparedFormat, ReportsSectionsWhoseSizeContradictsTheMetadata) {
   for (const char* name : {"specidx", "smplidx"}) {
     for (const bool longer : {false, true}) {

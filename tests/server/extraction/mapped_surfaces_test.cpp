@@ -48,6 +48,15 @@ std::vector<Setting> settings() {
 
 constexpr int kMaps = 12;  // For each field.
 
+IsosurfaceRequest request_of(const Case& c) {
+  return {.isovalue = c.isovalue,
+          .error = c.threshold,
+          .unit = ErrorUnit::kWorld,
+          .error_measure = c.error_measure,
+          .topology_rule = c.rule,
+          .thresholds = c.thresholds};
+}
+
 class MappedSurfaces : public ::testing::TestWithParam<Setting> {
  protected:
   const Setting& setting_ = GetParam();
@@ -66,18 +75,39 @@ class MappedSurfaces : public ::testing::TestWithParam<Setting> {
       visit(c);
     }
   }
+
+  // Compares surfaces of a prepared dataset, with or without stored errors, with the reference.
+  void match_the_reference(bool samples_only) {
+    SCOPED_TRACE(samples_only ? "without errors" : "with errors");
+    const DatasetPtr dataset =
+        prepared({setting_.name, setting_.volume, setting_.outside, setting_.margin, samples_only});
+    const SurfaceExtractor extractor(dataset);
+    const ReferenceExtractor reference(*dataset);
+    const DataBorder border = data_border(dataset->info, kDefaultLatticeResolution, 0);
+    const MeshTopology full =
+        topology(mesh_of(reference.surface(UniformModel(grid_of(dataset->info), 1000),
+                                           {.isovalue = setting_.isovalue})),
+                 border);
+    for_random_maps(dataset->info, [&](const Case& c) {
+      const StepRequest step{.request = request_of(c)};
+      const TiledMesh fast = extractor.extract(step);
+      const TiledMesh slow =
+          dataset->info.grid_exponent > kSpectrumExponent
+              ? reference.surface(*reference.spectrum_model(resolved_step(step, dataset->info)),
+                                  {.isovalue = c.isovalue})
+              : reference.extract(resolved_step(step, dataset->info));
+      EXPECT_EQ(fast.tetrahedra, slow.tetrahedra);
+      const LatticeMesh mesh = mesh_of(fast);
+      EXPECT_EQ(digest(mesh), digest(mesh_of(slow)));
+      const MeshTopology found = topology(mesh, border);
+      EXPECT_TRUE(found.is_sound());
+      EXPECT_EQ(found.euler_characteristic, full.euler_characteristic);
+      EXPECT_EQ(found.components, full.components);
+    });
+  }
 };
 INSTANTIATE_TEST_SUITE_P(Fields, MappedSurfaces, ::testing::ValuesIn(settings()),
                          [](const auto& p) { return p.param.name; });
-
-IsosurfaceRequest request_of(const Case& c) {
-  return {.isovalue = c.isovalue,
-          .error = c.threshold,
-          .unit = ErrorUnit::kWorld,
-          .error_measure = c.error_measure,
-          .topology_rule = c.rule,
-          .thresholds = c.thresholds};
-}
 
 TEST_P(MappedSurfaces, HaveNoCrackAndTheTopologyOfTheFullSurface) {
   ReferenceIsosurfaces isosurface(setting_.volume, setting_.outside, setting_.margin);
@@ -93,31 +123,7 @@ TEST_P(MappedSurfaces, HaveNoCrackAndTheTopologyOfTheFullSurface) {
 }
 
 TEST_P(MappedSurfaces, MatchTheReferenceForPreparedVolumes) {
-  const DatasetPtr dataset =
-      prepared({setting_.name, setting_.volume, setting_.outside, setting_.margin});
-  const SurfaceExtractor extractor(dataset);
-  const ReferenceExtractor reference(*dataset);
-  const DataBorder border = data_border(dataset->info, kDefaultLatticeResolution, 0);
-  const MeshTopology full =
-      topology(mesh_of(reference.surface(UniformModel(grid_of(dataset->info), 1000),
-                                         {.isovalue = setting_.isovalue})),
-               border);
-  for_random_maps(dataset->info, [&](const Case& c) {
-    const StepRequest step{.request = request_of(c)};
-    const TiledMesh fast = extractor.extract(step);
-    const TiledMesh slow =
-        dataset->info.grid_exponent > kSpectrumExponent
-            ? reference.surface(*reference.spectrum_model(resolved_step(step, dataset->info)),
-                                {.isovalue = c.isovalue})
-            : reference.extract(resolved_step(step, dataset->info));
-    EXPECT_EQ(fast.tetrahedra, slow.tetrahedra);
-    const LatticeMesh mesh = mesh_of(fast);
-    EXPECT_EQ(digest(mesh), digest(mesh_of(slow)));
-    const MeshTopology found = topology(mesh, border);
-    EXPECT_TRUE(found.is_sound());
-    EXPECT_EQ(found.euler_characteristic, full.euler_characteristic);
-    EXPECT_EQ(found.components, full.components);
-  });
+  for (const bool samples_only : {false, true}) match_the_reference(samples_only);
 }
 
 // The map with every threshold multiplied by `factor`.

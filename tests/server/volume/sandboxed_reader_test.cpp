@@ -10,6 +10,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "common/sandbox/packed.hpp"
 #include "server/volume/volume_files.hpp"
@@ -22,11 +23,12 @@ namespace {
 namespace fs = std::filesystem;
 using testing::expect_contains;
 
-// Two slices of 2 x 2 samples; calls `reading` before each slab is read.
+// Slices of 2 x 2 samples; calls `reading` before each slab is read.
 class FailingSource : public VolumeSource {
  public:
-  explicit FailingSource(std::function<void()> reading) : reading_(std::move(reading)) {
-    header_.dims = {2, 2, 2};
+  explicit FailingSource(std::function<void()> reading, std::int32_t slices = 2)
+      : reading_(std::move(reading)) {
+    header_.dims = {2, 2, slices};
     header_.type = SampleType::kU8;
   }
   [[nodiscard]] const VolumeHeader& header() const override { return header_; }
@@ -53,6 +55,12 @@ const SandboxTask kAbortLater = reading(
       return std::make_unique<FailingSource>([slabs = 0]() mutable {
         if (++slabs == 2) std::abort();
       });
+    });
+const SandboxTask kTenSlices = reading(
+    "test: ten slices",
+    [](const std::string&, const Notice&, const HeaderIsKnown& header_is_known) -> OpenedSource {
+      header_is_known(0);
+      return std::make_unique<FailingSource>([] {}, 10);
     });
 // The request is a number of GiB.
 const SandboxTask kTake =
@@ -103,6 +111,27 @@ TEST(SandboxedVolume, ReportsACrashWhileReading) {
   EXPECT_EQ(std::get<std::vector<std::uint8_t>>(samples), std::vector<std::uint8_t>(4, 1));
   expect_contains(sentence_of([&] { source->read(0, 1, samples); }),
                   "its reader crashed (Aborted)");
+}
+
+TEST(SandboxedVolume, ReadsInAnyOrder) {
+  const auto source = opened("a.dcm", kTenSlices);
+  Samples samples;
+  for (const auto& [first, slices] : {std::pair(0, 4),
+                                      {4, 4},
+                                      {8, 2},
+                                      {0, 4},
+                                      {4, 4},
+                                      {2, 3},
+                                      {5, 3},
+                                      {9, 1},
+                                      {0, 1},
+                                      {1, 1},
+                                      {0, 10}}) {
+    source->read(first, slices, samples);
+    EXPECT_EQ(std::get<std::vector<std::uint8_t>>(samples),
+              std::vector<std::uint8_t>(static_cast<std::size_t>(slices) * 4,
+                                        static_cast<std::uint8_t>(first)));
+  }
 }
 
 TEST(SandboxedVolume, RefusesAnswersThatNoReaderGives) {

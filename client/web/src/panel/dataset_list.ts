@@ -76,7 +76,7 @@ export class DatasetList {
       h(
         "span",
         { class: "dataset-facts" },
-        `${x} × ${y} × ${z} · ${series ? wordsOf(series) : sampleTypeName(info.type)}${assumed ? ` · ${assumed} assumed` : ""}`,
+        `${x} × ${y} × ${z} · ${series ? wordsOf(series) : sampleTypeName(info.type)}${assumed ? ` · ${assumed} assumed` : ""}${info.missing ? ` · ${info.missing} to come` : ""}`,
       ),
     );
     card.dataset.name = name;

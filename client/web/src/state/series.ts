@@ -124,9 +124,16 @@ export function rangeOf(list: readonly DatasetInfo[], info: DatasetInfo): { min:
   return { min: Math.min(...all.map(({ min }) => min)), max: Math.max(...all.map(({ max }) => max)) };
 }
 
-// Whether both are the same dataset, prepared once; the list of a later connection has other objects.
+// Whether both are the same dataset, prepared once; the list of a later connection has other objects. What is shown of
+// a dataset stays valid when the server has computed its missing errors.
 export function isSameData(a: DatasetInfo | null | undefined, b: DatasetInfo | null | undefined): boolean {
-  return !!a && a.name === b?.name && a.contentId === b.contentId;
+  return !!a && a.name === b?.name && (a.contentId === b.contentId || isCompleted(a, b));
+}
+
+function isCompleted(before: DatasetInfo, now: DatasetInfo): boolean {
+  const facts = ({ dims, indexToWorld, min, max, voidSamples, histogram }: DatasetInfo) =>
+    [dims, indexToWorld, min, max, voidSamples, histogram?.counts].join();
+  return before.missing !== "" && now.missing === "" && facts(before) === facts(now);
 }
 
 export function isSameSeries(a: DatasetInfo, b: DatasetInfo): boolean {

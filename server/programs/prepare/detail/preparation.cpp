@@ -9,6 +9,7 @@
 
 #include "common/base/address_text.hpp"
 #include "common/base/exit_codes.hpp"
+#include "common/base/in_parallel.hpp"
 #include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
 #include "common/cli/output_files.hpp"
@@ -124,21 +125,65 @@ void require_same_source(const PrepareJob& job, const Provenance& note) {
 }  // namespace
 
 std::optional<PrepareResult> Preparation::prepare_unless_up_to_date(const PrepareJob& job) {
+  if (is_dataset_file(job.input)) {
+    if (PreparedFile(job.input).info().missing.empty()) return std::nullopt;
+    DatasetOutput output(job.output, arguments_.force);
+    return complete_one(job.input, output);
+  }
   require_free_output(job);
   DatasetOutput output(job.output, arguments_.force);
   const Provenance note = provenance_of(job);
   if (arguments_.force || !is_up_to_date(job, note)) return prepare_one(job, note, output);
   check_prepared_grid(job);
-  return std::nullopt;
+  const std::string there = job.output.string();
+  if (arguments_.samples_only || PreparedFile(there).info().missing.empty()) return std::nullopt;
+  return complete_one(there, output);
 }
 
 namespace {
+
+// Returns a function that shows the progress of prepare(), and throws PreparationStopped.
+auto shown_in(Progress& progress, const std::stop_token& stop) {
+  return
+      [&, pass = std::string()](const char* name, std::uint64_t done, std::uint64_t all) mutable {
+        if (stop.stop_requested()) throw PreparationStopped();
+        if (pass != name) progress.begin(pass = name);
+        progress.update(static_cast<double>(done), static_cast<double>(all), "voxels");
+      };
+}
+
+// Uploads the output if it is in a bucket.
+void finish(DatasetOutput& output, Progress& progress, PrepareResult& result) {
+  bool has_begun = false;
+  output.finish([&](double fraction) {
+    if (!std::exchange(has_begun, true)) progress.begin("upload");
+    progress.update(100 * fraction, 100, "%");
+  });
+  progress.finish();
+  result.file_bytes = std::filesystem::file_size(output.file());
+  result.seconds = progress.seconds();
+}
 
 [[noreturn]] void refuse_volume(const PrepareJob& job, const std::string& reason) {
   throw std::invalid_argument("'" + job.input + "': " + reason + ".");
 }
 
 }  // namespace
+
+PrepareResult Preparation::complete_one(const std::string& dataset, DatasetOutput& output,
+                                        const ForEach& for_each) {
+  Progress progress("prepare", 1, arguments_.quiet || arguments_.json, /*prints_stages=*/true);
+  PrepareResult completed;
+  try {
+    completed.info = complete(
+        dataset, {.for_each = for_each, .stop = stop_, .progress = shown_in(progress, stop_)},
+        output.file());
+  } catch (const Cancelled&) {
+    throw PreparationStopped();
+  }
+  finish(output, progress, completed);
+  return completed;
+}
 
 PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& note,
                                        DatasetOutput& output) {
@@ -173,23 +218,19 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
                    "' does not say which axis is up, so z is. If it is upside down, add: --orient "
                    "x,-y,-z");
   }
-  std::string pass;
   PrepareOptions how{.name = job.name,
                      .outside = outside,
                      .margin = arguments_.margin_steps(),
                      .bins = arguments_.bins,
                      .member = job.member,
-                     .label_volume = opened.label_volume};
+                     .label_volume = opened.label_volume,
+                     .samples_only = arguments_.samples_only};
   if (job.member && job.member->label) {
     how.suggested_isovalues = {kLabelBoundary};
     how.bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()};
     how.varied = opened.varied;
   }
-  how.progress = [&](const char* name, std::uint64_t done, std::uint64_t all) {
-    if (stop_.stop_requested()) throw PreparationStopped();
-    if (pass != name) progress.begin(pass = name);
-    progress.update(static_cast<double>(done), static_cast<double>(all), "voxels");
-  };
+  how.progress = shown_in(progress, stop_);
   PrepareResult prepared;
   prepared.info = prepare(*opened.source, how, output.file(), note);
   std::uint64_t samples = 1;
@@ -198,13 +239,7 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
     refuse_volume(job, "all its samples are void (NaN, or missing), so it has no surface");
   }
   prepared.label_volume = opened.label_volume;
-  output.finish([&](double fraction) {
-    if (pass != "upload") progress.begin(pass = "upload");
-    progress.update(100 * fraction, 100, "%");
-  });
-  progress.finish();
-  prepared.file_bytes = std::filesystem::file_size(output.file());
-  prepared.seconds = progress.seconds();
+  finish(output, progress, prepared);
   return prepared;
 }
 

@@ -13,6 +13,7 @@
 
 #include "common/base/json.hpp"
 #include "common/json/json_report.hpp"
+#include "server/core/framework/for_each.hpp"
 #include "server/dataset/dataset_metadata.hpp"
 #include "server/programs/prepare/dataset_output.hpp"
 #include "server/programs/prepare/prepare_arguments.hpp"
@@ -70,7 +71,13 @@ class Preparation {
   // DatasetFileError, StoreError.
   PrepareResult prepare_one(const PrepareJob& job, const Provenance& note, DatasetOutput& output);
 
-  // Skips a dataset that is up to date, unless `force` is set.
+  // Computes the errors of a dataset without them, on the threads of `for_each` (null: on all).
+  // Throws DatasetFileError, StoreError, PreparationStopped.
+  PrepareResult complete_one(const std::string& dataset, DatasetOutput& output,
+                             const ForEach& for_each = nullptr);
+
+  // Skips a dataset that is up to date, unless `force` is set. Completes one that lacks errors,
+  // unless only samples are wanted.
   std::optional<PrepareResult> prepare_unless_up_to_date(const PrepareJob& job);
 
   // Returns the provenance of a job's source. Reads each source once for all its jobs.

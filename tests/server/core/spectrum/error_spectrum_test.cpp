@@ -34,7 +34,15 @@ class ErrorSpectrumEveryField : public ::testing::TestWithParam<PreparedSetting>
 INSTANTIATE_TEST_SUITE_P(Fields, ErrorSpectrumEveryField, ::testing::ValuesIn(prepared_settings()),
                          [](const auto& p) { return p.param.name; });
 
-TEST_P(ErrorSpectrumEveryField, NeverFallsBelowTheExactErrors) {
+// Either errors are stored, or bounds follow from the ranges of cells.
+class ErrorBoundsEveryField : public ::testing::TestWithParam<PreparedSetting> {};
+INSTANTIATE_TEST_SUITE_P(Fields, ErrorBoundsEveryField, ::testing::ValuesIn(prepared_settings()),
+                         [](const auto& p) { return p.param.name; });
+INSTANTIATE_TEST_SUITE_P(FieldsWithoutErrors, ErrorBoundsEveryField,
+                         ::testing::ValuesIn(settings_without_errors()),
+                         [](const auto& p) { return p.param.name; });
+
+TEST_P(ErrorBoundsEveryField, NeverFallBelowTheExactErrors) {
   const Field field(GetParam().volume, GetParam().outside, GetParam().margin);
   for (const int bins : {7, 64, 256}) {
     const DatasetPtr dataset = prepared(GetParam(), bins);
@@ -44,7 +52,7 @@ TEST_P(ErrorSpectrumEveryField, NeverFallsBelowTheExactErrors) {
           SCOPED_TRACE(::testing::Message() << bins << " bins, isovalue " << isovalue << ", "
                                             << name(measure) << ", rule " << name(rule));
           const SaturatedErrors exact(field, isovalue, measure, rule);
-          const SpectrumErrors spectrum(dataset->spectrum, isovalue, measure, rule);
+          const SpectrumErrors spectrum(*dataset, isovalue, measure, rule);
           std::size_t smaller = 0;
           for_each_point(dataset->spectrum.layout, [&](const DividingPoint& point) {
             const ErrorBound is = spectrum.bound(point);
@@ -58,11 +66,11 @@ TEST_P(ErrorSpectrumEveryField, NeverFallsBelowTheExactErrors) {
   }
 }
 
-TEST_P(ErrorSpectrumEveryField, NeverDecreasesFromChildrenToParents) {
+TEST_P(ErrorBoundsEveryField, NeverDecreaseFromChildrenToParents) {
   const DatasetPtr dataset = prepared(GetParam());
   const Grid grid = grid_of(dataset->info);
   for (const double isovalue : isovalues_of(*dataset)) {
-    const SpectrumErrors spectrum(dataset->spectrum, isovalue, ErrorMeasure::kCertified,
+    const SpectrumErrors spectrum(*dataset, isovalue, ErrorMeasure::kCertified,
                                   TopologyRule::kExact);
     std::size_t shrinking = 0;
     for_each_point(dataset->spectrum.layout, [&](const DividingPoint& point) {
@@ -95,7 +103,7 @@ TEST_P(ErrorSpectrumEveryField, IsIndependentOfMemory) {
 TEST(ErrorSpectrum, IsEmptyOutsideTheValueRange) {
   const DatasetPtr dataset = prepared({"gyroid", fields::gyroid(33, 0.3, 1)});
   for (const double isovalue : {-100.0, dataset->info.min - 1e-9, dataset->info.max, 1e300}) {
-    const SpectrumErrors spectrum(dataset->spectrum, isovalue, ErrorMeasure::kCertified,
+    const SpectrumErrors spectrum(*dataset, isovalue, ErrorMeasure::kCertified,
                                   TopologyRule::kExact);
     for_each_point(dataset->spectrum.layout, [&](const DividingPoint& point) {
       ASSERT_EQ(spectrum.bound(point).error, 0) << isovalue;
@@ -107,7 +115,7 @@ TEST(ErrorSpectrum, IsEmptyForAConstantField) {
   const DatasetPtr dataset = prepared(
       {"constant", fields::sampled<float>({20, 20, 20}, [](int, int, int) { return 3.0; })});
   EXPECT_EQ(dataset->spectrum.bins.count(), 0);
-  const SpectrumErrors spectrum(dataset->spectrum, 3, ErrorMeasure::kPaper, TopologyRule::kPaper);
+  const SpectrumErrors spectrum(*dataset, 3, ErrorMeasure::kPaper, TopologyRule::kPaper);
   EXPECT_EQ(spectrum.bound(DividingPoint({8, 8, 8})).error, 0);
 }
 
