@@ -98,7 +98,8 @@ int prepare_volumes(const PrepareArguments& arguments) {
       !is_folder_of_datasets(arguments.output) && (!makes_several || output.extension() == ".mtd");
   std::optional<OutputFolder> folder;
   if (!is_file) folder.emplace(arguments.output);
-  LatestLabelMap maps(scratch_folder(is_file ? output.parent_path() : output));
+  LatestLabelMap maps(scratch_folder(is_file ? output.parent_path() : output),
+                      arguments.label_ends());
   std::vector<PrepareJob> jobs = jobs_of(arguments, maps, [&](const std::string& text) {
     if (!arguments.quiet) std::cerr << "prepare: " << text << "\n";
   });

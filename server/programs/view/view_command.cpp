@@ -172,7 +172,7 @@ class ViewedVolumes {
   // The preparation in progress.
   struct Work {
     Work(PrepareArguments& arguments, const std::stop_token& stop)
-        : maps(arguments.output), preparation(arguments, maps, stop) {
+        : maps(arguments.output, arguments.label_ends()), preparation(arguments, maps, stop) {
       const auto notice = [&](const std::string& text) {
         if (!arguments.quiet) std::cerr << "view: " << text << std::endl;
       };
