@@ -19,6 +19,10 @@ std::int32_t PrepareArguments::margin_steps() const {
   return margin.value_or(default_margin(series));
 }
 
+LabelEnds PrepareArguments::label_ends() const {
+  return outside_value() && margin_steps() > 0 ? LabelEnds::kClosed : LabelEnds::kOpen;
+}
+
 std::string PrepareArguments::command_line() const {
   std::string text = volume.command_line();
   const auto add_text = [&](const char* option, const std::string& value,

@@ -10,6 +10,7 @@
 #include "server/programs/prepare/prepare_parts_command.hpp"
 #include "server/programs/prepare/series_arguments.hpp"
 #include "server/programs/volume_options.hpp"
+#include "server/volume/labels/label_map.hpp"
 
 namespace multitetra {
 
@@ -32,6 +33,7 @@ struct PrepareArguments {
   // Throws std::invalid_argument unless `outside` is "void" (returns none) or a number.
   [[nodiscard]] std::optional<double> outside_value() const;
   [[nodiscard]] std::int32_t margin_steps() const;
+  [[nodiscard]] LabelEnds label_ends() const;
   // Returns the options that affect the dataset, as text for comparison.
   [[nodiscard]] std::string command_line() const;
 };

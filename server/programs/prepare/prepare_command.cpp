@@ -11,6 +11,7 @@
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/partitioned/part_plan.hpp"
 #include "server/dataset/prepare.hpp"
+#include "server/dataset/prepared_file.hpp"
 #include "server/dataset/provenance.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/prepare/dataset_output.hpp"
@@ -101,7 +102,8 @@ int prepare_volumes(const PrepareArguments& arguments) {
       !is_folder_of_datasets(arguments.output) && (!makes_several || output.extension() == ".mtd");
   std::optional<OutputFolder> folder;
   if (!is_file) folder.emplace(arguments.output);
-  LatestLabelMap maps(scratch_folder(is_file ? output.parent_path() : output));
+  LatestLabelMap maps(scratch_folder(is_file ? output.parent_path() : output),
+                      arguments.label_ends());
   std::vector<PrepareJob> jobs = jobs_of(arguments, maps, [&](const std::string& text) {
     if (!arguments.quiet) std::cerr << "prepare: " << text << "\n";
   });
@@ -135,6 +137,9 @@ int complete_datasets(PrepareArguments& arguments) {
   }
   std::vector<PrepareJob> jobs;
   for (const std::string& input : arguments.inputs) {
+    if (!is_in_place && PreparedFile(input).info().missing.empty()) {
+      throw ExitError(kUsage, "'" + input + "': it is already a prepared dataset, with its errors.");
+    }
     const std::filesystem::path name = std::filesystem::path(input).filename();
     jobs.push_back({.input = input,
                     .output = is_in_place ? std::filesystem::path(input)
@@ -142,7 +147,7 @@ int complete_datasets(PrepareArguments& arguments) {
                                           : output,
                     .name = input});
   }
-  LatestLabelMap unused({});
+  LatestLabelMap unused({}, LabelEnds::kOpen);
   return prepare_all(arguments, jobs, unused);
 }
 

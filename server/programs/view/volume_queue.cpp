@@ -69,7 +69,7 @@ class VolumeQueue::Folders {
 // The preparation in progress.
 struct VolumeQueue::Work {
   Work(const char* command, PrepareArguments& arguments, const std::stop_token& stop)
-      : maps(arguments.output), preparation(arguments, maps, stop) {
+      : maps(arguments.output, arguments.label_ends()), preparation(arguments, maps, stop) {
     const auto notice = [&](const std::string& text) {
       if (!arguments.quiet) std::cerr << command << ": " << text << std::endl;
     };
@@ -147,7 +147,7 @@ bool VolumeQueue::complete_next(const std::stop_token& stop) {
     try {
       PrepareArguments arguments;
       arguments.quiet = true;
-      LatestLabelMap unused({});
+      LatestLabelMap unused({}, LabelEnds::kOpen);
       DatasetOutput output(file, /*force=*/false);
       const DatasetInfo info =
           Preparation(arguments, unused, stop).complete_one(file, output, in_idle_time).info;

@@ -12,8 +12,8 @@ namespace {
 constexpr double kSmoothedScale = kWallMagnitude / (3.0 / 16 * kFieldSteps);
 // Smoothing reaches 2.5 samples: there, both measures are equal.
 constexpr double kMagnitudePerSample = kWallMagnitude / 2.5;
-// From the middle of a square of 5 x 5 samples to its edge.
-constexpr std::int32_t kSquareReach = 2;
+// From the middle of a cube of 5 x 5 x 5 samples to its faces.
+constexpr std::int32_t kCubeReach = 2;
 
 }  // namespace
 
@@ -23,8 +23,8 @@ BorderSearch::BorderSearch(const LabelDims& dims, const ReadLabels& read)
   for (Slice& slice : slices_) {
     slice.labels.resize(samples);
     slice.is_border.resize(samples);
-    slice.rows.resize(samples);
-    slice.squares.resize(samples);
+    slice.is_square.resize(samples);
+    slice.is_cube.resize(samples);
   }
 }
 
@@ -37,13 +37,17 @@ std::uint32_t BorderSearch::next(std::span<BorderSample> into) {
       const std::size_t i = place(x, y);
       into[i] = {};
       if (slice(z).is_border[i] == 0) continue;
+      ++count;
       const std::int32_t label = slice(z).labels[i];
+      if (label == kBeyondMap) {
+        into[i] = {.magnitude = kWallMagnitude, .is_thick = 1};
+        continue;
+      }
       const int magnitude =
           std::max(smoothed_magnitude({x, y, z}, label), terrace_magnitude({x, y, z}, label));
       into[i].magnitude =
           static_cast<std::uint8_t>(std::clamp(magnitude, kMinMagnitude, kMaxMagnitude) & 0x7F);
       into[i].is_thick = is_thick({x, y, z}, label) ? 1 : 0;
-      ++count;
     }
   }
   return count;
@@ -74,10 +78,9 @@ void BorderSearch::load(std::int32_t z) {
   read_(z, loaded.labels);
   std::fill(loaded.is_border.begin(), loaded.is_border.end(), std::uint8_t{0});
   if (z > 0) mark_borders(slice(z - 1), loaded);
-  find_rows(loaded);
-  std::fill(loaded.squares.begin(), loaded.squares.end(), std::uint8_t{0});
-  const std::int32_t last = z + 1 == dims_[2] ? z : z - kSquareReach;
-  for (std::int32_t done = std::max(z - kSquareReach, 0); done <= last; ++done) find_squares(done);
+  find_squares(loaded);
+  std::fill(loaded.is_cube.begin(), loaded.is_cube.end(), std::uint8_t{0});
+  if (z >= 2 * kCubeReach) find_cubes(z - kCubeReach);
 }
 
 // Marks the corners of cells between two slices that have more than one label.
@@ -100,46 +103,32 @@ void BorderSearch::mark_borders(Slice& lower, Slice& upper) const {
   }
 }
 
-// Finds the middles of five samples of one label along x, and along y.
-void BorderSearch::find_rows(Slice& slice) const {
+// Marks the middles of squares of one label.
+void BorderSearch::find_squares(Slice& slice) const {
   const auto width = static_cast<std::size_t>(dims_[0]);
-  constexpr auto kReach = static_cast<std::size_t>(kSquareReach);
-  std::fill(slice.rows.begin(), slice.rows.end(), std::uint8_t{0});
-  // Numbers of equal labels up to here.
-  std::size_t along_x = 0;
-  std::vector<std::size_t> along_y(width);
+  constexpr std::size_t kReach = kCubeReach;
   const std::vector<std::int32_t>& labels = slice.labels;
+  std::fill(slice.is_square.begin(), slice.is_square.end(), std::uint8_t{0});
+  std::size_t along_x = 0;                  // Number of equal labels up to here.
+  std::vector<std::size_t> along_y(width);  // Number of rows of them up to here.
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const std::size_t x = i % width;
     along_x = x > 0 && labels[i] == labels[i - 1] ? along_x + 1 : 1;
-    along_y[x] = i >= width && labels[i] == labels[i - width] ? along_y[x] + 1 : 1;
-    if (along_x > 2 * kReach) slice.rows[i - kReach] |= 1U << 0;
-    if (along_y[x] > 2 * kReach) slice.rows[i - kReach * width] |= 1U << 1;
+    const bool goes_on = i >= width && labels[i] == labels[i - width];
+    along_y[x] = along_x <= 2 * kReach ? 0 : goes_on ? along_y[x] + 1 : 1;
+    if (along_y[x] > 2 * kReach) slice.is_square[i - kReach * (width + 1)] = 1;
   }
 }
 
-// Finds the middles of the squares in slice z.
-void BorderSearch::find_squares(std::int32_t z) {
-  const auto width = static_cast<std::size_t>(dims_[0]);
-  constexpr auto kReach = static_cast<std::size_t>(kSquareReach);
+// Marks the middles of cubes in slice z, which has kCubeReach slices on either side.
+void BorderSearch::find_cubes(std::int32_t z) {
   Slice& middle = slice(z);
-  for (std::size_t i = 0; i < middle.labels.size(); ++i) {
-    const std::int32_t label = middle.labels[i];
-    std::uint8_t rows = middle.rows[i];
-    if (rows == 0) continue;
-    // A row along y, and along x above and below: a square in the plane. Rows are within the slice.
-    bool is_flat = rows == 3;
-    for (std::size_t y = i - (is_flat ? kReach * width : 0); is_flat && y <= i + kReach * width;
-         y += width) {
-      is_flat = (middle.rows[y] & 1U) != 0;
+  middle.is_cube = middle.is_square;
+  for (std::int32_t k = -kCubeReach; k <= kCubeReach; ++k) {
+    const Slice& other = slice(z + k);
+    for (std::size_t i = 0; i < middle.is_cube.size(); ++i) {
+      if (other.is_square[i] == 0 || other.labels[i] != middle.labels[i]) middle.is_cube[i] = 0;
     }
-    for (std::int32_t k = -kSquareReach; k <= kSquareReach && rows != 0; ++k) {
-      const bool is_inside = z + k >= 0 && z + k < dims_[2];
-      rows = is_inside && slice(z + k).labels[i] == label ? rows & slice(z + k).rows[i] : 0;
-    }
-    // Rows along x are in planes y = constant, and the other way round.
-    middle.squares[i] = static_cast<std::uint8_t>((rows >> 1U) | (rows & 1U) << 1U |
-                                                  static_cast<unsigned>(is_flat) << 2U);
   }
 }
 
@@ -181,22 +170,18 @@ int BorderSearch::terrace_magnitude(const LabelDims& at, std::int32_t label) {
 }
 
 bool BorderSearch::is_thick(const LabelDims& at, std::int32_t label) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    LabelDims first{};
-    LabelDims last{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::int32_t reach = i == axis ? 1 : kSquareReach + 1;
-      first[i] = std::max(at[i] - reach, 0);
-      last[i] = std::min(at[i] + reach, dims_[i] - 1);
-    }
-    for (std::int32_t z = first[2]; z <= last[2]; ++z) {
-      const Slice& other = slice(z);
-      for (std::int32_t y = first[1]; y <= last[1]; ++y) {
-        for (std::int32_t x = first[0]; x <= last[0]; ++x) {
-          const std::size_t i = place(x, y);
-          const bool is_middle = (unsigned{other.squares[i]} >> axis & 1U) != 0;
-          if (is_middle && other.labels[i] == label) return true;
-        }
+  LabelDims first{};
+  LabelDims last{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    first[i] = std::max(at[i] - kCubeReach - 1, 0);
+    last[i] = std::min(at[i] + kCubeReach + 1, dims_[i] - 1);
+  }
+  for (std::int32_t z = first[2]; z <= last[2]; ++z) {
+    const Slice& other = slice(z);
+    for (std::int32_t y = first[1]; y <= last[1]; ++y) {
+      for (std::int32_t x = first[0]; x <= last[0]; ++x) {
+        const std::size_t i = place(x, y);
+        if (other.is_cube[i] != 0 && other.labels[i] == label) return true;
       }
     }
   }

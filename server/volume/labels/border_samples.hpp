@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -12,20 +13,27 @@ namespace multitetra {
 
 // Numbers of samples along x, y and z.
 using LabelDims = std::array<std::int32_t, 3>;
+[[nodiscard]] constexpr std::size_t slice_samples(const LabelDims& dims) {
+  return static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]);
+}
 // Reads the labels of slice z.
 using ReadLabels = std::function<void(std::int32_t z, std::span<std::int32_t> into)>;
+
+// Marks void samples, and those of a layer beyond the ends of the map.
+inline constexpr std::int32_t kVoidLabel = std::numeric_limits<std::int32_t>::min();
+inline constexpr std::int32_t kBeyondMap = kVoidLabel + 1;
 
 // Range of magnitudes, in 1/256 of the field's range.
 inline constexpr int kMinMagnitude = 4;
 inline constexpr int kMaxMagnitude = 127;
-// The magnitude of samples next to a plane border.
+// The magnitude of samples next to a plane border, and of all beyond the map.
 inline constexpr int kWallMagnitude = 36;
 
 struct BorderSample {
   // kMinMagnitude to kMaxMagnitude; 0 for samples that are not at a border.
   std::uint8_t magnitude : 7 = 0;
-  // Whether the label has a square of 5 x 5 samples, in one of the planes x, y or z = constant,
-  // with this sample in it or at most one sample away along each axis.
+  // Whether the label has a cube of 5 x 5 x 5 samples, with this sample in it or at most one sample
+  // away along each axis. Always set beyond the map.
   std::uint8_t is_thick : 1 = 0;
 };
 static_assert(sizeof(BorderSample) == 1);
@@ -55,10 +63,10 @@ class BorderSearch {
   struct Slice {
     std::vector<std::int32_t> labels;
     std::vector<std::uint8_t> is_border;
-    // Whether the sample is in the middle of five samples of its label, along x (1) and y (2).
-    std::vector<std::uint8_t> rows;
-    // Whether it is in the middle of a square, in planes x (1), y (2) and z (4) = constant.
-    std::vector<std::uint8_t> squares;
+    // Whether the sample is in the middle of a square of 5 x 5 samples of its label in the slice,
+    // and of a cube.
+    std::vector<std::uint8_t> is_square;
+    std::vector<std::uint8_t> is_cube;
   };
   // A step within a plane of the grid.
   struct PlaneStep {
@@ -72,8 +80,8 @@ class BorderSearch {
   [[nodiscard]] std::size_t place(std::int32_t x, std::int32_t y) const;
   void load(std::int32_t z);
   void mark_borders(Slice& lower, Slice& upper) const;
-  void find_rows(Slice& slice) const;
-  void find_squares(std::int32_t z);
+  void find_squares(Slice& slice) const;
+  void find_cubes(std::int32_t z);
   [[nodiscard]] int smoothed_magnitude(const LabelDims& at, std::int32_t label);
   [[nodiscard]] int terrace_magnitude(const LabelDims& at, std::int32_t label);
   [[nodiscard]] bool is_thick(const LabelDims& at, std::int32_t label);

@@ -7,8 +7,10 @@
 namespace multitetra {
 namespace {
 
-// Passes diverge above 0.5; three of 0.45 are as smooth as many.
+// Passes diverge above 0.5; four of 0.45 are as smooth as many.
 constexpr float kStrength = 0.45F;
+// The multiple of the second differences that restores the volume of balls.
+constexpr float kShrinkage = 1.5F;
 
 struct Direction {
   std::int32_t x = 0;
@@ -45,14 +47,14 @@ BorderSmoothing::BorderSmoothing(const LabelDims& dims, const ReadLabels& read_l
   }
 }
 
-void BorderSmoothing::smooth(const StoreSamples& store) {
+void BorderSmoothing::smooth(const StoreSamples& store, bool is_first) {
   std::vector<BorderSample> smoothed(window_[0].samples.size());
   // A slice's curvatures need both neighbors, and so do its new magnitudes.
   for (std::int32_t z = 0; z < dims_[2] + 2; ++z) {
     if (z < dims_[2]) load(z);
     if (z >= 1 && z - 1 < dims_[2]) find_curvatures(z - 1);
     if (z < 2) continue;
-    write(z - 2, smoothed);
+    write(z - 2, is_first, smoothed);
     store(z - 2, smoothed);
   }
 }
@@ -79,14 +81,19 @@ void BorderSmoothing::find_curvatures(std::int32_t z) {
   }
 }
 
-void BorderSmoothing::write(std::int32_t z, std::span<BorderSample> into) {
+void BorderSmoothing::write(std::int32_t z, bool is_first, std::span<BorderSample> into) {
   const Slice& from = slice(z);
   std::size_t i = 0;
   for (std::int32_t y = 0; y < dims_[1]; ++y) {
     for (std::int32_t x = 0; x < dims_[0]; ++x, ++i) {
       into[i] = from.samples[i];
-      if (from.magnitudes[i] == 0 || touches_thin_part({x, y, z})) continue;
-      const float change = kStrength * second_difference({x, y, z}, &Slice::curvatures);
+      if (from.magnitudes[i] == 0 || from.labels[i] == kBeyondMap) continue;
+      if (touches_thin_part({x, y, z})) {
+        if (is_first) into[i].magnitude = kWallMagnitude;
+        continue;
+      }
+      const float change = kStrength * second_difference({x, y, z}, &Slice::curvatures) +
+                           (is_first ? kShrinkage * from.curvatures[i] : 0.0F);
       const auto magnitude = static_cast<int>(std::floor(from.magnitudes[i] - change + 0.5F));
       into[i].magnitude =
           static_cast<std::uint8_t>(std::clamp(magnitude, kMinMagnitude, kMaxMagnitude) & 0x7F);

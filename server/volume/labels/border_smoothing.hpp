@@ -7,6 +7,10 @@
 // directions in which both neighbors are border samples. Signs stay, so that every sample keeps its
 // label, as in Lempitsky, "Surface extraction from binary volumes with higher-order smoothness"
 // (CVPR 2010).
+//
+// The first magnitudes shrink convex parts, as smoothing an indicator does, in proportion to the
+// second differences of the field; the first pass takes that back. Around thin parts, smoothing
+// says nothing: there, the first pass puts the border at the middle of the edges.
 #pragma once
 
 #include <array>
@@ -29,9 +33,8 @@ class BorderSmoothing {
   BorderSmoothing(const LabelDims& dims, const ReadLabels& read_labels,
                   const ReadSamples& read_samples);
 
-  // Goes once through all slices; calls `store` with each, with new magnitudes where all labels
-  // are thick.
-  void smooth(const StoreSamples& store);
+  // Goes once through all slices; calls `store` with each and its new magnitudes.
+  void smooth(const StoreSamples& store, bool is_first);
 
  private:
   struct Slice {
@@ -46,7 +49,7 @@ class BorderSmoothing {
   Slice& slice(std::int32_t z) { return window_[static_cast<std::size_t>(z) % kWindow]; }
   void load(std::int32_t z);
   void find_curvatures(std::int32_t z);
-  void write(std::int32_t z, std::span<BorderSample> into);
+  void write(std::int32_t z, bool is_first, std::span<BorderSample> into);
   // Whether the sample or one of its 26 neighbors is a thin part of its label.
   [[nodiscard]] bool touches_thin_part(const LabelDims& at);
   // Returns the mean second difference at a border sample of values whose signs depend on the

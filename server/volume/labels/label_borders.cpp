@@ -15,29 +15,16 @@ namespace {
 // More rounds preserve more of parts one sample thick along a diagonal; more averaging gives
 // smoother surfaces. A flat border moves by a step if magnitudes change by 0.375 of the field's
 // range, so a gain of about that corrects it in one round.
-constexpr int kRounds = 10;
-constexpr int kSmoothings = 3;
-constexpr std::int32_t kAveragings = 4;
-constexpr double kGain = 0.35 * kFieldSteps;
+constexpr int kSmoothings = 4;
+constexpr int kRounds = 7;
+constexpr std::int32_t kAveragings = 6;
+static_assert(kLabelReach == 6 + kSmoothings * 2 + kRounds * (1 + kAveragings));
+constexpr double kGain = 0.6 * kFieldSteps;
+constexpr double kThickGain = 0.5 * kFieldSteps;
 
 // A missing volume, and the number of samples that share it.
 struct Shortfall {
   float volume = 0;
-  float weight = 0;
-};
-
-// The same for all samples of a label, which need more digits.
-struct ShortfallSum {
-  double volume = 0;
-  double weight = 0;
-};
-
-// Connects a border sample to a neighbor of the same label, or to itself.
-struct Link {
-  // Number of the neighbor in its slice.
-  std::uint32_t number = 0;
-  // Offset of the neighbor's slice.
-  std::int32_t above = 0;
   float weight = 0;
 };
 
@@ -48,15 +35,9 @@ struct BorderSlice {
   std::vector<std::uint32_t> indices;  // Positions in the slice, increasing.
   std::vector<std::int32_t> labels;
   std::vector<BorderSample> samples;
-  std::vector<std::uint32_t> links_end;
   // Indexed by number of averagings.
   std::array<std::vector<Shortfall>, kAveragings + 1> shortfalls;
-  std::vector<Link> links;
 };
-
-std::size_t slice_samples(const LabelDims& dims) {
-  return static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]);
-}
 
 }  // namespace
 
@@ -74,15 +55,15 @@ class LabelBorders::Round {
   }
 
   // Calls `corrected` with every slice that has border samples, and these with new magnitudes.
-  void correct(const std::function<void(std::int32_t, std::span<const BorderSample>)>& corrected) {
-    find_thick_shortfalls();
+  void correct(double thick_gain,
+               const std::function<void(std::int32_t, std::span<const BorderSample>)>& corrected) {
     for (std::int32_t z = 0; z <= dims_[2] + kAveragings; ++z) {
       load(z);
       add_cells(z - 1, [](std::int32_t, double) {});
       for (std::int32_t stage = 1; stage <= kAveragings; ++stage) average(z - 1 - stage, stage);
       BorderSlice* const done = find(z - 1 - kAveragings);
       if (done == nullptr || done->indices.empty()) continue;
-      correct(*done);
+      correct(*done, thick_gain);
       corrected(done->z, stored_);
     }
   }
@@ -181,94 +162,52 @@ class LabelBorders::Round {
     }
   }
 
-  // Finds the mean shortfall of the thick samples of each label.
-  void find_thick_shortfalls() {
-    std::map<std::int32_t, ShortfallSum> sums;
-    for (std::int32_t z = 0; z <= dims_[2]; ++z) {
-      load(z);
-      add_cells(z - 1, [](std::int32_t, double) {});
-      const BorderSlice* const done = find(z - 1);
-      if (done == nullptr) continue;
-      for (std::size_t i = 0; i < done->samples.size(); ++i) {
-        if (done->samples[i].is_thick == 0) continue;
-        ShortfallSum& sum = sums[done->labels[i]];
-        sum.volume += done->shortfalls[0][i].volume;
-        sum.weight += done->shortfalls[0][i].weight;
-      }
-    }
-    thick_shortfalls_.clear();
-    for (const auto& [label, sum] : sums) {
-      thick_shortfalls_[label] = sum.weight > 0 ? sum.volume / sum.weight : 0;
-    }
-  }
-
-  // Links each thin sample to its thin neighbors.
-  void link(BorderSlice& slice) {
-    slice.links.clear();
-    slice.links_end.clear();
+  // Averages over the neighbors of the same label, with the weights 1 2 1 along each axis.
+  void average(std::int32_t z, std::int32_t stage) {
+    BorderSlice* const slice = find(z);
+    if (slice == nullptr) return;
+    const auto from = static_cast<std::size_t>(stage - 1);
+    std::vector<Shortfall>& into = slice->shortfalls[static_cast<std::size_t>(stage)];
+    into.resize(slice->indices.size());
     const std::int32_t width = dims_[0];
-    for (std::size_t i = 0; i < slice.indices.size(); ++i) {
-      const auto x = static_cast<std::int32_t>(slice.indices[i]) % width;
-      const auto y = static_cast<std::int32_t>(slice.indices[i]) / width;
-      for (std::int32_t above = -1; above <= 1 && slice.samples[i].is_thick == 0; ++above) {
-        const BorderSlice* const other = find(slice.z + above);
+    for (std::size_t i = 0; i < into.size(); ++i) {
+      const auto x = static_cast<std::int32_t>(slice->indices[i]) % width;
+      const auto y = static_cast<std::int32_t>(slice->indices[i]) / width;
+      Shortfall sum;
+      for (std::int32_t w = z - 1; w <= z + 1; ++w) {
+        const BorderSlice* const other = find(w);
         if (other == nullptr || other->indices.empty()) continue;
         for (std::int32_t v = std::max(y - 1, 0); v <= std::min(y + 1, dims_[1] - 1); ++v) {
           for (std::int32_t u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u) {
             const std::uint32_t number = other->numbers[static_cast<std::size_t>(u + width * v)];
-            if (number == 0 || other->labels[number - 1] != slice.labels[i]) continue;
-            if (other->samples[number - 1].is_thick != 0) continue;
-            const int steps = (above != 0 ? 1 : 0) + (u != x ? 1 : 0) + (v != y ? 1 : 0);
-            slice.links.push_back({number - 1, above, static_cast<float>(8 >> steps)});
+            if (number == 0 || other->labels[number - 1] != slice->labels[i]) continue;
+            const int steps = (w != z ? 1 : 0) + (u != x ? 1 : 0) + (v != y ? 1 : 0);
+            const auto weight = static_cast<float>(8 >> steps);
+            sum.volume += weight * other->shortfalls[from][number - 1].volume;
+            sum.weight += weight * other->shortfalls[from][number - 1].weight;
           }
         }
-      }
-      slice.links_end.push_back(static_cast<std::uint32_t>(slice.links.size()));
-    }
-  }
-
-  // Averages with the weights 1 2 1 along each axis.
-  void average(std::int32_t z, std::int32_t stage) {
-    BorderSlice* const slice = find(z);
-    if (slice == nullptr) return;
-    if (stage == 1) link(*slice);
-    const auto from = static_cast<std::size_t>(stage - 1);
-    std::vector<Shortfall>& into = slice->shortfalls[static_cast<std::size_t>(stage)];
-    into.resize(slice->indices.size());
-    const std::array<BorderSlice*, 3> slices = {find(z - 1), slice, find(z + 1)};
-    std::size_t next = 0;
-    for (std::size_t i = 0; i < into.size(); ++i) {
-      Shortfall sum;
-      for (; next < slice->links_end[i]; ++next) {
-        const Link& link = slice->links[next];
-        const Shortfall& other =
-            slices[static_cast<std::size_t>(link.above + 1)]->shortfalls[from][link.number];
-        sum.volume += link.weight * other.volume;
-        sum.weight += link.weight * other.weight;
       }
       into[i] = sum;
     }
   }
 
   // Writes the corrected samples to stored_.
-  void correct(const BorderSlice& slice) {
+  void correct(const BorderSlice& slice, double thick_gain) {
     std::fill(stored_.begin(), stored_.end(), BorderSample{});
     for (std::size_t i = 0; i < slice.indices.size(); ++i) {
       BorderSample sample = slice.samples[i];
-      const double magnitude = std::floor(sample.magnitude + change_of(slice, i) + 0.5);
+      stored_[slice.indices[i]] = sample;
+      if (slice.labels[i] == kBeyondMap) continue;
+      const Shortfall& shortfall = slice.shortfalls[kAveragings][i];
+      const double change = (sample.is_thick != 0 ? thick_gain : kGain) *
+                            static_cast<double>(shortfall.volume) /
+                            static_cast<double>(shortfall.weight);
+      const double magnitude = std::floor(sample.magnitude + change + 0.5);
       sample.magnitude = static_cast<std::uint8_t>(
           static_cast<int>(std::clamp<double>(magnitude, kMinMagnitude, kMaxMagnitude)) & 0x7F);
       stored_[slice.indices[i]] = sample;
     }
-  }
-
-  [[nodiscard]] double change_of(const BorderSlice& slice, std::size_t number) const {
-    const BorderSample& sample = slice.samples[number];
-    if (sample.is_thick != 0) {
-      return kGain * thick_shortfalls_.at(slice.labels[number]);
-    }
-    const Shortfall& shortfall = slice.shortfalls[kAveragings][number];
-    return kGain * static_cast<double>(shortfall.volume) / static_cast<double>(shortfall.weight);
   }
 
   const LabelBorders& borders_;
@@ -277,7 +216,6 @@ class LabelBorders::Round {
   std::array<BorderSlice, kWindow> window_;
   std::vector<BorderSample> stored_;
   std::vector<std::int32_t> stored_labels_;
-  std::map<std::int32_t, double> thick_shortfalls_;
 };
 
 LabelBorders::LabelBorders(const LabelDims& dims, const ReadLabels& read,
@@ -297,12 +235,14 @@ LabelBorders::LabelBorders(const LabelDims& dims, const ReadLabels& read,
       [&](std::int32_t z, std::span<BorderSample> into) { get(z, into); };
   BorderSmoothing smoothing(dims, read, read_samples);
   for (int i = 0; i < kSmoothings; ++i) {
-    smoothing.smooth([&](std::int32_t z, std::span<const BorderSample> samples) {
-      if (border_samples_[static_cast<std::size_t>(z)] > 0) store(z, samples);
-    });
+    smoothing.smooth(
+        [&](std::int32_t z, std::span<const BorderSample> samples) {
+          if (border_samples_[static_cast<std::size_t>(z)] > 0) store(z, samples);
+        },
+        i == 0);
   }
   Round round(*this, read);
-  for (int i = 0; i < kRounds; ++i) round.correct(store);
+  for (int i = 0; i < kRounds; ++i) round.correct(i == 0 ? kThickGain : 0, store);
   shortfalls_ = round.shortfalls();
 }
 

@@ -9,10 +9,12 @@
 // Magnitudes start as border_samples.hpp describes, and border_smoothing.hpp smooths them. Both
 // take from thin parts and convex ones, so several rounds correct them: each sample of a label
 // should contribute an eighth of a cell of eight samples to the label's volume. Where the
-// framework's tetrahedra hold less, the difference is the label's shortfall in the cell. In thin
-// parts, it is averaged over the label's nearby border samples, whose magnitudes grow with it.
-// Where a label is thick, it is averaged over all of its thick border samples instead: nearby ones
-// differ on smooth slopes, too.
+// framework's tetrahedra hold less, the difference is the label's shortfall in the cell. It is
+// averaged over the label's nearby border samples, whose magnitudes grow with it. Where a label is
+// thick, only the first round corrects, by less: on smooth slopes, nearby shortfalls differ, too.
+//
+// Guaranteed: the samples of a slice depend on no label farther away than kLabelReach samples along
+// an axis, so a border is a function of its neighborhood.
 #pragma once
 
 #include <cstdint>
@@ -26,6 +28,9 @@
 #include "server/volume/labels/border_samples.hpp"
 
 namespace multitetra {
+
+// Search 6, smoothing 4 x 2, and 7 rounds of a cell and 6 averagings.
+inline constexpr std::int32_t kLabelReach = 6 + 4 * 2 + 7 * (1 + 6);
 
 class LabelBorders {
  public:

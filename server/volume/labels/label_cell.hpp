@@ -1,6 +1,6 @@
 // The fraction of a cell of eight samples inside each label's surface. It is the mean over the
 // cell's six tetrahedra of the finest level (see server/core/framework/tetrahedron.hpp) of the part
-// where the label's linear field is positive.
+// where the label's linear field is positive, with crossings on the lattice of vertices.
 //
 // Bits number the corners: 1 along x, 2 along y, 4 along z. All six tetrahedra share the diagonal
 // from the corner with even coordinates to the opposite one. A margin of the grid can only exchange
@@ -9,8 +9,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+
+#include "common/mesh/lattice.hpp"
 
 namespace multitetra {
 
@@ -21,22 +24,23 @@ struct LabelCell {
 };
 
 // Returns the fraction of a tetrahedron where a linear field is positive, from its nonzero values
-// at the corners.
+// at the corners. Crossings are rounded from the earlier corner, which must be the lesser one as
+// for lattice_vertex().
 [[nodiscard]] inline double positive_part(const std::array<int, 4>& values) {
-  std::array<double, 4> inside{};
-  std::array<double, 4> outside{};
+  std::array<std::size_t, 4> inside{};
+  std::array<std::size_t, 4> outside{};
   std::size_t insides = 0;
   std::size_t outsides = 0;
-  for (const int value : values) {
-    if (value > 0) {
-      inside[insides++] = value;
-    } else {
-      outside[outsides++] = -value;
-    }
-  }
-  // The part of the edge from a to b on the side of a.
-  const auto part = [](double a, double b) { return a / (a + b); };
-  const auto corner = [&](double a, const std::array<double, 4>& b) {
+  for (std::size_t i = 0; i < 4; ++i) (values[i] > 0 ? inside[insides++] : outside[outsides++]) = i;
+  // The part of the edge from corner a to b on the side of a.
+  const auto part = [&](std::size_t a, std::size_t b) {
+    constexpr double kSteps = 1 << kDefaultLatticeResolution;
+    const double t = values[std::min(a, b)] /
+                     static_cast<double>(values[std::min(a, b)] - values[std::max(a, b)]);
+    const double q = std::clamp(std::floor(kSteps * t + 0.5), 1.0, kSteps - 1) / kSteps;
+    return a < b ? q : 1 - q;
+  };
+  const auto corner = [&](std::size_t a, const std::array<std::size_t, 4>& b) {
     return part(a, b[0]) * part(a, b[1]) * part(a, b[2]);
   };
   switch (insides) {
@@ -61,17 +65,22 @@ struct LabelCell {
 
 // Returns the fraction of the cell inside the surface of `label`.
 [[nodiscard]] inline double part_of_cell(const LabelCell& cell, std::int32_t label) {
-  constexpr std::array<std::array<unsigned, 2>, 6> kPaths = {
-      {{1, 3}, {1, 5}, {2, 3}, {2, 6}, {4, 5}, {4, 6}}};
-  const auto value = [&](unsigned corner) {
-    const std::size_t at = cell.even_corner ^ corner;
-    return cell.labels[at] == label ? cell.magnitudes[at] : -cell.magnitudes[at];
-  };
+  constexpr std::array<std::array<unsigned, 4>, 6> kTetrahedra = {
+      {{0, 1, 3, 7}, {0, 1, 5, 7}, {0, 2, 3, 7}, {0, 2, 6, 7}, {0, 4, 5, 7}, {0, 4, 6, 7}}};
+  // Corners from the lesser to the greater one, with x as the first coordinate.
+  constexpr std::array<unsigned, 8> kOrder = {0, 4, 2, 6, 1, 5, 3, 7};
   double sum = 0;
-  for (const auto& [second, third] : kPaths) {
-    sum += positive_part({value(0), value(second), value(third), value(7)});
+  for (const auto& tetrahedron : kTetrahedra) {
+    std::array<int, 4> values{};
+    std::size_t count = 0;
+    for (const unsigned at : kOrder) {
+      const auto begin = tetrahedron.begin();
+      if (std::find(begin, tetrahedron.end(), at ^ cell.even_corner) == tetrahedron.end()) continue;
+      values[count++] = cell.labels[at] == label ? cell.magnitudes[at] : -cell.magnitudes[at];
+    }
+    sum += positive_part(values);
   }
-  return sum / static_cast<double>(kPaths.size());
+  return sum / static_cast<double>(kTetrahedra.size());
 }
 
 }  // namespace multitetra

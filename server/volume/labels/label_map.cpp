@@ -4,7 +4,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -24,9 +23,6 @@ namespace {
 
 // Wider integers are rounded to f32. Those from here on may have been other labels.
 constexpr float kFirstInexactInteger = 16'777'216;
-
-// Marks void samples; labels cannot have this value.
-constexpr std::int32_t kVoidLabel = std::numeric_limits<std::int32_t>::min();
 
 // ---- finding the labels
 
@@ -131,12 +127,13 @@ std::span<const std::byte> bytes_of_all(const Samples& samples) {
 // belongs to the caller.
 struct LabelMap::Content {
   VolumeHeader header;
+  std::int32_t layers;  // Of samples beyond the map that `borders` has around it.
   ScratchFile scratch;
   std::vector<LabelSummary> labels;
   std::optional<LabelBorders> borders;
 
-  Content(VolumeHeader map, const std::filesystem::path& folder)
-      : header(std::move(map)), scratch(folder) {}
+  Content(const VolumeHeader& map, LabelEnds ends, const std::filesystem::path& folder)
+      : header(map), layers(ends == LabelEnds::kClosed ? 1 : 0), scratch(folder) {}
 
   [[nodiscard]] std::size_t slice_bytes() const {
     return header.samples_per_slice() * static_cast<std::size_t>(bytes_per_sample(header.type));
@@ -152,6 +149,11 @@ struct LabelMap::Content {
     std::visit([&](auto& samples) { samples.resize(header.samples_per_slice()); }, slice);
     return slice;
   }
+  [[nodiscard]] LabelDims dims_with_layers() const {
+    LabelDims dims = header.dims;
+    for (std::int32_t& side : dims) side += 2 * layers;
+    return dims;
+  }
   void read(std::int32_t z, std::span<std::int32_t> into, Samples& stored) const {
     std::visit(
         [&](auto& samples) {
@@ -165,6 +167,23 @@ struct LabelMap::Content {
           });
         },
         stored);
+  }
+  // The same with the layers.
+  void read_with_layers(std::int32_t z, std::span<std::int32_t> into, std::span<std::int32_t> slice,
+                        Samples& stored) const {
+    std::fill(into.begin(), into.end(), kBeyondMap);
+    if (z < layers || z >= header.dims[2] + layers) return;
+    read(z - layers, slice, stored);
+    const auto width = static_cast<std::size_t>(header.dims[0]);
+    for (std::size_t row = 0; row < static_cast<std::size_t>(header.dims[1]); ++row) {
+      std::copy_n(slice.begin() + static_cast<std::ptrdiff_t>(row * width), width,
+                  into.begin() + static_cast<std::ptrdiff_t>(border_place(0, row)));
+    }
+  }
+  // Returns the place of sample x, y in a slice with the layers.
+  [[nodiscard]] std::size_t border_place(std::size_t x, std::size_t y) const {
+    const auto all = static_cast<std::size_t>(layers);
+    return x + all + (y + all) * (static_cast<std::size_t>(header.dims[0]) + 2 * all);
   }
 };
 
@@ -230,7 +249,7 @@ class LabelMap::Field : public VolumeSource {
         box_(box),
         stored_(map_->empty_slice()),
         labels_(header_.samples_per_slice()),
-        borders_(header_.samples_per_slice()) {
+        borders_(slice_samples(map_->dims_with_layers())) {
     header_.type = SampleType::kF32;
     header_.meaning.value_unit.clear();
   }
@@ -259,19 +278,18 @@ class LabelMap::Field : public VolumeSource {
       from[static_cast<std::size_t>(k + kSmoothingReach)] =
           &smooth_slice(static_cast<std::int32_t>(clamped_step(z, k, header_.dims[2])));
     }
-    map_->borders->get(z, borders_);
+    map_->borders->get(z + map_->layers, borders_);
     const SmoothSlice& here = *from[kSmoothingReach];
     const SmoothSlice& below = *from[kSmoothingReach - 1];
     const SmoothSlice& above = *from[kSmoothingReach + 1];
     constexpr int kHalf = kFieldSteps / 2;
-    const auto make_sample = [&](std::size_t i) {
+    const auto make_sample = [&](std::size_t i, int magnitude) {
       std::uint32_t sum = 0;
       for (std::size_t k = 0; k < kSlices; ++k) {
         sum += smoothing_weight(static_cast<std::int32_t>(k) - kSmoothingReach) * from[k]->sums[i];
       }
       const bool is_inside = here.inside[i] != 0;
       const bool is_beside = (below.near[i] | here.near[i] | above.near[i]) != 0;
-      const int magnitude = borders_[i].magnitude;
       int steps = smoothed_steps(sum);
       if (magnitude != 0 && is_beside) {
         steps = is_inside ? kHalf + magnitude : kHalf - magnitude;
@@ -285,8 +303,10 @@ class LabelMap::Field : public VolumeSource {
     const auto first = static_cast<std::size_t>(box_->least[0]);
     const auto last = static_cast<std::size_t>(box_->greatest[0]);
     for (std::int32_t y = box_->least[1]; y <= box_->greatest[1]; ++y) {
-      const std::size_t row = static_cast<std::size_t>(y) * width;
-      for (std::size_t x = first; x <= last; ++x) make_sample(row + x);
+      const auto row = static_cast<std::size_t>(y);
+      for (std::size_t x = first; x <= last; ++x) {
+        make_sample(row * width + x, borders_[map_->border_place(x, row)].magnitude);
+      }
     }
   }
 
@@ -314,6 +334,13 @@ class LabelMap::Field : public VolumeSource {
   std::array<SmoothSlice, kSlices> kept_;
 };
 
+bool meets_end(const LabelSummary& label, const std::array<std::int32_t, 3>& dims) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (label.least[axis] == 0 || label.greatest[axis] == dims[axis] - 1) return true;
+  }
+  return false;
+}
+
 SampleBox field_box(const LabelSummary& label, const std::array<std::int32_t, 3>& dims) {
   SampleBox box;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -324,8 +351,8 @@ SampleBox field_box(const LabelSummary& label, const std::array<std::int32_t, 3>
 }
 
 LabelMap::LabelMap(const std::filesystem::path& name, VolumeSource& source,
-                   const std::filesystem::path& scratch_folder) {
-  const auto content = std::make_shared<Content>(source.header(), scratch_folder);
+                   const std::filesystem::path& scratch_folder, LabelEnds ends) {
+  const auto content = std::make_shared<Content>(source.header(), ends, scratch_folder);
   const VolumeHeader& header = content->header;
   constexpr std::size_t kSlabBytes = std::size_t{64} << 20;
   const auto most = static_cast<std::int32_t>(
@@ -342,7 +369,13 @@ LabelMap::LabelMap(const std::filesystem::path& name, VolumeSource& source,
   const auto read = [&](std::int32_t z, std::span<std::int32_t> into) {
     content->read(z, into, stored);
   };
-  content->borders.emplace(header.dims, read, scratch_folder);
+  std::vector<std::int32_t> slice(header.samples_per_slice());
+  content->borders.emplace(
+      content->dims_with_layers(),
+      [&](std::int32_t z, std::span<std::int32_t> into) {
+        content->read_with_layers(z, into, slice, stored);
+      },
+      scratch_folder);
   const std::map<std::int32_t, std::uint64_t> thin = thin_samples(header.dims, read);
   const std::map<std::int32_t, double>& shortfalls = content->borders->shortfalls();
   for (LabelSummary& label : content->labels) {

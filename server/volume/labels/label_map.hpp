@@ -8,7 +8,8 @@
 // The field is f32 with values n / 256, n from 0 to 256. Next to another label it is one half plus
 // (inside the label) or minus (outside) the sample's magnitude, see label_borders.hpp; elsewhere it
 // is the label's indicator, smoothed along each axis by the weights 1 4 6 4 1 (over 16) and
-// rounded. Beyond the ends of the map, its last samples are repeated.
+// rounded. Beyond the ends of the map, surfaces close about half a sample away, in a layer of
+// samples that are kBeyondEnds.
 //
 // Guaranteed:
 // * Every sample is on its side of 0.5, by at least 4/256: the isosurface cuts exactly those edges
@@ -17,6 +18,7 @@
 //   they have the same triangles except in tetrahedra with a third label, where gaps of less than
 //   a step may remain. If a map has two labels, their fields add up to 1.
 // * The volume inside the surface of a label is known: LabelSummary::surface_samples.
+// * The field at a sample depends on no label more than kLabelReach samples away along an axis.
 #pragma once
 
 #include <array>
@@ -44,8 +46,8 @@ inline constexpr std::size_t kMaxLabels = 65'536;
 struct LabelSummary {
   double value = 0;  // An integer.
   std::uint64_t samples = 0;
-  // The volume inside the surface, in sample volumes. For samples at the ends of the map, the half
-  // beyond counts as inside; the surface that closes there may enclose less of it.
+  // The volume inside the surface at error 0, in sample volumes. Surfaces that are open at the ends
+  // of the map count as if they closed half a sample beyond.
   double surface_samples = 0;
   // Number of samples in parts one sample thick (thin_parts.hpp).
   std::uint64_t thin_samples = 0;
@@ -54,11 +56,21 @@ struct LabelSummary {
   std::array<double, 3> centroid = {};        // Mean sample index.
 };
 
+// Where surfaces end that reach the ends of the map: they close in a layer of samples around the
+// map, or stay open at the last samples.
+enum class LabelEnds { kClosed, kOpen };
+
+// The value of that layer: on the outer side of a plane border (see border_samples.hpp).
+inline constexpr double kBeyondEnds = kLabelBoundary - 0x24p-8;
+
 // A box of samples; both corners are inclusive.
 struct SampleBox {
   std::array<std::int32_t, 3> least = {};
   std::array<std::int32_t, 3> greatest = {};
 };
+
+// Returns whether the label reaches the ends of a map of `dims` samples.
+[[nodiscard]] bool meets_end(const LabelSummary& label, const std::array<std::int32_t, 3>& dims);
 
 // Returns the box outside of which the field of a label is 0, in a map of `dims` samples.
 [[nodiscard]] SampleBox field_box(const LabelSummary& label,
@@ -71,7 +83,7 @@ class LabelMap {
   // messages. Throws VolumeFileError as the source does, if a sample is not an integer that f32
   // represents exactly, or if there are more than kMaxLabels; std::system_error if the disk fails.
   LabelMap(const std::filesystem::path& name, VolumeSource& source,
-           const std::filesystem::path& scratch_folder);
+           const std::filesystem::path& scratch_folder, LabelEnds ends = LabelEnds::kClosed);
 
   // Returns the labels that occur, sorted, without the background 0. Void samples have no label.
   [[nodiscard]] std::span<const LabelSummary> labels() const;

@@ -58,7 +58,7 @@ describe("Histogram", () => {
 describe("LabelTable", () => {
   test("ListsVolumesWithBounds", () => {
     const label = (value: number, name: string, samples = 0n) => create(LabelSchema, { value, name, samples });
-    const found = { triangles: 12, area: 600.123, volume: 1000.4, isCapped: false };
+    const found = { triangles: 12, area: 600.123, volume: 1000.4, isCapped: false, bend: 100, vertices: 8 };
     const rows = labelTable(
       [
         { label: label(1, "liver", 1024n), samplesVolume: 1024.5, found, bound: 0.01, centroid: [1, -2.5, 3] },
@@ -69,7 +69,7 @@ describe("LabelTable", () => {
     ).split("\r\n");
     expect(rows).toEqual([
       "label,name,samples,samples_volume_um3,volume_um3,volume_bound_um3,area_about_um2,centroid_x_um,centroid_y_um,centroid_z_um,triangles",
-      "1,liver,1024,1024.5,1000.4,6,600.123,1,-2.5,3,12",
+      "1,liver,1024,1024.5,1000.4,6.01,600.123,1,-2.5,3,12",
       '2,"a ""b"", c",,,,,600.123,,,,12',
       "3,,,,,,,,,,",
       "",

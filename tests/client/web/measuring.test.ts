@@ -1,5 +1,5 @@
 import { cutLine } from "../../../client/web/src/mesh/cut";
-import { massProperties } from "../../../client/web/src/mesh/mass_properties";
+import { massProperties, volumeBound } from "../../../client/web/src/mesh/mass_properties";
 import { WorldSpace } from "../../../client/web/src/protocol/messages";
 import { axisNames } from "../../../client/web/src/scene/axis_names";
 import { angleAt, areaText, distanceOf, lengthWithBound, volumeText } from "../../../client/web/src/scene/measures";
@@ -41,10 +41,20 @@ describe("MassProperties", () => {
   const tiles = [...box([0, 0, 0], [2, 3, 4], "a"), ...box([10, 10, 10], [11, 11, 11], "b")];
 
   test("MeasureTheRequestedPart", () => {
-    expect(massProperties(tiles, identity, { id: "a/right", triangle: 5 })).toEqual({ triangles: 12, area: 52, volume: 24, isCapped: false });
-    expect(massProperties(tiles, identity, { id: "b/left", triangle: 0 })).toEqual({ triangles: 12, area: 6, volume: 1, isCapped: false });
+    expect(massProperties(tiles, identity, { id: "a/right", triangle: 5 })).toMatchObject({ triangles: 12, area: 52, volume: 24, isCapped: false });
+    expect(massProperties(tiles, identity, { id: "b/left", triangle: 0 })).toMatchObject({ triangles: 12, area: 6, volume: 1, isCapped: false });
     expect(massProperties(tiles, identity, { id: "b/left", triangle: 6 })).toBeNull();
     expect(massProperties(tiles, identity, { id: "c", triangle: 0 })).toBeNull();
+  });
+
+  test("BoundVolumesByTheTubeFormula", () => {
+    // All places within a distance of a box: its sides, quarters of cylinders, and a ball.
+    const found = massProperties(tiles, identity, { id: "a/right", triangle: 5 })!;
+    for (const d of [0.001, 0.1, 0.5]) {
+      const added = 52 * d + Math.PI * (2 + 3 + 4) * d ** 2 + (4 / 3) * Math.PI * d ** 3;
+      expect(volumeBound(found, d)).toBeGreaterThanOrEqual(added);
+      expect(volumeBound(found, d)).toBeCloseTo(added + 4 * Math.PI * d ** 3, 9); // Eight half balls instead of one ball.
+    }
   });
 
   test("UseWorldUnitsInMirroredWorlds", () => {

@@ -337,6 +337,28 @@ TEST(Certificate, RejectsComponentsOfExchangedOrientation) {
       << text_of(certificate, {}, options);
 }
 
+// A grain beside a box and a bubble in it, both smaller than the error, are exchanged in
+// orientation.
+TEST(Certificate, RejectsComponentsSmallerThanTheErrorThatAreInsideOut) {
+  const Volume volume = fields::sampled<float>({30, 18, 18}, [](int x, int y, int z) {
+    const auto ball = [&](double at) { return 1.3 - std::hypot(x - at, y - 9.0, z - 9.0); };
+    const double box =
+        std::min({7.2 - std::abs(x - 8.5), 7.2 - std::abs(y - 8.6), 7.2 - std::abs(z - 8.7)});
+    return std::max(std::min(box, -ball(8)), ball(23));
+  });
+  TriangleMesh mesh = extracted(make_dataset(volume, "grains"), {.isovalue = 0.0, .error = 0});
+  const CertifyOptions options = {.isovalue = 0, .error = 2, .lattice = 5};
+  EXPECT_TRUE(certify(mesh, volume, options).passes());
+  for (TriangleIndices& t : mesh.triangles) {
+    const Vec3& at = mesh.vertices[t[0]];
+    if (at[0] > 20 || length(difference(at, {8, 9, 9})) < 2) std::swap(t[1], t[2]);
+  }
+  const Certificate certificate = certify(mesh, volume, options);
+  EXPECT_EQ(certificate.closed, certificate.closed_of_reference);
+  EXPECT_EQ(certificate.faults.reversed, 2U);
+  EXPECT_FALSE(certificate.passes());
+}
+
 // A rod beside a box is moved into it, by less than the error.
 TEST(Certificate, RejectsAComponentOnTheOtherSideOfAnother) {
   const Volume volume = fields::sampled<float>({28, 40, 20}, [](int x, int y, int z) {

@@ -16,6 +16,14 @@ export interface MassProperties {
   area: number; // World units squared.
   volume: number | null; // World units cubed; null: the part is not closed.
   isCapped: boolean; // The border of the data cuts it open, and caps close its volume. They do not count as area.
+  bend: number; // The sum over edges of length times the angle by which the surface bends there, on the side with more of it.
+  vertices: number;
+}
+
+// Returns a bound of the difference between this volume and that inside another surface, if a map between the two moves
+// no point farther than `distance`: the tube formula of Steiner and Weyl (common/mesh/mesh_measures.hpp has the proof).
+export function volumeBound({ area, bend, vertices }: MassProperties, distance: number): number {
+  return distance * (area + distance * (bend / 2 + (distance * 2 * Math.PI * vertices) / 3));
 }
 
 // `at` selects a connected part by one of its triangles; null: all parts. `toWorld`: lattice -> world, the columns of
@@ -58,6 +66,7 @@ function partAt(corners: Uint32Array, wanted: number, points: number): Uint32Arr
 
 function measured(part: Uint32Array, lattice: Int32Array, m: readonly number[]): MassProperties {
   let area = 0;
+  const bends = new Bends(lattice.length / 3);
   let six = 0; // Six times the volume, in lattice units: integers stay exact.
   const origin = 3 * part[0];
   const at = (vertex: number) => [0, 1, 2].map((axis) => lattice[3 * vertex + axis] - lattice[origin + axis]);
@@ -65,7 +74,9 @@ function measured(part: Uint32Array, lattice: Int32Array, m: readonly number[]):
   for (let t = 0; t < part.length; t += 3) {
     const [a, b, c] = [at(part[t]), at(part[t + 1]), at(part[t + 2])];
     const along = (to: number[]) => inWorld(to.map((value, axis) => value - a[axis]));
-    area += Math.hypot(...cross(along(b), along(c))) / 2;
+    const normal = cross(along(b), along(c));
+    area += Math.hypot(...normal) / 2;
+    bends.add([part[t], part[t + 1], part[t + 2]], [a, b, c].map(inWorld), normal);
     six += dot(a, cross(b, c));
   }
   const { open, nonmanifold } = edgesOf(part, lattice.length / 3);
@@ -73,7 +84,40 @@ function measured(part: Uint32Array, lattice: Int32Array, m: readonly number[]):
   const caps = nonmanifold === 0 ? borderCaps(open, at, low, high, lattice.length / 3) : null;
   for (const [a, b, c] of caps ?? []) six += dot(a, cross(b, c));
   const scale = Math.abs(dot([m[0], m[1], m[2]], cross([m[3], m[4], m[5]], [m[6], m[7], m[8]])));
-  return { triangles: part.length / 3, area, volume: caps && (Math.abs(six) * scale) / 6, isCapped: caps !== null && caps.length > 0 };
+  return {
+    triangles: part.length / 3,
+    area,
+    volume: caps && (Math.abs(six) * scale) / 6,
+    isCapped: caps !== null && caps.length > 0,
+    bend: Math.max(bends.convex, bends.concave),
+    vertices: new Set(part).size,
+  };
+}
+
+// Adds up lengths of edges times the angles between the normals of their two triangles.
+class Bends {
+  convex = 0;
+  concave = 0;
+  private readonly waiting = new Map<number, number[]>(); // The normals of triangles by edge.
+
+  constructor(private readonly points: number) {}
+
+  add(corners: number[], places: number[][], normal: number[]): void {
+    for (let i = 0; i < 3; ++i) {
+      const [from, to, opposite] = [i, (i + 1) % 3, (i + 2) % 3];
+      const edge = Math.min(corners[from], corners[to]) * this.points + Math.max(corners[from], corners[to]);
+      const other = this.waiting.get(edge);
+      if (!other) {
+        this.waiting.set(edge, normal);
+        continue;
+      }
+      this.waiting.delete(edge);
+      const side = (at: number) => places[at].map((value, axis) => value - places[from][axis]);
+      const angle = Math.atan2(Math.hypot(...cross(other, normal)), dot(other, normal));
+      if (dot(other, side(opposite)) < 0) this.convex += angle * Math.hypot(...side(to));
+      else this.concave += angle * Math.hypot(...side(to));
+    }
+  }
 }
 
 function extentOf(part: Uint32Array, at: (vertex: number) => number[]): [number[], number[]] {

@@ -1,5 +1,5 @@
 // Writes labels as a table for spreadsheets, with the measures of their shown surfaces.
-import type { MassProperties } from "../mesh/mass_properties";
+import { type MassProperties, volumeBound } from "../mesh/mass_properties";
 import type { Label } from "../protocol/messages";
 import { inDigits } from "../shared/quantities";
 
@@ -27,8 +27,8 @@ export function labelTable(labels: readonly MeasuredLabel[], lengthUnit: string)
     "triangles",
   ];
   const rows = labels.map(({ label, samplesVolume, found, bound, centroid }) => {
-    const volumeBound = found && found.volume !== null && bound !== null ? bound * found.area : null;
-    const numbers = [samplesVolume || null, found?.volume, volumeBound, found?.area];
+    const off = found && found.volume !== null && bound !== null ? volumeBound(found, bound) : null;
+    const numbers = [samplesVolume || null, found?.volume, off, found?.area];
     const sizes = numbers.map((number, at) => (number == null ? "" : inDigits(number, at === 2 ? 3 : 7)));
     const texts = [...sizes, ...(centroid ?? ["", "", ""]).map(String)];
     return [String(label.value), quoted(label.name), label.samples ? String(label.samples) : "", ...texts, String(found?.triangles ?? "")];

@@ -2,7 +2,7 @@
 // area and volume of the part picked last, which can be hidden. Each place may have a note. A fourth place starts over.
 // Numbers have bounds and only significant digits.
 import * as THREE from "three";
-import type { MassProperties } from "../mesh/mass_properties";
+import { type MassProperties, volumeBound } from "../mesh/mass_properties";
 import type { DatasetInfo, Label, ProbedPlace } from "../protocol/messages";
 import { h } from "../shared/elements";
 import { grouped, inDigits } from "../shared/quantities";
@@ -286,7 +286,7 @@ function fieldWords({ value, gradient }: ProbedPlace, info: DatasetInfo): (Node 
 function partWords(found: MassProperties | null, info: { lengthUnit: string }, bound: number | null, isFullResolution: boolean): (Node | string)[] {
   if (!found) return ["The surface has changed in the meantime; pick again."];
   const { area, volume, triangles, isCapped } = found;
-  const off = bound === null ? null : bound * area;
+  const off = bound === null ? null : volumeBound(found, bound);
   const ending = isCapped ? ", closed at the border of the data" : "";
   const enclosed = volume === null ? "not closed, encloses no volume" : `volume ${volumeText(volume, info, off)}${ending}`;
   return [

@@ -60,6 +60,7 @@ struct OpenedJob {
   std::unique_ptr<VolumeSource> source;
   std::optional<LabelVolume> label_volume = std::nullopt;
   std::optional<NonconstantBox> varied = std::nullopt;
+  double beyond_ends = kBeyondEnds;  // The value of a label's margin.
 };
 
 OpenedJob open_job(const PrepareJob& job, const VolumeFileOptions& options, LatestLabelMap& maps) {
@@ -71,15 +72,19 @@ OpenedJob open_job(const PrepareJob& job, const VolumeFileOptions& options, Late
                                   [&](const LabelSummary& label) { return label.value == value; });
   if (found == map.labels().end()) fail_without_label(job, map);
   warn_of_thin_parts(job, *found, options);
-  std::unique_ptr<VolumeSource> field = map.field(value);
-  const SampleBox box = field_box(*found, field->header().dims);
-  return {std::move(field),
-          LabelVolume{.samples = found->samples,
-                      .surface_samples = found->surface_samples,
-                      .place = LabelExtent::Place{.least = found->least,
-                                                  .greatest = found->greatest,
-                                                  .centroid = found->centroid}},
-          NonconstantBox{.least = box.least, .greatest = box.greatest}};
+  OpenedJob opened{map.field(value),
+                   LabelVolume{.samples = found->samples,
+                               .surface_samples = found->surface_samples,
+                               .place = LabelExtent::Place{.least = found->least,
+                                                           .greatest = found->greatest,
+                                                           .centroid = found->centroid}}};
+  const auto& dims = opened.source->header().dims;
+  if (!meets_end(*found, dims)) {
+    const SampleBox box = field_box(*found, dims);
+    opened.varied = NonconstantBox{.least = box.least, .greatest = box.greatest};
+    opened.beyond_ends = 0;
+  }
+  return opened;
 }
 
 }  // namespace
@@ -90,7 +95,7 @@ LabelMap LatestLabelMap::of(const std::string& input, const VolumeFileOptions& o
   VolumeFileOptions of_labels = options;
   of_labels.choice.nearest = true;
   const auto source = open_volume(input, of_labels);
-  map_.emplace(input, *source, folder_);
+  map_.emplace(input, *source, folder_, ends_);
   input_ = input;
   choice_ = options.choice;
   return *map_;
@@ -188,20 +193,23 @@ PrepareResult Preparation::complete_one(const std::string& dataset, DatasetOutpu
 PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& note,
                                        DatasetOutput& output) {
   if (!arguments_.force) require_same_source(job, note);
-  const std::optional<double> outside = arguments_.outside_value();
+  const bool is_label = job.member && job.member->label;
+  std::optional<double> outside = arguments_.outside_value();
+  const std::int32_t margin = arguments_.margin_steps();
   Progress progress(job.member ? "prepare " + job.name : "prepare", 3,
                     arguments_.quiet || arguments_.json, /*prints_stages=*/!job.member);
   progress.begin("open");
   VolumeFileOptions options = arguments_.volume.parsed();
   options.choice = job.choice;
   options.notice = [&](const std::string& text) { progress.print_above_bar(text); };
-  if (outside && arguments_.margin_steps() == 0) {
+  if (outside && margin == 0) {
     options.notice(
         "--pad-value alone leaves surfaces open where the grid ends; --pad 1 closes them.");
   }
   const OpenedJob opened = open_job(job, options, maps_);
+  if (is_label && outside) outside = opened.beyond_ends;
   const VolumeHeader& header = opened.source->header();
-  const bool is_closed = outside && arguments_.margin_steps() > 0;
+  const bool is_closed = outside && margin > 0;
   if (!is_closed && std::find(header.dims.begin(), header.dims.end(), 1) != header.dims.end()) {
     refuse_volume(
         job,
@@ -220,12 +228,12 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
   }
   PrepareOptions how{.name = job.name,
                      .outside = outside,
-                     .margin = arguments_.margin_steps(),
+                     .margin = margin,
                      .bins = arguments_.bins,
                      .member = job.member,
                      .label_volume = opened.label_volume,
                      .samples_only = arguments_.samples_only};
-  if (job.member && job.member->label) {
+  if (is_label) {
     how.suggested_isovalues = {kLabelBoundary};
     how.bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()};
     how.varied = opened.varied;

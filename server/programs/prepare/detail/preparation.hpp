@@ -25,14 +25,15 @@ namespace multitetra {
 // Caches the latest label map, as labels of one map are prepared one after the other.
 class LatestLabelMap {
  public:
-  explicit LatestLabelMap(std::filesystem::path scratch_folder)
-      : folder_(std::move(scratch_folder)) {}
+  LatestLabelMap(std::filesystem::path scratch_folder, LabelEnds ends)
+      : folder_(std::move(scratch_folder)), ends_(ends) {}
 
   // Throws VolumeFileError, DatasetFileError.
   [[nodiscard]] LabelMap of(const std::string& input, const VolumeFileOptions& options);
 
  private:
   std::filesystem::path folder_;
+  LabelEnds ends_;
   std::string input_;
   VolumeChoice choice_;
   std::optional<LabelMap> map_;
