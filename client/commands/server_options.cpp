@@ -51,22 +51,25 @@ void add_server_options(Command& command, ServerArguments& a) {
   command.add_flag("--insecure", a.insecure,
                    "Accept any certificate of the server. For tests only");
   command
-      .add_option("--timeout", a.timeout, "Seconds without a reply after which the request fails")
+      .add_option("--timeout", a.timeout, "Seconds without progress after which a request fails")
       ->within(0.1, 86400.0)
       ->type_name("SECONDS")
       ->capture_default_str();
-  command.add_option("--deadline", a.deadline, "Timeout of the whole request in seconds; 0: none")
+  command
+      .add_option(
+          "--deadline", a.deadline,
+          "Timeout of the whole command in seconds; 0: none (default: 600 for each request, "
+          "none for surfaces while they progress)")
       ->within(0.0, 86400.0)
-      ->type_name("SECONDS")
-      ->capture_default_str();
+      ->type_name("SECONDS");
   command.begin_group();
 }
 
 std::chrono::steady_clock::time_point deadline_of(const ServerArguments& arguments) {
   using Clock = std::chrono::steady_clock;
-  if (arguments.deadline <= 0) return Clock::time_point::max();
+  if (arguments.deadline.value_or(0) <= 0) return Clock::time_point::max();
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                            std::chrono::duration<double>(arguments.deadline));
+                            std::chrono::duration<double>(*arguments.deadline));
 }
 
 Result<ServerAccess> access_of(const ServerArguments& arguments) {
@@ -79,6 +82,7 @@ Result<ServerAccess> access_of(const ServerArguments& arguments) {
           .deadline = deadline_of(arguments),
           .token = arguments.token,
           .trust = {.ca_file = arguments.ca_file, .insecure = arguments.insecure}}};
+  if (arguments.deadline) access.options.request_time = std::chrono::hours(24);
   if (!arguments.token_file.empty()) {
     auto token = token_in(arguments.token_file);
     if (!token) return tl::unexpected(token.error());

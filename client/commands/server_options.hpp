@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 
 #include "client/library/client.hpp"
@@ -15,8 +16,9 @@ struct ServerArguments {
   std::string token_file;
   std::string ca_file;
   bool insecure = false;
-  double timeout = 60;  // Seconds without a message.
-  double deadline = 0;  // Seconds for the whole command; 0: no limit.
+  double timeout = 60;  // Seconds without progress.
+  // Seconds for the whole command; 0: no limit; absent: 600 for every request but streams.
+  std::optional<double> deadline;
 };
 
 // Returns the deadline of a command that begins now.

@@ -16,16 +16,22 @@ tl::unexpected<ClientError> unexpected_answer(const char* awaited) {
 
 // Receives the next message, which must be an `Awaited`.
 template <typename Awaited>
-ClientResult<Awaited> receive(MessageSocket& socket, const char* awaited) {
-  auto message = socket.receive();
+ClientResult<Awaited> receive(MessageSocket& socket, const char* awaited, Clock::time_point until) {
+  auto message = socket.receive(until);
   // A late answer to a Ping of an earlier stream.
-  while (message && std::holds_alternative<Pong>(*message)) message = socket.receive();
+  while (message && std::holds_alternative<Pong>(*message)) message = socket.receive(until);
   if (!message) return fail(ErrorSource::kNetwork, message.error());
   if (const auto* refused = std::get_if<ErrorReply>(&*message)) {
     return fail(ErrorSource::kServer, refused->error);
   }
   if (auto* answer = std::get_if<Awaited>(&*message)) return std::move(*answer);
   return unexpected_answer(awaited);
+}
+
+tl::unexpected<ClientError> unexpected_page() {
+  return fail(ErrorSource::kCheck,
+              {ErrorCode::kDamagedData,
+               "The server's list of datasets does not end, or its pages are out of order."});
 }
 
 // Connects and exchanges Hello and Welcome.
@@ -40,7 +46,7 @@ ClientResult<MessageSocket> welcomed_socket(const Endpoint& server, const TlsCon
                     .token = options.token,
                     .agent = options.agent};
   if (auto sent = socket->send(hello); !sent) return fail(ErrorSource::kNetwork, sent.error());
-  const auto welcome = receive<Welcome>(*socket, "Welcome");
+  const auto welcome = receive<Welcome>(*socket, "Welcome", Clock::now() + options.request_time);
   if (!welcome) return tl::unexpected(welcome.error());
   if (welcome->version != kProtocolVersion) {
     return fail(ErrorSource::kServer,
@@ -79,19 +85,28 @@ ClientResult<void> Client::reconnect() {
 }
 
 ClientResult<std::vector<DatasetInfo>> Client::list_datasets() {
-  if (auto sent = send(ListDatasets{.request_id = next_request_id()}); !sent) {
-    return tl::unexpected(sent.error());
-  }
-  auto list = receive<DatasetList>(socket_, "DatasetList");
-  if (!list) return tl::unexpected(list.error());
-  return std::move(list->datasets);
+  const Clock::time_point until = request_ends();
+  std::vector<DatasetInfo> datasets;
+  std::string after;
+  do {
+    const ListDatasets request{
+        .request_id = next_request_id(), .in_pages = true, .after = std::move(after)};
+    if (auto sent = send(request); !sent) return tl::unexpected(sent.error());
+    auto page = receive<DatasetList>(socket_, "DatasetList", until);
+    if (!page) return tl::unexpected(page.error());
+    if (!continues_list(*page, datasets)) return unexpected_page();
+    datasets.insert(datasets.end(), std::make_move_iterator(page->datasets.begin()),
+                    std::make_move_iterator(page->datasets.end()));
+    after = std::move(page->next);
+  } while (!after.empty());
+  return datasets;
 }
 
 ClientResult<EstimateReply> Client::estimate(const std::string& dataset,
                                              const IsosurfaceRequest& request) {
   const Estimate query{.request_id = next_request_id(), .dataset = dataset, .request = request};
   if (auto sent = send(query); !sent) return tl::unexpected(sent.error());
-  return receive<EstimateReply>(socket_, "EstimateReply");
+  return receive<EstimateReply>(socket_, "EstimateReply", request_ends());
 }
 
 ClientResult<void> Client::share_budget(std::span<const std::string> datasets,
@@ -112,7 +127,7 @@ ClientResult<void> Client::share_budget(std::span<const std::string> datasets,
 ClientResult<SliceReply> Client::slice(const std::string& dataset, const SliceRequest& request) {
   const Slice query{.request_id = next_request_id(), .dataset = dataset, .slice = request};
   if (auto sent = send(query); !sent) return tl::unexpected(sent.error());
-  auto reply = receive<SliceReply>(socket_, "SliceReply");
+  auto reply = receive<SliceReply>(socket_, "SliceReply", request_ends());
   if (reply && (reply->width != request.width || reply->height != request.height)) {
     return fail(ErrorSource::kCheck,
                 {ErrorCode::kDamagedData,
@@ -124,7 +139,7 @@ ClientResult<SliceReply> Client::slice(const std::string& dataset, const SliceRe
 ClientResult<ProbeReply> Client::probe(const std::string& dataset, const ProbeRequest& request) {
   const Probe query{.request_id = next_request_id(), .dataset = dataset, .probe = request};
   if (auto sent = send(query); !sent) return tl::unexpected(sent.error());
-  auto reply = receive<ProbeReply>(socket_, "ProbeReply");
+  auto reply = receive<ProbeReply>(socket_, "ProbeReply", request_ends());
   if (reply && reply->places.size() != request.places.size()) {
     return fail(ErrorSource::kCheck,
                 {ErrorCode::kDamagedData, "The reply does not have the requested places."});

@@ -38,9 +38,11 @@ using ClientResult = tl::expected<T, ClientError>;
 }
 
 struct ClientOptions {
-  // The longest wait for a message. If the server answers pings but makes no progress, the client
-  // disconnects after ten times as long.
+  // The longest time without progress of a request. A stream may be without for ten times as long
+  // while its server answers pings.
   std::chrono::milliseconds timeout{60'000};
+  // The longest time of a request other than a stream, such as listing all datasets.
+  std::chrono::milliseconds request_time{600'000};
   // The time limit for the whole conversation; nullopt: none.
   std::optional<std::chrono::steady_clock::time_point> deadline = {};
   std::string agent = "multitetra-client/" MULTITETRA_VERSION;
@@ -125,6 +127,9 @@ class Client {
   [[nodiscard]] const ClientOptions& options() const { return options_; }
 
  private:
+  [[nodiscard]] std::chrono::steady_clock::time_point request_ends() const {
+    return std::chrono::steady_clock::now() + options_.request_time;
+  }
   Client(Endpoint server, TlsContextPtr tls, MessageSocket socket, ClientOptions options);
 
   Endpoint server_;

@@ -12,9 +12,10 @@ using Clock = std::chrono::steady_clock;
 // The longest wait for the closing handshake of a connection.
 constexpr auto kGoodbye = std::chrono::milliseconds(250);
 
-// A server that answers pings but makes no progress is dropped after this many timeouts. Bytes of
-// an incomplete message count as progress at this rate.
-constexpr int kTimeoutsWithoutProgress = 10;
+// A server that makes no progress is dropped after this many timeouts; the second if it is pinged
+// and answers. Bytes of an incomplete message count as progress at the rate below.
+constexpr int kTimeoutsWithoutProgress = 1;
+constexpr int kTimeoutsWhilePinged = 10;
 constexpr double kSlowestBytesPerSecond = 1024;
 
 struct MessageSocket::State {
@@ -49,7 +50,11 @@ struct MessageSocket::State {
   // When a request was last sent or a message other than Pong last arrived.
   Clock::time_point progress = Clock::now();
   std::uint64_t bytes_at_progress = 0;
+  int allowed_timeouts = kTimeoutsWithoutProgress;
+  // The limits of the connection and of the current wait.
+  Clock::time_point wait_ends = Clock::time_point::max();
 
+  [[nodiscard]] Clock::time_point ends_at() const { return std::min(deadline, wait_ends); }
   void note_progress() {
     progress = Clock::now();
     bytes_at_progress = channel.bytes_received();
@@ -57,7 +62,7 @@ struct MessageSocket::State {
   [[nodiscard]] Clock::time_point stalled_at() const {
     const auto bytes = static_cast<double>(channel.bytes_received() - bytes_at_progress);
     const std::chrono::duration<double> under_way(bytes / kSlowestBytesPerSecond);
-    return progress + kTimeoutsWithoutProgress * timeout +
+    return progress + allowed_timeouts * timeout +
            std::chrono::duration_cast<Clock::duration>(under_way);
   }
 
@@ -124,7 +129,7 @@ struct MessageSocket::State {
 
   [[nodiscard]] tl::unexpected<Error> silent(const std::string& what) const {
     if (is_interrupted) return fail(ErrorCode::kCancelled, "The wait was interrupted.");
-    if (Clock::now() >= deadline) {
+    if (Clock::now() >= ends_at()) {
       return fail(ErrorCode::kLimitExceeded,
                   "Timed out before " + to_string(channel.server()) + " sent the complete reply.");
     }
@@ -132,9 +137,9 @@ struct MessageSocket::State {
     return fail(
         ErrorCode::kUnavailable,
         to_string(channel.server()) + " " + (is_stalled ? "made no progress" : what) + " within " +
-            shortest_text(static_cast<double>(
-                              (is_stalled ? kTimeoutsWithoutProgress * timeout : timeout).count()) /
-                          1000) +
+            shortest_text(
+                static_cast<double>((is_stalled ? allowed_timeouts * timeout : timeout).count()) /
+                1000) +
             " s; set a longer timeout.");
   }
 };
@@ -164,21 +169,27 @@ Result<void> MessageSocket::send_bytes(std::string_view bytes) {
                             "did not accept a message");
 }
 
-Result<ServerMessage> MessageSocket::receive() {
+Result<ServerMessage> MessageSocket::receive(Deadline until) {
   state_->waiting_since = Clock::now();
-  state_->note_progress();
-  for (;;) {
-    auto message = receive_within(state_->timeout);
-    if (!message) return tl::unexpected(message.error());
-    if (*message) return **std::move(message);
-  }
+  state_->wait_ends = until.value_or(Clock::time_point::max());
+  Result<std::optional<ServerMessage>> message = std::nullopt;
+  while (message && !*message) message = received_within(state_->timeout, kTimeoutsWithoutProgress);
+  state_->wait_ends = Clock::time_point::max();
+  if (!message) return tl::unexpected(message.error());
+  return **std::move(message);
 }
 
 Result<std::optional<ServerMessage>> MessageSocket::receive_within(
     std::chrono::milliseconds max_wait) {
+  return received_within(max_wait, kTimeoutsWhilePinged);
+}
+
+Result<std::optional<ServerMessage>> MessageSocket::received_within(
+    std::chrono::milliseconds max_wait, int allowed_timeouts) {
   State& state = *state_;
+  state.allowed_timeouts = allowed_timeouts;
   const Clock::time_point until =
-      std::min(Clock::now() + max_wait + std::chrono::milliseconds(1), state.deadline);
+      std::min(Clock::now() + max_wait + std::chrono::milliseconds(1), state.ends_at());
   state.receive_from_now_on();
   const auto silent_at = [&state] {
     return std::min(std::max(state.channel.last_activity(), state.waiting_since) + state.timeout,
@@ -187,7 +198,7 @@ Result<std::optional<ServerMessage>> MessageSocket::receive_within(
   while (!state.received && !state.is_interrupted && Clock::now() < std::min(until, silent_at())) {
     state.run_until(std::min(until, silent_at()), [&state] { return state.received.has_value(); });
   }
-  const bool is_over = state.is_interrupted || Clock::now() >= state.deadline;
+  const bool is_over = state.is_interrupted || Clock::now() >= state.ends_at();
   if (!state.received || is_over) {
     if (Clock::now() < silent_at() && !is_over) return std::nullopt;
     state.finish();

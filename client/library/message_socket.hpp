@@ -22,8 +22,8 @@ class MessageSocket {
  public:
   using Deadline = std::optional<std::chrono::steady_clock::time_point>;
 
-  // `timeout` limits connecting, sending one message, and the server's silence while a message is
-  // awaited; `deadline` limits the whole connection. `interrupt` ends a wait with kCancelled.
+  // `timeout` limits connecting, sending one message, and the time without progress of a request;
+  // `deadline` limits the whole connection. `interrupt` ends a wait with kCancelled.
   [[nodiscard]] static Result<MessageSocket> connect(const Endpoint& server,
                                                      std::chrono::milliseconds timeout,
                                                      const ChannelOptions& options = {},
@@ -37,13 +37,18 @@ class MessageSocket {
   [[nodiscard]] Result<void> send(const ClientMessage& message);
   // Sends raw bytes, to test how servers handle them.
   [[nodiscard]] Result<void> send_bytes(std::string_view bytes);
-  [[nodiscard]] Result<ServerMessage> receive();
-  // Receives a message like receive(), but returns nullopt when no whole one arrived within
-  // `max_wait`. A partly received message is kept for the next call.
+  // Receives the answer to the last message sent. Neither a Pong nor a few bytes of a message count
+  // as progress, and at `until` it fails with kLimitExceeded.
+  [[nodiscard]] Result<ServerMessage> receive(Deadline until = {});
+  // Receives a message of a stream whose server is pinged: returns nullopt when no whole one
+  // arrived within `max_wait`, and allows ten times the timeout without progress while Pongs
+  // arrive. A partly received message is kept for the next call.
   [[nodiscard]] Result<std::optional<ServerMessage>> receive_within(
       std::chrono::milliseconds max_wait);
 
  private:
+  [[nodiscard]] Result<std::optional<ServerMessage>> received_within(
+      std::chrono::milliseconds max_wait, int allowed_timeouts);
   struct State;
   explicit MessageSocket(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;

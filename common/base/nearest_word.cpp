@@ -7,7 +7,8 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kLongest = 256;  // The cost is the product of the lengths.
+constexpr std::size_t kLongest = 256;      // The cost is the product of the lengths.
+constexpr std::size_t kMaxCost = 1 << 20;  // Of all comparisons for one word: about a millisecond.
 
 // Returns the edit distance: letters to replace, insert or delete.
 std::size_t edits(std::string_view from, std::string_view to) {
@@ -48,7 +49,13 @@ std::string nearest_word(std::string_view word, std::span<const std::string> kno
   std::string nearest;
   if (word.size() > kLongest) return nearest;
   std::size_t least = std::max<std::size_t>(2, word.size() / 4) + 1;
+  std::size_t cost = 0;
   for (const std::string& candidate : known) {
+    // The distance is at least the difference of the lengths.
+    const bool is_longer = candidate.size() > word.size() + least && !candidate.starts_with(word);
+    if (is_longer || word.size() > candidate.size() + least) continue;
+    cost += word.size() * candidate.size();
+    if (cost > kMaxCost) break;
     const std::size_t distance = distance_of(word, candidate);
     if (distance < least) {
       least = distance;

@@ -102,7 +102,15 @@ Hello read(const v1::Hello& wire, FieldChecks& checks) {
 }
 
 void write(const ListDatasets& list, v1::ClientMessage& message) {
-  message.mutable_list_datasets()->set_request_id(list.request_id);
+  v1::ListDatasets& wire = *message.mutable_list_datasets();
+  wire.set_request_id(list.request_id);
+  wire.set_in_pages(list.in_pages);
+  wire.set_after(list.after);
+}
+
+ListDatasets read(const v1::ListDatasets& wire, FieldChecks& checks) {
+  checks.at_most("ListDatasets.after", wire.after().size(), kMaxNameBytes, "bytes");
+  return {.request_id = wire.request_id(), .in_pages = wire.in_pages(), .after = wire.after()};
 }
 
 void write(const OpenStream& open, v1::ClientMessage& message) {
@@ -264,7 +272,7 @@ tl::expected<ClientMessage, ParseError> parse_client_message(std::string_view by
     case v1::ClientMessage::kHello:
       return checked(read(wire.hello(), checks), 0);
     case v1::ClientMessage::kListDatasets:
-      return ListDatasets{wire.list_datasets().request_id()};
+      return checked(read(wire.list_datasets(), checks), wire.list_datasets().request_id());
     case v1::ClientMessage::kOpenStream:
       return checked(read(wire.open_stream(), checks), wire.open_stream().request_id());
     case v1::ClientMessage::kCancel:

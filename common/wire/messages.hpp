@@ -59,7 +59,10 @@ struct Hello {
 
 struct ListDatasets {
   std::uint64_t request_id = 0;
+  bool in_pages = false;   // One page; else up to kMaxListedDatasets.
+  std::string after = {};  // The name that the page follows; empty: the first page.
 };
+inline constexpr std::size_t kMaxListedDatasets = 4096;
 
 // The steps of a stream.
 enum class StepPolicy {
@@ -150,7 +153,17 @@ struct Welcome {
 struct DatasetList {
   std::uint64_t request_id = 0;
   std::vector<DatasetInfo> datasets = {};  // In natural order of names.
+  std::string next = {};                   // The next page's ListDatasets::after; empty: none.
+  // Further datasets, each from encoded_dataset(). Only servers use this; received lists have none.
+  std::vector<std::shared_ptr<const std::string>> encoded = {};
 };
+
+// Returns whether a page may follow the datasets of earlier pages: its names go on in order and
+// `next` is its last one, so a list of pages ends.
+[[nodiscard]] bool continues_list(const DatasetList& page, const std::vector<DatasetInfo>& earlier);
+
+// Returns a dataset as it stands in a serialized DatasetList.
+[[nodiscard]] std::string encoded_dataset(const DatasetInfo& info);
 
 // A step is a complete conforming model. It replaces the previous step as a whole once its StepEnd
 // has arrived.

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 
+#include "common/base/natural_order.hpp"
 #include "common/base/printable_line.hpp"
 #include "common/base/utf8.hpp"
 #include "common/net/frame.hpp"
@@ -21,7 +22,6 @@ namespace {
 using namespace wire;
 
 constexpr std::size_t kMaxTilesPerStep = 262144;
-constexpr std::size_t kMaxDatasets = 4096;
 
 static_assert(static_cast<int>(ErrorCode::kPermissionDenied) == v1::ERROR_CODE_PERMISSION_DENIED &&
                   v1::ErrorCode_MAX == v1::ERROR_CODE_PERMISSION_DENIED,
@@ -97,11 +97,38 @@ Welcome read(const v1::Welcome& wire, FieldChecks& checks) {
 void write(const DatasetList& list, v1::ServerMessage& message) {
   v1::DatasetList& wire = *message.mutable_dataset_list();
   wire.set_request_id(list.request_id);
+  wire.set_next(list.next);
   for (const DatasetInfo& info : list.datasets) write_dataset(info, *wire.add_datasets());
 }
 
+// Appends a field of type message, given its bytes.
+void append_message(std::string& bytes, int field, std::string_view content) {
+  constexpr unsigned kLengthDelimited = 2;
+  const auto append_number = [&bytes](std::size_t number) {
+    for (; number >= 0x80; number >>= 7) bytes += static_cast<char>(number | 0x80);
+    bytes += static_cast<char>(number);
+  };
+  append_number(static_cast<unsigned>(field) << 3 | kLengthDelimited);
+  append_number(content.size());
+  bytes += content;
+}
+
+// Appends the datasets that are encoded already: a page costs no more than copying its bytes.
+std::string serialize_encoded(const DatasetList& list) {
+  v1::ServerMessage message;
+  write(list, message);
+  std::string content = message.dataset_list().SerializeAsString();
+  for (const auto& dataset : list.encoded) {
+    append_message(content, v1::DatasetList::kDatasetsFieldNumber, *dataset);
+  }
+  std::string bytes;
+  append_message(bytes, v1::ServerMessage::kDatasetListFieldNumber, content);
+  return bytes;
+}
+
 DatasetList read(const v1::DatasetList& wire, FieldChecks& checks) {
-  DatasetList list{.request_id = wire.request_id(), .datasets = {}};
+  checks.at_most("DatasetList.next", wire.next().size(), kMaxNameBytes, "bytes");
+  DatasetList list{.request_id = wire.request_id(), .next = wire.next()};
   for (const v1::DatasetInfo& info : wire.datasets()) {
     list.datasets.push_back(read_dataset(info, checks));
     if (checks.first()) break;
@@ -287,7 +314,7 @@ void check_counts(std::string_view bytes, FieldChecks& checks) {
   checks.at_most("DatasetList.datasets",
                  count_entries(bytes, {v1::ServerMessage::kDatasetListFieldNumber,
                                        v1::DatasetList::kDatasetsFieldNumber}),
-                 kMaxDatasets, "datasets");
+                 kMaxListedDatasets, "datasets");
   checks.at_most("ProbeReply.places",
                  count_entries(bytes, {v1::ServerMessage::kProbeReplyFieldNumber,
                                        v1::ProbeReply::kPlacesFieldNumber}),
@@ -296,7 +323,27 @@ void check_counts(std::string_view bytes, FieldChecks& checks) {
 
 }  // namespace
 
+bool continues_list(const DatasetList& page, const std::vector<DatasetInfo>& earlier) {
+  constexpr std::size_t kMaxDatasets = 1 << 20;
+  if (page.next.empty() && earlier.empty()) return true;  // A whole list, of any order.
+  if (earlier.size() + page.datasets.size() > kMaxDatasets) return false;
+  const std::string* last = earlier.empty() ? nullptr : &earlier.back().name;
+  for (const DatasetInfo& info : page.datasets) {
+    if (last && !natural_order_less(*last, info.name)) return false;
+    last = &info.name;
+  }
+  return page.next.empty() || (!page.datasets.empty() && page.next == *last);
+}
+
+std::string encoded_dataset(const DatasetInfo& info) {
+  v1::DatasetInfo wire;
+  write_dataset(info, wire);
+  return wire.SerializeAsString();
+}
+
 std::string serialize(const ServerMessage& message) {
+  const auto* list = std::get_if<DatasetList>(&message);
+  if (list && !list->encoded.empty()) return serialize_encoded(*list);
   v1::ServerMessage bytes;
   std::visit([&bytes](const auto& alternative) { write(alternative, bytes); }, message);
   return bytes.SerializeAsString();

@@ -127,7 +127,7 @@ AdmissionControl::AdmissionControl(AdmissionOptions options)
     : options_(std::move(options)),
       observer_(options_.observer ? options_.observer : std::make_shared<ServiceObserver>()),
       tls_(options_.tls ? load_tls(*options_.tls) : nullptr),
-      access_(options_.tokens ? load_access_list(*options_.tokens) : nullptr),
+      access_(options_.tokens ? load_access_list(*options_.tokens) : options_.access),
       connections_(options_.connections),
       refused_({.total = kMaxRefusedAtOnce}),
       rates_(options_.requests),

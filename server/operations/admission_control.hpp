@@ -34,8 +34,9 @@ namespace multitetra {
 struct AdmissionOptions {
   // Absent: plain TCP.
   std::optional<TlsFiles> tls = {};
-  // The access list. Absent: all datasets are public.
+  // The file of the access list. Absent: `access`; null: all datasets are public.
   std::optional<std::filesystem::path> tokens = {};
+  AccessListPtr access = {};
   // The limits of concurrent connections, in total and per address.
   ConnectionLimits connections = {.total = 1024, .per_name = 256};
   // The rate limit of a token, or of an address without one.

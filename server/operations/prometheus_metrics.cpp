@@ -83,6 +83,9 @@ struct PrometheusMetrics::Families {
       gauge(registry, "multitetra_queue_depth", "Steps and estimates waiting for a worker.");
   Gauge& waiting_bytes =
       gauge(registry, "multitetra_queue_bytes", "Bytes of steps waiting for their clients.");
+  Gauge& longest_task =
+      gauge(registry, "multitetra_network_longest_task_seconds",
+            "CPU time of the longest task of the network's thread, which serves all clients.");
   Gauge& datasets = gauge(registry, "multitetra_datasets", "Served datasets.");
   Family<Counter>& block_hits =
       counter(registry, "multitetra_block_hits_total",
@@ -242,6 +245,7 @@ std::string PrometheusMetrics::text(const ServiceState& state) {
   if (state.certificate_expires) {
     f.certificate.Add({}).Set(static_cast<double>(*state.certificate_expires));
   }
+  f.longest_task.Set(state.longest_task_seconds);
   f.draining.Set(state.is_draining ? 1 : 0);
   f.resident.Set(static_cast<double>(resident_bytes()));
   return prometheus::TextSerializer().prometheus::Serializer::Serialize(f.registry.Collect());

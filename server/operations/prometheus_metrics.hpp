@@ -47,6 +47,8 @@ struct ServiceState {
   std::size_t waiting_bytes = 0;
   std::size_t datasets = 0;
   bool is_draining = false;
+  // The longest task of the network's thread so far, in seconds of its CPU time.
+  double longest_task_seconds = 0;
   // Set for a server of datasets.
   std::optional<BlockState> blocks = {};
   // Set for a gateway.

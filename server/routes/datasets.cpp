@@ -8,14 +8,22 @@
 namespace multitetra {
 namespace {
 
-// Omits histograms, which are in each dataset's own description.
+// One page. Omits histograms, which are in each dataset's own description.
 HttpResponse list_answer(const ResourceRequest& request) {
-  Json list = Json::array();
-  for (const DatasetInfo& info : request.context.service_client->client_access().describe()) {
-    list.push_back(json_of(info));
-    list.back().erase("histogram");
+  std::string_view after;
+  for (const auto& [name, value] : request.target.query) {
+    if (name == "after") after = value;
   }
-  return document_answer(text_of({{"datasets", std::move(list)}}), request.http);
+  const DatasetPage page = request.context.service_client->client_access().list(after);
+  std::string text = "{\"datasets\": [";
+  const char* separator = "\n";
+  for (const DatasetCatalogue::Entry* const entry : page.datasets) {
+    text.append(separator).append(entry->json);
+    separator = ",\n";
+  }
+  const Json next = page.next.empty() ? Json() : Json(page.next);
+  text.append("\n], \"next\": ").append(json_text(next, -1)).append("}\n");
+  return document_answer(std::move(text), request.http);
 }
 
 HttpResponse dataset_answer(const ResourceRequest& request) {

@@ -103,12 +103,27 @@ Result<SurfaceProviderPtr> ClientAccess::find(const std::string& dataset) const 
   if (catalogue_ && rights_.may_see(dataset)) {
     if (SurfaceProviderPtr found = catalogue_->find(dataset)) return found;
   }
-  std::vector<std::string> known;
-  for (const DatasetInfo& info : describe()) known.push_back(info.name);
   return fail(ErrorCode::kUnknownDataset,
               "No dataset is named \"" + dataset +
                   "\"; see the list of datasets (multitetra-client list, /v1/datasets)." +
-                  did_you_mean(dataset, known));
+                  did_you_mean(dataset, names_near(dataset)));
+}
+
+// Bounded, as the names are compared on the network's thread.
+std::vector<std::string> ClientAccess::names_near(const std::string& name) const {
+  constexpr int kEachWay = 256;
+  std::vector<std::string> names;
+  if (!catalogue_) return names;
+  const DatasetCatalogue::Entries& entries = catalogue_->entries();
+  const auto add = [&](const std::string& one) {
+    if (rights_.may_see(one)) names.push_back(one);
+  };
+  const auto middle = entries.lower_bound(name);
+  auto after = middle;
+  for (int i = 0; i < kEachWay && after != entries.end(); ++i, ++after) add(after->first);
+  auto before = middle;
+  for (int i = 0; i < kEachWay && before != entries.begin(); ++i) add((--before)->first);
+  return names;
 }
 
 bool ClientAccess::may_see(const std::string& dataset) const {
@@ -119,11 +134,25 @@ bool ClientAccess::may_see_shells(const std::string& dataset) const {
   return !is_for_surfaces_only() && may_see(dataset) && catalogue_->find(dataset)->sends_shells();
 }
 
-std::vector<DatasetInfo> ClientAccess::describe() const {
-  if (!catalogue_) return {};
-  std::vector<DatasetInfo> infos = catalogue_->infos();
-  std::erase_if(infos, [this](const DatasetInfo& info) { return !rights_.may_see(info.name); });
-  return infos;
+DatasetPage ClientAccess::list(std::string_view after, const PageLimits& limits) const {
+  DatasetPage page;
+  if (!catalogue_) return page;
+  const DatasetCatalogue::Entries& entries = catalogue_->entries();
+  std::size_t bytes = 0;
+  const std::string* last = nullptr;
+  for (auto at = entries.upper_bound(after); at != entries.end(); ++at) {
+    const auto& [name, entry] = *at;
+    if (!rights_.may_see(name)) continue;
+    bytes += entry.encoded->size();
+    const bool is_full = page.datasets.size() >= limits.datasets || bytes > limits.bytes;
+    if (is_full && last) {
+      page.next = *last;  // Never a hidden name.
+      break;
+    }
+    page.datasets.push_back(&entry);
+    last = &name;
+  }
+  return page;
 }
 
 Result<DatasetInfo> ClientAccess::describe(const std::string& dataset) const {

@@ -37,6 +37,16 @@ struct ValidatedQuery {
   SurfaceProviderPtr source;
 };
 
+// A part of the list of datasets, in natural order of names. Valid while the catalogue lives.
+struct DatasetPage {
+  std::vector<const DatasetCatalogue::Entry*> datasets;
+  std::string next;  // The last name of the page; empty if no more datasets follow.
+};
+struct PageLimits {
+  std::size_t datasets = 1024;
+  std::size_t bytes = 1 << 20;  // Encoded. A page has at least one dataset.
+};
+
 // Request limits that are stricter than those of the protocol.
 struct RequestLimits {
   std::size_t max_regions = kMaxThresholdRegions;
@@ -77,8 +87,9 @@ class ClientAccess {
   // Returns kPermissionDenied if this client may receive surfaces only, and no samples.
   [[nodiscard]] Result<void> check_samples() const;
 
-  // Returns all datasets visible to this client, by name, or one of them, else kUnknownDataset.
-  [[nodiscard]] std::vector<DatasetInfo> describe() const;
+  // Returns the datasets visible to this client whose names follow `after`.
+  [[nodiscard]] DatasetPage list(std::string_view after = {}, const PageLimits& limits = {}) const;
+  // Returns one of them, else kUnknownDataset.
   [[nodiscard]] Result<DatasetInfo> describe(const std::string& dataset) const;
 
   [[nodiscard]] Result<ValidatedStream> accept(OpenStream open) const;
@@ -86,6 +97,8 @@ class ClientAccess {
 
  private:
   [[nodiscard]] Result<SurfaceProviderPtr> find(const std::string& dataset) const;
+  // Returns visible names near `name` in natural order.
+  [[nodiscard]] std::vector<std::string> names_near(const std::string& name) const;
   // Returns the provider of a visible dataset, unless work is refused.
   [[nodiscard]] Result<SurfaceProviderPtr> provider(const std::string& dataset) const;
   // Returns the same if the dataset can also serve a valid `request`.

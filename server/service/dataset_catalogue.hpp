@@ -1,5 +1,7 @@
 // The datasets that a server offers, by name. A catalogue is filled once, then shared read-only; a
 // server changes its offer by replacing the catalogue.
+//
+// Descriptions are encoded when a dataset is added, so a list is made by copying bytes.
 #pragma once
 
 #include <map>
@@ -15,19 +17,26 @@ namespace multitetra {
 
 class DatasetCatalogue {
  public:
+  struct Entry {
+    std::shared_ptr<const SurfaceProvider> source;
+    std::shared_ptr<const std::string> encoded;  // By encoded_dataset().
+    std::string json;                            // One line, without the histogram.
+  };
+  using Entries = std::map<std::string, Entry, NaturalOrder>;
+
   // Throws std::invalid_argument if a dataset of that name exists.
   void add(std::shared_ptr<const SurfaceProvider> source);
 
   // Returns null if no dataset has that name.
   [[nodiscard]] std::shared_ptr<const SurfaceProvider> find(std::string_view name) const;
 
-  [[nodiscard]] std::vector<DatasetInfo> infos() const;  // In natural order of names.
-  [[nodiscard]] std::size_t size() const { return sources_.size(); }
+  [[nodiscard]] const Entries& entries() const { return entries_; }  // In natural order of names.
+  [[nodiscard]] std::size_t size() const { return entries_.size(); }
   // Returns whether there are datasets, of which none gives this catalogue's clients samples.
   [[nodiscard]] bool is_for_surfaces_only() const { return size() > 0 && !has_samples_; }
 
  private:
-  std::map<std::string, std::shared_ptr<const SurfaceProvider>, NaturalOrder> sources_;
+  Entries entries_;
   bool has_samples_ = false;
 };
 

@@ -53,8 +53,9 @@ std::size_t waiting_bytes(const ServerMessage& message) {
   const auto* list = std::get_if<DatasetList>(&message);
   if (list == nullptr) return 0;
   std::size_t bytes = 0;
-  for (const DatasetInfo& info : list->datasets) bytes += bytes_of(info);
-  return 2 * bytes;  // One copy as values, and one encoded.
+  for (const DatasetInfo& info : list->datasets) bytes += 2 * bytes_of(info);  // And encoded.
+  for (const auto& dataset : list->encoded) bytes += dataset->size();  // One copy, the message.
+  return bytes;
 }
 
 }  // namespace multitetra

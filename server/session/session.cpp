@@ -105,8 +105,13 @@ Actions Session::answer(const Hello& hello) {
 }
 
 Actions Session::answer(const ListDatasets& list) {
-  if (latest_) client_access_.offer(listed_ = latest_());
-  return {Send{DatasetList{.request_id = list.request_id, .datasets = client_access_.describe()}}};
+  // All pages are of the catalogue of the first.
+  if (latest_ && (list.after.empty() || !listed_)) client_access_.offer(listed_ = latest_());
+  const PageLimits all{.datasets = kMaxListedDatasets, .bytes = kMaxServerFrameBytes / 2};
+  DatasetPage page = client_access_.list(list.after, list.in_pages ? PageLimits{} : all);
+  DatasetList reply{.request_id = list.request_id, .next = std::move(page.next)};
+  for (const auto* const entry : page.datasets) reply.encoded.push_back(entry->encoded);
+  return {Send{std::move(reply)}};
 }
 
 Actions Session::answer(const OpenStream& open) {

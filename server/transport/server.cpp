@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <csignal>
+#include <optional>
 #include <utility>
 
 #include <boost/asio/signal_set.hpp>
@@ -12,6 +13,7 @@
 #include "server/conversation/session_runner.hpp"
 #include "server/operations/heap_trimmer.hpp"
 #include "server/operations/log.hpp"
+#include "server/transport/longest_task.hpp"
 #include "server/transport/tcp_listener.hpp"
 
 namespace multitetra {
@@ -31,11 +33,11 @@ AdmissionOptions observed(const ServerOptions& options) {
 
 // Logs patterns of the tokens file that match no dataset, as most are typing errors.
 void warn_of_idle_patterns(const AccessList& list, const DatasetCatalogue& catalogue) {
-  const std::vector<DatasetInfo> infos = catalogue.infos();
+  const DatasetCatalogue::Entries& datasets = catalogue.entries();
   const auto warn = [&](const AccessRights& rights) {
     for (const std::string& pattern : rights.datasets()) {
-      const bool is_used = std::any_of(infos.begin(), infos.end(), [&](const DatasetInfo& info) {
-        return matches(pattern, info.name);
+      const bool is_used = std::any_of(datasets.begin(), datasets.end(), [&](const auto& dataset) {
+        return matches(pattern, dataset.first);
       });
       if (is_used || pattern == "*") continue;
       log_line(LogLevel::kWarning, "a pattern of the tokens file matches no dataset",
@@ -90,7 +92,8 @@ class Server::Running {
       spawn(io_.get_executor(), [this] { return return_memory(); });
     }
     service_->start();
-    io_.run();
+    longest_task_.emplace();
+    while (io_.run_one() > 0) longest_task_->task_ended();
     service_->join();
   }
 
@@ -138,6 +141,7 @@ class Server::Running {
     ServiceState state = service_->state();
     state.waiting_bytes = admission_.queue().used();
     state.is_draining = admission_.is_draining();
+    if (longest_task_) state.longest_task_seconds = longest_task_->seconds();
     if (admission_.tls()) state.certificate_expires = expiry_of(*admission_.tls());
     return options_.metrics->text(state);
   }
@@ -206,6 +210,7 @@ class Server::Running {
   asio::steady_timer drain_timer_;
   asio::steady_timer memory_timer_;
   bool is_stopping_ = false;
+  std::optional<LongestTask> longest_task_;  // Since run() began.
   std::vector<std::unique_ptr<Listener>> listeners_;
   // Destroyed first: joins threads that post to the members above.
   std::unique_ptr<SurfaceService> service_;

@@ -29,12 +29,15 @@ starts() {
     sleep 0.05
   done
   [ -n "$url" ] || { fail "view $* prints no address: $(cat "$name.log")"; return; }
-  shown=${url#*#dataset=}
+  shown=${url#*&dataset=}
+  token=${url#*#token=}
+  token=${token%%&*}
   url=${url%%/#*}
   url=${url%/}
 }
+listed() { curl -s -H "Authorization: Bearer $token" "$url/v1/datasets"; }
 names() {
-  curl -s "$url/v1/datasets" | python3 -c 'import json, sys; print(*sorted(d["name"] for d in json.load(sys.stdin)["datasets"]))'
+  listed | python3 -c 'import json, sys; print(*sorted(d["name"] for d in json.load(sys.stdin)["datasets"]))'
 }
 # lists NAMES: waits until these datasets are listed, as some are prepared while others are served.
 lists() {
@@ -80,7 +83,9 @@ case "$shown" in
 esac
 grep -qF "look='${shown#visible_female_head}'" "$project/server/demo.sh" || fail "demo.sh shows something else than $shown"
 lists "visible_female_head"
-grep -qF "$url/#dataset=visible_female_head" opened || fail "the browser opened $(cat opened)"
+grep -qF "$url/#token=$token&dataset=visible_female_head" opened || fail "the browser opened $(cat opened)"
+[ "$(curl -s -o /dev/null -w '%{http_code}' "$url/v1/datasets")" = 401 ] || fail "others may list the datasets"
+[ "$(curl -s -o /dev/null -w '%{http_code}' -H 'Host: other.example' "$url/")" = 421 ] || fail "the page answers to other names"
 curl -s "$url/" | grep -qi '<html\|no viewer' || fail "no page at $url/"
 ends_by HUP  # The terminal was closed.
 
@@ -202,11 +207,11 @@ cat >jet/jet.pvd <<'END'
 END
 starts collection --no-browser jet/jet.pvd
 lists "jet.heat.t0000 jet.heat.t0001 jet.pressure.t0000 jet.pressure.t0001"
-curl -s "$url/v1/datasets" | tr -d ' \n' | grep -qF '"time":2.5' || fail "the times are not those of the collection: $(curl -s "$url/v1/datasets")"
+listed | tr -d ' \n' | grep -qF '"time":2.5' || fail "the times are not those of the collection: $(listed)"
 ends_by_interrupt
 starts besides --no-browser jet
 lists "jet.heat.t0000 jet.heat.t0001 jet.pressure.t0000 jet.pressure.t0001"
-curl -s "$url/v1/datasets" | tr -d ' \n' | grep -qF '"time":2.5' || fail "a folder's collection is ignored: $(curl -s "$url/v1/datasets")"
+listed | tr -d ' \n' | grep -qF '"time":2.5' || fail "a folder's collection is ignored: $(listed)"
 ends_by_interrupt
 sed 's/timestep="2.5"/timestep="0.5"/' jet/jet.pvd >jet/twice.pvd
 ends 2 "it has several files of time 0.5" "$server" view --no-browser jet/twice.pvd
@@ -254,9 +259,13 @@ ends_by_interrupt
 # --- on all interfaces the address is one that works on this machine
 MULTITETRA_HTTP=http://0.0.0.0:0 starts everywhere --no-browser volumes/bar.nrrd
 case "$url" in
-  http://localhost:[1-9]*) lists "bar" ;;
+  http://localhost:[1-9]*)
+    lists "bar"
+    [ "$(curl -s -o /dev/null -w '%{http_code}' -H 'Host: other.example' "$url/")" = 421 ] || fail "all interfaces answer to other names"
+    ;;
   *) fail "the address of all interfaces is $url" ;;
 esac
+grep -q 'traffic is not encrypted' everywhere.log || fail "no warning that other machines can connect"
 ends_by_interrupt
 
 # --- label maps, beside a volume or opened directly, are offered as labels
@@ -280,14 +289,14 @@ done
 ends 2 "with --resample" "$view" view --no-browser tilted_ct.nrrd
 starts tilted --no-browser --resample tilted_ct.nrrd --labels tilted_organs.nrrd
 lists "tilted_ct tilted_organs.label1 tilted_organs.label2"
-grids=$(curl -s "$url/v1/datasets" | python3 -c 'import json, sys; print(len({json.dumps([d["dims"], d["index_to_world"]]) for d in json.load(sys.stdin)["datasets"]}))')
-[ "$grids" = 1 ] || fail "tilted labels have another grid than their volume: $(curl -s "$url/v1/datasets")"
+grids=$(listed | python3 -c 'import json, sys; print(len({json.dumps([d["dims"], d["index_to_world"]]) for d in json.load(sys.stdin)["datasets"]}))')
+[ "$grids" = 1 ] || fail "tilted labels have another grid than their volume: $(listed)"
 ends_by_interrupt
 printf '1 0 255 0 1 1 1 "left half"\n2 255 0 0 1 1 1 "right half"\n' >halves.txt
 starts named --no-browser scan/ct.nrrd --labels scan/ct_seg.nrrd --label-names halves.txt
 [ "$shown" = "ct&labels=ct_seg:&opacity=0.35" ] || fail "named labels are not shown: $shown"
 lists "ct ct_seg.label1 ct_seg.label2"
-curl -s "$url/v1/datasets" | python3 -c 'import json, sys; print(*[d["member"]["label"]["name"] for d in json.load(sys.stdin)["datasets"] if d["member"]], sep=";")' >names.txt
+listed | python3 -c 'import json, sys; print(*[d["member"]["label"]["name"] for d in json.load(sys.stdin)["datasets"] if d["member"]], sep=";")' >names.txt
 [ "$(cat names.txt)" = "left half;right half" ] || fail "the labels are named $(cat names.txt)"
 ends_by_interrupt
 "$server" prepare scan/ct_seg.nrrd --label all -o prepared_labels --quiet
@@ -311,8 +320,8 @@ ends_by_interrupt
 
 # --- options for what the file does not specify
 starts placed --no-browser --spacing 2,2,3 --length-unit um volumes/bar.nrrd
-curl -s "$url/v1/datasets" | tr -d ' \n' | grep -qF '"spacing":[2.0,2.0,3.0]' || fail "--spacing changes nothing: $(curl -s "$url/v1/datasets")"
-curl -s "$url/v1/datasets" | grep -q 'µm' || fail "--length-unit changes nothing"
+listed | tr -d ' \n' | grep -qF '"spacing":[2.0,2.0,3.0]' || fail "--spacing changes nothing: $(listed)"
+listed | grep -q 'µm' || fail "--length-unit changes nothing"
 ends_by_interrupt
 
 starts turned --no-browser --up -y --orient x,-z,y volumes/bar.nrrd

@@ -58,6 +58,7 @@ start view site/multitetra-command view --no-browser --quiet
 url=
 for _ in $(seq 600); do
   url=$(sed -n 's/.*\(http:\/\/[^ #]*\).*/\1/p' view.log | head -n 1)
+  token=$(sed -n 's/.*#token=\([^& ]*\).*/\1/p' view.log | head -n 1)
   [ -z "$url" ] || break
   kill -0 "$pid" 2>/dev/null || break
   sleep 0.1
@@ -65,9 +66,9 @@ done
 [ -n "$url" ] || fail "view prints no address: $(cat view.log)"
 curl -s -o page.html "$url" || true
 grep -qi '<html' page.html || fail "there is no page at $url"
-"$python" - "$url" <<'END' || fail "the package cannot talk to its own server"
+"$python" - "$url" "$token" <<'END' || fail "the package cannot talk to its own server"
 import sys, multitetra
-with multitetra.connect(sys.argv[1]) as server:
+with multitetra.connect(sys.argv[1], token=sys.argv[2]) as server:
     assert len(server.isosurface("visible_female_head", -300.5, error=2).faces) > 1000
 END
 ends_well view "$pid"

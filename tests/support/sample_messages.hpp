@@ -249,7 +249,9 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
       return hello;
     }
     case 1:
-      return ListDatasets{random()};
+      return ListDatasets{.request_id = random(),
+                          .in_pages = random() % 2 == 0,
+                          .after = text(up_to(60, random), random)};
     case 2: {
       OpenStream open;
       open.request_id = random() | 1;
@@ -341,7 +343,7 @@ inline ServerMessage server_message(std::size_t kind, Random& random) {
                      .agent = text(up_to(60, random), random),
                      .max_message_bytes = u32(random)};
     case 1: {
-      DatasetList list{.request_id = random(), .datasets = {}};
+      DatasetList list{.request_id = random(), .next = text(up_to(60, random), random)};
       for (std::uint64_t i = up_to(3, random); i > 0; --i) {
         list.datasets.push_back(dataset_info(random));
       }
@@ -419,7 +421,7 @@ inline bool same(const Hello& a, const Hello& b) {
                                                 b.agent, b.on_behalf_of, b.client_address);
 }
 inline bool same(const ListDatasets& a, const ListDatasets& b) {
-  return a.request_id == b.request_id;
+  return std::tie(a.request_id, a.in_pages, a.after) == std::tie(b.request_id, b.in_pages, b.after);
 }
 inline bool same(const OpenStream& a, const OpenStream& b) {
   return std::tie(a.request_id, a.dataset, a.request, a.steps, a.cached_tile_digests,
@@ -434,7 +436,7 @@ inline bool same(const Welcome& a, const Welcome& b) {
          std::tie(b.version, b.codecs, b.agent, b.max_message_bytes);
 }
 inline bool same(const DatasetList& a, const DatasetList& b) {
-  return std::tie(a.request_id, a.datasets) == std::tie(b.request_id, b.datasets);
+  return std::tie(a.request_id, a.datasets, a.next) == std::tie(b.request_id, b.datasets, b.next);
 }
 inline bool same(const StepBegin& a, const StepBegin& b) {
   return std::tie(a.request_id, a.step, a.is_final, a.request, a.error_bound_world,

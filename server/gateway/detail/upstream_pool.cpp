@@ -205,16 +205,26 @@ asio::awaitable<Result<UpstreamPool::Listing>> UpstreamPool::list_of(std::size_t
   UpstreamClient client{.token = std::move(token), .shells = true};
   const auto link = co_await link_to(upstream, std::move(client));
   if (!link) co_return tl::unexpected(link.error());
-  (*link)->send(ListDatasets{.request_id = 1});
-  auto answer = co_await (*link)->receive();
+  Listing listing{.datasets = {}, .shells = (*link)->sends_shells()};
+  ListDatasets request{.request_id = 1, .in_pages = true};
+  do {
+    (*link)->send(request);
+    auto answer = co_await (*link)->receive();
+    auto* page = answer ? std::get_if<DatasetList>(&*answer) : nullptr;
+    if (!page || !continues_list(*page, listing.datasets)) {
+      (*link)->close();
+      if (!answer) co_return tl::unexpected(answer.error());
+      if (const auto* error = std::get_if<ErrorReply>(&*answer)) {
+        co_return tl::unexpected(error->error);
+      }
+      co_return fail(ErrorCode::kInternal, "A server did not send its list of datasets.");
+    }
+    listing.datasets.insert(listing.datasets.end(), std::make_move_iterator(page->datasets.begin()),
+                            std::make_move_iterator(page->datasets.end()));
+    request.after = std::move(page->next);
+  } while (!request.after.empty());
   (*link)->close();
-  if (!answer) co_return tl::unexpected(answer.error());
-  if (auto* list = std::get_if<DatasetList>(&*answer)) {
-    Listing listing{.datasets = std::move(list->datasets), .shells = (*link)->sends_shells()};
-    co_return listing;
-  }
-  if (const auto* error = std::get_if<ErrorReply>(&*answer)) co_return tl::unexpected(error->error);
-  co_return fail(ErrorCode::kInternal, "A server did not send its list of datasets.");
+  co_return listing;
 }
 
 asio::awaitable<Result<CataloguePtr>> UpstreamPool::catalogue(std::string token) {

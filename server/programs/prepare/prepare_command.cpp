@@ -138,7 +138,8 @@ int complete_datasets(PrepareArguments& arguments) {
   std::vector<PrepareJob> jobs;
   for (const std::string& input : arguments.inputs) {
     if (!is_in_place && PreparedFile(input).info().missing.empty()) {
-      throw ExitError(kUsage, "'" + input + "': it is already a prepared dataset, with its errors.");
+      throw ExitError(kUsage,
+                      "'" + input + "': it is already a prepared dataset, with its errors.");
     }
     const std::filesystem::path name = std::filesystem::path(input).filename();
     jobs.push_back({.input = input,

@@ -73,8 +73,8 @@ void add_security(Command& command, ListenerOptions& o) {
   command
       .add_option("--allow-host", o.allowed_hosts,
                   "Host name that HTTP requests may use; for example example.org, or .example.org "
-                  "for all below it; * allows all (repeatable; default: *, or only localhost on "
-                  "loopback without TLS, tokens and proxies)")
+                  "for all below it; * allows all (repeatable; default: *; without TLS, tokens and "
+                  "proxies only localhost and the name of this machine)")
       ->delimiter(',')
       ->type_name("HOST");
   command
@@ -146,8 +146,8 @@ void add_operations(Command& command, ListenerOptions& o) {
       ->capture_default_str();
 }
 
-// Restricts host names on loopback without other protection: a web page could otherwise resolve its
-// own name to this machine (DNS rebinding) and read local data.
+// Restricts host names without other protection: a web page could otherwise resolve its own name to
+// this machine (DNS rebinding) and read its data.
 std::vector<std::string> allowed_hosts(const ListenerOptions& o, const Endpoint& listen) {
   for (const std::string& host : o.allowed_hosts) {
     if (!is_host_pattern(host)) {
@@ -160,8 +160,10 @@ std::vector<std::string> allowed_hosts(const ListenerOptions& o, const Endpoint&
   if (!o.allowed_hosts.empty()) return o.allowed_hosts;
   const bool is_guarded =
       !o.tls_certificate.empty() || !o.tokens.empty() || !o.trusted_proxies.empty();
-  if (is_guarded || !is_this_machine(listen.host)) return {"*"};
-  return {"localhost"};
+  if (is_guarded) return {"*"};
+  if (is_this_machine(listen.host)) return {"localhost"};
+  const std::string machine = asio::ip::host_name();
+  return {"localhost", machine, machine + ".local"};
 }
 
 ConnectionOptions connection_options(const ListenerOptions& o) {
@@ -251,6 +253,11 @@ ServerOptions server_options(const ListenerOptions& o) {
       .observer = std::make_shared<RequestLog>()};
   if (!o.tls_certificate.empty()) admission.tls = {o.tls_certificate, o.tls_key};
   if (!o.tokens.empty()) admission.tokens = o.tokens;
+  if (!o.token.empty()) {
+    auto access = std::make_shared<AccessList>();
+    access->add({.digest = digest_of_token(o.token), .rights = {}});
+    admission.access = std::move(access);
+  }
   const std::optional<TcpListenerOptions> tcp = tcp_options(o);
   return {.listen = tcp ? tcp->listen : Endpoint{},
           .has_tcp_listener = tcp.has_value(),
@@ -277,7 +284,7 @@ namespace {
 
 void warn_of_open_listeners(const ListenerOptions& o, const std::string& without_tokens) {
   const bool is_open = is_open_to_others(o);
-  if (is_open && o.tokens.empty() && !without_tokens.empty()) {
+  if (is_open && o.tokens.empty() && o.token.empty() && !without_tokens.empty()) {
     log_line(LogLevel::kWarning,
              "other machines can connect, and every client may see " + without_tokens +
                  ": set --tokens to restrict access",

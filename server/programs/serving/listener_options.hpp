@@ -32,6 +32,7 @@ struct ListenerOptions {
   std::vector<std::string> allowed_hosts = {};
   std::vector<std::string> trusted_proxies = {};
 
+  std::string token = {};       // No option: the only token, for all datasets.
   bool ends_on_hangup = false;  // No option: SIGHUP ends the program instead of reloading.
 
   std::size_t max_connections = 1024;

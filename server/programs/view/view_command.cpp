@@ -10,6 +10,7 @@
 #include "common/base/in_parallel.hpp"
 #include "common/base/percent_encoded.hpp"
 #include "common/cli/terminal.hpp"
+#include "server/operations/access_list.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/serving/dataset_server.hpp"
 #include "server/programs/thread_options.hpp"
@@ -69,19 +70,22 @@ int view(const ViewArguments& arguments) {
   ServeOptions options;
   options.listeners.tcp = "off";
   options.listeners.http = arguments.http;
-  options.listeners.log_level = "error";
+  options.listeners.token = new_token();
+  options.listeners.log_level = "warning";
   options.listeners.drain_seconds = 1;
   options.listeners.ends_on_hangup = true;
   options.threads = arguments.threads;
   options.datasets = volumes.datasets();
   return serve_until_stopped(options, [&](const OpenServer& server) {
-    std::string shown = first ? "#dataset=" + percent_encoded(*first) : "";
+    // The token keeps other users of this machine out, who can find the port.
+    std::string shown = "#token=" + options.listeners.token;
+    if (first) shown += "&dataset=" + percent_encoded(*first);
     if (arguments.inputs.empty()) shown += kDemoLook;
     if (!arguments.volumes.labels.empty() && first && !is_prepared(arguments.volumes.labels)) {
       shown += "&labels=" + percent_encoded(default_dataset_name(arguments.volumes.labels)) +
                ":&opacity=0.35";
     }
-    if (arguments.up != "z") shown += (shown.empty() ? "#up=" : "&up=") + arguments.up;
+    if (arguments.up != "z") shown += "&up=" + arguments.up;
     show(local(server.urls.front()) + "/" + shown, arguments);
     return volumes.run_behind(server.read_again);
   });

@@ -9,6 +9,7 @@
 
 #include "common/base/utf8.hpp"
 #include "tests/client/scripted_server.hpp"
+#include "tests/support/octahedra.hpp"
 
 namespace multitetra {
 namespace {
@@ -70,16 +71,16 @@ TEST(MessageSocket, TimesOutOnASilentServer) {
   EXPECT_TRUE(server.client_leaves());
 }
 
-// A server that sends an endless message, one byte at a time.
-class TricklingServer {
+// A server that sends some bytes, then others again and again.
+class RepeatingServer {
  public:
-  explicit TricklingServer(std::string first)
-      : thread_([this, first = std::move(first)] {
+  RepeatingServer(std::string first, std::string repeated)
+      : thread_([this, first = std::move(first), repeated = std::move(repeated)] {
           tcp::socket socket = acceptor_.accept();
           boost::system::error_code error;
           asio::write(socket, asio::buffer(first), error);
           while (!error) {
-            asio::write(socket, asio::buffer("x", 1), error);
+            asio::write(socket, asio::buffer(repeated), error);
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
           }
         }) {}
@@ -95,7 +96,7 @@ class TricklingServer {
 
 TEST(MessageSocket, TimesOutWhenOnlyPongsArrive) {
   // A frame of a megabyte begins after some Pongs.
-  const TricklingServer server(framed_messages(Messages(20, Pong{})) + frame_header(1 << 20));
+  const RepeatingServer server(framed_messages(Messages(20, Pong{})) + frame_header(1 << 20), "x");
   auto socket = MessageSocket::connect(server.endpoint(), std::chrono::milliseconds(300));
   ASSERT_TRUE(socket);
   Result<std::optional<ServerMessage>> message = std::nullopt;
@@ -103,6 +104,49 @@ TEST(MessageSocket, TimesOutWhenOnlyPongsArrive) {
   EXPECT_EQ(message.error().code, ErrorCode::kUnavailable);
   EXPECT_NE(message.error().text.find("made no progress within 3 s"), std::string::npos)
       << message.error().text;
+}
+
+TEST(Client, GivesUpOnAServerThatOnlySendsPongs) {
+  const RepeatingServer server(framed_messages(Messages{Welcome{.version = kProtocolVersion}}),
+                               framed_messages(Messages{Pong{}}));
+  auto client = Client::connect(server.endpoint(), {.timeout = std::chrono::milliseconds(300)});
+  ASSERT_TRUE(client);
+  const auto list = client->list_datasets();
+  ASSERT_FALSE(list);
+  EXPECT_EQ(list.error().error.code, ErrorCode::kUnavailable);
+  EXPECT_NE(list.error().error.text.find("made no progress within 0.3 s"), std::string::npos)
+      << list.error().error.text;
+}
+
+TEST(Client, GivesUpOnAListByteByByte) {
+  const RepeatingServer server(
+      framed_messages(Messages{Welcome{.version = kProtocolVersion}}) + frame_header(1 << 20), "x");
+  auto client = Client::connect(server.endpoint(), {.timeout = std::chrono::milliseconds(300)});
+  ASSERT_TRUE(client);
+  EXPECT_FALSE(client->list_datasets());
+}
+
+TEST(Client, LimitsTheTimeOfARequest) {
+  const RepeatingServer server(framed_messages(Messages{Welcome{.version = kProtocolVersion}}),
+                               framed_messages(Messages{Pong{}}));
+  auto client =
+      Client::connect(server.endpoint(), {.request_time = std::chrono::milliseconds(200)});
+  ASSERT_TRUE(client);
+  const auto list = client->list_datasets();
+  ASSERT_FALSE(list);
+  EXPECT_EQ(list.error().error.code, ErrorCode::kLimitExceeded);
+}
+
+TEST(Client, RefusesAListWhosePagesDoNotEnd) {
+  const DatasetInfo info = testing::octahedra_info();
+  const DatasetList page{.request_id = 1, .datasets = {info}, .next = info.name};
+  const ScriptedServer server(
+      framed_messages(Messages{Welcome{.version = kProtocolVersion}, page, page}));
+  auto client = Client::connect(server.endpoint(), {});
+  ASSERT_TRUE(client);
+  const auto list = client->list_datasets();
+  ASSERT_FALSE(list);
+  EXPECT_EQ(list.error().error.code, ErrorCode::kDamagedData);
 }
 
 TEST(Client, ReportsServerErrorsAsOneShortPlainLine) {

@@ -1,4 +1,13 @@
-import { create, type OpenStream, Priority, SeriesMemberSchema, type ServerKind, type StepBegin, StepPolicy } from "../../../client/web/src/protocol/messages";
+import {
+  create,
+  ErrorCode,
+  type OpenStream,
+  Priority,
+  SeriesMemberSchema,
+  type ServerKind,
+  type StepBegin,
+  StepPolicy,
+} from "../../../client/web/src/protocol/messages";
 import { Conversation, type Effect } from "../../../client/web/src/stream/conversation";
 import { dataset, messages, request } from "./golden_stream";
 
@@ -27,6 +36,18 @@ describe("Conversation", () => {
     expect(sent(conversation.opened())).toEqual(["hello"]);
     expect(sent(conversation.received(welcome))).toEqual(["listDatasets"]);
     expect(conversation.received(list)).toMatchObject([{ kind: "datasets" }]);
+  });
+
+  test("ReadsAListInPages", () => {
+    const conversation = new Conversation({ part: "test", token: () => "", cachedTiles: () => [] });
+    conversation.opened();
+    conversation.received(welcome);
+    const page = (name: string, next: string) => ({ ...list, value: { ...list.value, datasets: [{ ...dataset(), name }], next } }) as ServerKind;
+    const [following] = conversation.received(page("head", "head"));
+    expect(following).toMatchObject({ kind: "send", message: { case: "listDatasets", value: { inPages: true, after: "head" } } });
+    const [listed] = conversation.received(page("tooth", ""));
+    expect(listed).toMatchObject({ kind: "datasets", datasets: [{ name: "head" }, { name: "tooth" }] });
+    expect(conversation.received(page("head", "other"))).toMatchObject([{ kind: "failure", code: ErrorCode.DAMAGED_DATA }]);
   });
 
   test("RequestIdsIncrease", () => {

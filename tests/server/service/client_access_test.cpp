@@ -37,7 +37,7 @@ TEST(ClientAccess, ShowsAllDatasetsWithoutAnAccessList) {
   ASSERT_TRUE(client_access);
   EXPECT_FALSE(client_access->has_token());
   EXPECT_TRUE(client_access->describe("head"));
-  EXPECT_EQ(client_access->describe().size(), 1U);
+  EXPECT_EQ(client_access->list().datasets.size(), 1U);
 }
 
 TEST(ClientAccess, RejectsUnknownTokens) {
@@ -52,7 +52,7 @@ TEST(ClientAccess, ReportsHiddenDatasetsAsUnknown) {
   const auto client_access =
       ClientAccess::of("good", list_of("good", "frog-*"), fake_catalogue("head"));
   ASSERT_TRUE(client_access);
-  EXPECT_TRUE(client_access->describe().empty());
+  EXPECT_TRUE(client_access->list().datasets.empty());
   EXPECT_FALSE(client_access->may_see("head"));
   const auto job = client_access->accept(testing::open_fake(1, "head"));
   ASSERT_FALSE(job);

@@ -26,7 +26,7 @@ struct Describe {
     }
     if (const auto* list = std::get_if<DatasetList>(&send.message)) {
       return "list " + std::to_string(list->request_id) + " of " +
-             std::to_string(list->datasets.size());
+             std::to_string(list->encoded.size());
     }
     return "another message";
   }
@@ -457,10 +457,8 @@ TEST(Session, UsesTheDatasetsOfTheLastList) {
   const auto names = [&session] {
     const Actions actions = session.receive(ListDatasets{.request_id = 1});
     std::string all;
-    for (const DatasetInfo& info :
-         std::get<DatasetList>(std::get<Send>(actions.at(0)).message).datasets) {
-      all += info.name + " ";
-    }
+    const auto sent = parse_server_message(serialize(std::get<Send>(actions.at(0)).message));
+    for (const DatasetInfo& info : std::get<DatasetList>(*sent).datasets) all += info.name + " ";
     return all;
   };
   const auto source = [&session](std::uint64_t id, const std::string& dataset) {
@@ -495,7 +493,7 @@ TEST(DatasetCatalogue, IsInNaturalOrderOfNames) {
     catalogue.add(std::make_shared<FakeSteps>(name));
   }
   std::vector<std::string> names;
-  for (const DatasetInfo& info : catalogue.infos()) names.push_back(info.name);
+  for (const auto& [name, entry] : catalogue.entries()) names.push_back(name);
   EXPECT_EQ(names, (std::vector<std::string>{"cells.label1", "cells.label2", "cells.label10"}));
   EXPECT_EQ(catalogue.find("cells.label10")->info().name, "cells.label10");
   EXPECT_EQ(catalogue.find("cells.label3"), nullptr);

@@ -9,6 +9,7 @@ import {
   CancelSchema,
   type ClientKind,
   type DatasetInfo,
+  type DatasetList as DatasetPage,
   ErrorCode,
   type ErrorReply,
   type EstimateReply,
@@ -76,6 +77,7 @@ const policies = {
   final: StepPolicy.FINAL_ONLY,
 };
 const maxCachedTiles = 8192;
+const maxDatasets = 1 << 20;
 export const firstRetry = 500;
 export const maxRetry = 15_000;
 const maxWait = 600_000; // The longest accepted delay of a server.
@@ -88,6 +90,7 @@ export class Conversation {
   private query: { id: bigint; request: StreamRequest } | null = null; // The running query.
   private nextQuery: StreamRequest | null = null;
   private datasets: DatasetInfo[] = [];
+  private listed: DatasetInfo[] = []; // The pages of an unfinished list.
   private permitsSamples = true;
   private requested: StreamRequest | null = null;
   private assembler: Assembler | null = null;
@@ -222,9 +225,9 @@ export class Conversation {
         this.permitsSamples = message.value.codecs.includes(PayloadCodec.SAMPLE_SHELL);
         return this.receiveWelcome();
       case "datasetList":
-        return this.receiveDatasets(message.value.datasets);
+        return this.receivePage(message.value);
       case "pong":
-        return message.value.hasNewList ? [this.listRequest()] : [];
+        return message.value.hasNewList ? [this.firstPageRequest()] : [];
       case "estimateReply":
         return this.receiveEstimate(message.value);
       case "error":
@@ -256,11 +259,26 @@ export class Conversation {
     const ready = this.setPhase("ready");
     const isListing = this.options.isListing?.() ?? true;
     if (!isListing) return this.requested && !this.assembler ? [...ready, ...this.openStream()] : ready;
-    return [...ready, this.listRequest()];
+    return [...ready, this.firstPageRequest()];
   }
 
-  private listRequest(): Effect {
-    return { kind: "send", message: { case: "listDatasets", value: create(ListDatasetsSchema, { requestId: 1n }) } };
+  private firstPageRequest(): Effect {
+    this.listed = [];
+    return this.pageRequest("");
+  }
+
+  private pageRequest(after: string): Effect {
+    const value = create(ListDatasetsSchema, { requestId: 1n, inPages: true, after });
+    return { kind: "send", message: { case: "listDatasets", value } };
+  }
+
+  // Each page must continue the list, so that it ends.
+  private receivePage({ datasets, next }: DatasetPage): Effect[] {
+    this.listed = [...this.listed, ...datasets];
+    if (next === "") return this.receiveDatasets(this.listed);
+    if (next === datasets.at(-1)?.name && this.listed.length < maxDatasets) return [this.pageRequest(next)];
+    const text = "The server's list of datasets does not end.";
+    return [{ kind: "failure", text, isFatal: false, code: ErrorCode.DAMAGED_DATA }];
   }
 
   private receiveEstimate({ requestId, triangles, bytes, errorBoundWorld }: EstimateReply): Effect[] {
