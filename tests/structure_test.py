@@ -45,7 +45,7 @@ LIBRARIES = {
     "server/certify": ["server/dataset", "server/core/surface", "common/wire", "common/cli"],
     "server/stream": ["server/extraction"],
     "server/operations": ["common/net"],
-    "server/service": ["server/stream", "server/operations"],
+    "server/service": ["server/stream", "server/operations", "common/json"],
     "server/tilesets": ["server/dataset", "common/wire"],
     "server/session": ["server/service"],
     "server/conversation": ["server/session"],

@@ -1,6 +1,9 @@
 #include "server/programs/serving/listener_options.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
@@ -18,6 +21,12 @@
 
 namespace multitetra {
 namespace {
+
+std::string machine_name() {
+  std::array<char, 256> name{};
+  if (::gethostname(name.data(), name.size() - 1) != 0) return "localhost";
+  return name.data();
+}
 
 constexpr double kLongestSeconds = 1e7;
 
@@ -162,7 +171,7 @@ std::vector<std::string> allowed_hosts(const ListenerOptions& o, const Endpoint&
       !o.tls_certificate.empty() || !o.tokens.empty() || !o.trusted_proxies.empty();
   if (is_guarded) return {"*"};
   if (is_this_machine(listen.host)) return {"localhost"};
-  const std::string machine = asio::ip::host_name();
+  const std::string machine = machine_name();
   return {"localhost", machine, machine + ".local"};
 }
 
