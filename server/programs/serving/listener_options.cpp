@@ -10,6 +10,8 @@
 #include <memory>
 #include <utility>
 
+#include <boost/asio/ip/host_name.hpp>
+
 #include "common/cli/program.hpp"
 #include "server/http/host.hpp"
 #include "server/http/origin.hpp"
