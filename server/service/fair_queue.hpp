@@ -13,7 +13,8 @@
 // share_levels()) have the joint weight of a few shares.
 //
 // Long jobs never take all workers, and a share runs at most one long job and one other, so a short
-// job finds a worker. Background jobs run when no other job can.
+// job finds a worker. A job that was expected to be short and is not counts as long from the time
+// when that is noticed; waiting jobs of its kind are corrected in proportion. Background jobs run when no other job can.
 //
 // Pure: no thread, no clock.
 #pragma once
@@ -50,6 +51,7 @@ class FairQueue {
     std::string kind = {};  // For duration statistics.
     double expected_seconds = 0;
     double following_seconds = 0;  // Expected time of the job that this one will add.
+    double forecast_seconds = 0;   // What a forecast said; 0: there was none.
   };
   struct DequeuedJob {
     Client client = {};
@@ -130,6 +132,36 @@ class FairQueue {
     drop_idle_clients(share);
   }
 
+  // Reports that a taken job has run for `seconds`, more than expected, and has not ended.
+  void overdue(DequeuedJob& taken, double seconds) {
+    const double factor = seconds / std::max(taken.job.expected_seconds, 1e-3);
+    if (factor <= 1) return;
+    Share& share = shares_.find(taken.client.share)->second;
+    if (!std::exchange(taken.job.is_long, true)) {
+      ++running_long_;
+      ++share.running_long;
+    }
+    const double more = seconds - std::exchange(taken.job.expected_seconds, seconds);
+    share.expected_seconds += more;
+    share.served_until += more / taken.weight;
+    share.clients.at(taken.client.number).served_until += more;
+    for (auto& [name, other] : shares_) {
+      for (auto& [number, queue] : other.clients) {
+        for (Job& job : queue.jobs) {
+          if (job.kind != taken.job.kind) continue;
+          other.expected_seconds += (factor - 1) * job.expected_seconds;
+          job.expected_seconds *= factor;
+          job.is_long = job.is_long || job.expected_seconds > kLongSeconds;
+        }
+      }
+    }
+  }
+  // Returns how many long jobs run above their limit, because they were expected to be short. As
+  // many more workers keep short jobs from waiting for them.
+  [[nodiscard]] std::size_t excess_long() const {
+    return running_long_ > max_long_ ? running_long_ - max_long_ : 0;
+  }
+
   [[nodiscard]] std::size_t waiting() const { return waiting_; }
   // Returns the expected time of a share's waiting and running jobs, in seconds.
   [[nodiscard]] double expected_seconds(const std::string& share) const {
@@ -138,6 +170,9 @@ class FairQueue {
   }
   // Returns the number of shares with waiting or running jobs.
   [[nodiscard]] std::size_t busy_shares() const { return busy_shares_; }
+
+  // Jobs of unknown kinds that took or may take longer count as long.
+  static constexpr double kLongSeconds = 0.5;
 
  private:
   static constexpr std::size_t kMaxJobsPerShare = 2;  // Concurrent jobs of one share.

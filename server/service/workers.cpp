@@ -14,13 +14,25 @@ namespace {
 // A job counts as long above the first if its time is a forecast, above the second if jobs of its
 // kind took that long. They are also the times assumed for unknown kinds.
 constexpr double kShortSeconds = 0.1;
-constexpr double kLongSeconds = 0.5;
+constexpr double kLongSeconds = FairQueue::kLongSeconds;
 constexpr double kForecastSeconds = 0.005;
+// A job is overdue if it takes this long, and twice as long as expected.
+constexpr double kOverdueSeconds = 0.25;
+constexpr auto kOverdueCheck = std::chrono::milliseconds(50);
+
+// The kind under which the ratio of actual to forecast times is recorded.
+std::string ratio_of(const std::string& kind) { return kind + " per forecast"; }
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 }  // namespace
 
-Workers::Workers(std::size_t threads) : queue_(threads > 1 ? threads - 1 : 1) {
-  for (std::size_t i = 0; i < std::max<std::size_t>(threads, 1); ++i) {
+// As many threads again stand by for jobs that turn out to be long.
+Workers::Workers(std::size_t threads)
+    : queue_(threads > 1 ? threads - 1 : 1), max_running_(std::max<std::size_t>(threads, 1)) {
+  for (std::size_t i = 0; i < 2 * max_running_; ++i) {
     threads_.emplace_back([this] { work(); });
   }
 }
@@ -57,14 +69,16 @@ void Workers::post(const FairQueue::Client& client, Work work) {
 
 void Workers::add(const FairQueue::Client& client, Work work, std::optional<double> seconds) {
   const double learned = costs_.expected(work.kind, work.is_long ? kLongSeconds : kShortSeconds);
-  const double expected = seconds.value_or(learned);
+  const double expected =
+      seconds ? *seconds * costs_.expected(ratio_of(work.kind), 1) : learned;
   // Forecasts may be several times too small.
   const bool is_long = seconds ? expected > kShortSeconds : work.is_long || learned > kLongSeconds;
   queue_.add(client, {.run = std::move(work.run),
                       .is_long = is_long,
                       .is_background = work.is_background,
                       .kind = std::move(work.kind),
-                      .expected_seconds = expected});
+                      .expected_seconds = expected,
+                      .forecast_seconds = seconds.value_or(0)});
   work_available_.notify_one();
 }
 
@@ -89,23 +103,54 @@ Backlog Workers::backlog(const std::string& share) const {
   return {.seconds = seconds, .seconds_until_done = seconds * shares};
 }
 
+std::optional<FairQueue::DequeuedJob> Workers::take() {
+  const std::size_t allowed = max_running_ + std::min(queue_.excess_long(), max_running_);
+  return running_.size() < allowed ? queue_.take() : std::nullopt;
+}
+
+void Workers::note_overdue() {
+  for (Running& one : running_) {
+    const double seconds = seconds_since(one.start);
+    const double expected = one.taken.job.expected_seconds;
+    if (one.taken.job.is_long || seconds < std::max(kOverdueSeconds, 2 * expected)) continue;
+    queue_.overdue(one.taken, seconds);
+    record(one, seconds);
+  }
+}
+
+void Workers::record(const Running& one, double seconds) {
+  const std::string& kind = one.taken.job.kind;
+  costs_.record(kind, seconds);
+  const double forecast = one.taken.job.forecast_seconds;
+  if (forecast > 0) costs_.record(ratio_of(kind), seconds / forecast);
+}
+
 void Workers::work() {
   std::unique_lock lock(mutex_);
   for (;;) {
     std::optional<FairQueue::DequeuedJob> taken;
-    work_available_.wait(lock, [&] {
-      taken = queue_.take();
+    const auto has_work = [&] {
+      note_overdue();
+      taken = take();
       return taken || (is_closed_ && queue_.waiting() == 0);
-    });
+    };
+    while (!has_work()) {
+      if (running_.empty()) {
+        work_available_.wait(lock);
+      } else {
+        work_available_.wait_for(lock, kOverdueCheck);
+      }
+    }
     if (!taken) return;
+    const auto one = running_.insert(running_.end(), {*std::move(taken), Clock::now()});
     lock.unlock();
-    const Clock::time_point start = Clock::now();
-    taken->job.run();
-    taken->job.run = nullptr;  // Releases its captures before others wait for them.
-    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    one->taken.job.run();
+    one->taken.job.run = nullptr;  // Releases its captures before others wait for them.
+    const double seconds = seconds_since(one->start);
     lock.lock();
-    queue_.done(*taken, seconds);
-    costs_.record(taken->job.kind, seconds);
+    queue_.done(one->taken, seconds);
+    record(*one, seconds);
+    running_.erase(one);
     // A long job that was held back may now run on any thread.
     work_available_.notify_all();
   }

@@ -1,10 +1,12 @@
 // The worker threads, shared fairly among clients (see fair_queue.hpp).
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <list>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -43,7 +45,8 @@ struct Backlog {
 // Thread-safe.
 class Workers {
  public:
-  // Runs `threads` jobs at the same time, at least 1; all but one of them may be long.
+  // Runs `threads` jobs at the same time, at least 1; all but one of them may be long. Jobs that
+  // turn out to be long do not keep others from their places.
   explicit Workers(std::size_t threads);
   // Runs all waiting jobs before it returns.
   ~Workers();
@@ -59,14 +62,25 @@ class Workers {
   [[nodiscard]] Backlog backlog(const std::string& share) const;
 
  private:
+  struct Running {
+    FairQueue::DequeuedJob taken;
+    std::chrono::steady_clock::time_point start;
+  };
+  // Returns the next job, if one more may run.
+  [[nodiscard]] std::optional<FairQueue::DequeuedJob> take();
+  // Reports jobs that run longer than expected to the queue, before they end.
+  void note_overdue();
+  void record(const Running& one, double seconds);
   // `seconds` is the forecast, if any.
   void add(const FairQueue::Client& client, Work work, std::optional<double> seconds);
   void work();
 
-  mutable std::mutex mutex_;  // Guards queue_, costs_, next_client_ and is_closed_.
+  mutable std::mutex mutex_;  // Guards all but max_running_ and threads_.
   std::condition_variable work_available_;
   FairQueue queue_;
   WorkCosts costs_;
+  const std::size_t max_running_;  // Beside those for which overdue jobs make room.
+  std::list<Running> running_;
   std::uint64_t next_client_ = 0;
   bool is_closed_ = false;
   std::vector<std::jthread> threads_;

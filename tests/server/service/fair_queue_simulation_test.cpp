@@ -1,4 +1,5 @@
 // The fair queue in simulated time: how long clients wait among many others.
+#include <algorithm>
 #include <cstdio>
 #include <map>
 #include <string>
@@ -11,28 +12,45 @@
 namespace multitetra {
 namespace {
 
-// Workers that take jobs from a queue. A job takes its expected time, then `run` is called.
+std::string numbered(const char* format, int number) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, number);
+  return text;
+}
+
+// Workers that take jobs from a queue. A job takes its expected time, or the given actual time, then
+// `run` is called.
 class SimulatedWorkers {
  public:
   explicit SimulatedWorkers(std::size_t workers) : workers_(workers), queue_(workers - 1) {}
 
   void add(
-      const FairQueue::Client& client, double seconds, std::function<void()> when_done = [] {}) {
-    constexpr double kLongSeconds = 0.5;
+      const FairQueue::Client& client, double seconds, std::function<void()> when_done = [] {},
+      double expected = 0) {
+    if (expected == 0) expected = seconds;
     queue_.add(client, {.run = std::move(when_done),
-                        .is_long = seconds > kLongSeconds,
-                        .expected_seconds = seconds});
+                        .is_long = expected > FairQueue::kLongSeconds,
+                        .kind = numbered("%d ms", static_cast<int>(1000 * seconds)),
+                        .expected_seconds = expected});
     take();
   }
   // Completes all jobs that end by `time`, including those added meanwhile.
   void run_until(double time) {
-    while (!running_.empty() && running_.begin()->first <= time) {
+    constexpr double kCheck = 0.05;
+    while (!running_.empty()) {
+      const double next_check = now_ + kCheck;
       const auto first = running_.begin();
-      now_ = first->first;
-      const FairQueue::DequeuedJob taken = std::move(first->second);
-      running_.erase(first);
-      queue_.done(taken, taken.job.expected_seconds);
-      taken.job.run();
+      if (std::min(first->first, next_check) > time) break;
+      if (first->first > next_check) {
+        now_ = next_check;
+        note_overdue();
+      } else {
+        now_ = first->first;
+        const Running done = std::move(first->second);
+        running_.erase(first);
+        queue_.done(done.taken, now_ - done.start);
+        done.taken.job.run();
+      }
       take();
     }
     now_ = time;
@@ -40,38 +58,52 @@ class SimulatedWorkers {
   [[nodiscard]] double now() const { return now_; }
 
  private:
+  struct Running {
+    FairQueue::DequeuedJob taken;
+    double start;
+  };
   void take() {
-    while (running_.size() < workers_) {
+    while (running_.size() < workers_ + std::min(queue_.excess_long(), workers_)) {
       auto taken = queue_.take();
       if (!taken) return;
-      running_.emplace(now_ + taken->job.expected_seconds, *std::move(taken));
+      const double seconds = std::stod(taken->job.kind) / 1000;
+      running_.emplace(now_ + seconds, Running{*std::move(taken), now_});
+    }
+  }
+  void note_overdue() {
+    for (auto& [end, one] : running_) {
+      const double seconds = now_ - one.start;
+      const double expected = one.taken.job.expected_seconds;
+      if (!one.taken.job.is_long && seconds > 0.25 && seconds > 2 * expected) {
+        queue_.overdue(one.taken, seconds);
+      }
     }
   }
 
   std::size_t workers_;
   FairQueue queue_;
-  std::multimap<double, FairQueue::DequeuedJob> running_;  // By end time.
+  std::multimap<double, Running> running_;  // By end time.
   double now_ = 0;
 };
-
-std::string numbered(const char* format, int number) {
-  char text[64];
-  std::snprintf(text, sizeof text, format, number);
-  return text;
-}
 
 // A client that requests one surface after another, each a preview and a final step.
 class Stream {
  public:
-  Stream(SimulatedWorkers& workers, FairQueue::Client client, double preview, double final_step)
-      : workers_(workers), client_(std::move(client)), preview_(preview), final_(final_step) {}
+  // The final step is expected to take `expected_final`; 0: what it takes.
+  Stream(SimulatedWorkers& workers, FairQueue::Client client, double preview, double final_step,
+         double expected_final = 0)
+      : workers_(workers),
+        client_(std::move(client)),
+        preview_(preview),
+        final_(final_step),
+        expected_final_(expected_final) {}
   void start() {
     began_ = workers_.now();
     workers_.add(client_, preview_, [this] {
       workers_.add(client_, final_, [this] {
         seconds_.push_back(workers_.now() - began_);
         start();
-      });
+      }, expected_final_);
     });
   }
   // Seconds from the request of each surface to its completion.
@@ -80,19 +112,20 @@ class Stream {
  private:
   SimulatedWorkers& workers_;
   FairQueue::Client client_;
-  double preview_, final_;
+  double preview_, final_, expected_final_;
   double began_ = 0;
   std::vector<double> seconds_;
 };
 
 using Streams = std::vector<std::unique_ptr<Stream>>;
 
-Streams started(SimulatedWorkers& workers, int count, const char* share, double final_step) {
+Streams started(SimulatedWorkers& workers, int count, const char* share, double final_step,
+                double expected_final = 0) {
   Streams streams;
   for (int i = 0; i < count; ++i) {
     streams.push_back(std::make_unique<Stream>(
         workers, FairQueue::Client{numbered(share, i), static_cast<std::uint64_t>(i)}, 0.02,
-        final_step));
+        final_step, expected_final));
     streams.back()->start();
   }
   return streams;
@@ -109,6 +142,18 @@ TEST(FairQueueSimulation, CompletesASmallSurfaceWithinASecondBesideTwoHundredLon
       workers.run_until(later + 1);
       EXPECT_GE(small.seconds().size(), 1U) << final_step << " s, after " << later << " s";
     }
+  }
+}
+
+TEST(FairQueueSimulation, CompletesASmallSurfaceBesideLongOnesThatWereExpectedToBeShort) {
+  for (const double later : {3.0, 5.0, 20.0}) {
+    SimulatedWorkers workers(3);
+    const Streams long_ones = started(workers, 200, "address 192.0.2.%d", 20.0, 0.08);
+    workers.run_until(later);
+    Stream small(workers, {"address 198.51.100.1", 1000}, 0.02, 0.02);
+    small.start();
+    workers.run_until(later + 1);
+    EXPECT_GE(small.seconds().size(), 1U) << "after " << later << " s";
   }
 }
 
