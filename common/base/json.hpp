@@ -7,7 +7,7 @@
 
 namespace multitetra {
 
-// Parses untrusted text; is_discarded() if it is not JSON. Its objects are sorted by key: looking
+// Parses untrusted text; is_discarded() if it is not JSON or has more than 256 levels. Its objects are sorted by key: looking
 // up a key of an ordered_json takes time proportional to the number of keys.
 [[nodiscard]] nlohmann::json parse_json(std::string_view text);
 
