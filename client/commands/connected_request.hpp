@@ -10,7 +10,7 @@
 #include "client/commands/program.hpp"
 #include "client/commands/server_options.hpp"
 #include "client/library/client.hpp"
-#include "client/library/nrrd_thresholds.hpp"
+#include "client/library/isolated_thresholds.hpp"
 #include "common/cli/command.hpp"
 #include "common/cli/surface_options.hpp"
 #include "common/cli/terminal.hpp"
@@ -32,7 +32,7 @@ struct SurfaceOrder {
   ServerArguments server = {};
   std::string dataset = {};
   SurfaceArguments surface = {
-      .threshold_files = {.formats = "An NRRD file", .read = read_nrrd_thresholds}};
+      .threshold_files = {.formats = "An NRRD file", .read = read_thresholds_isolated}};
   // Prints no notices.
   bool quiet = false;
 };

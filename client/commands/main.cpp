@@ -11,6 +11,7 @@
 #include "client/library/report.hpp"
 #include "common/cli/command_line.hpp"
 #include "common/cli/program.hpp"
+#include "common/sandbox/sandbox.hpp"
 
 namespace multitetra {
 namespace {
@@ -72,5 +73,6 @@ int run(int argc, char** argv) {
 }  // namespace multitetra
 
 int main(int argc, char** argv) {
+  multitetra::enter_sandbox_if_asked(argc, argv);
   return multitetra::run_program(multitetra::kProgram, [&] { return multitetra::run(argc, argv); });
 }

@@ -12,6 +12,8 @@
 
 #include <gtest/gtest.h>
 
+#include "client/library/isolated_thresholds.hpp"
+#include "common/sandbox/isolation.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
@@ -212,6 +214,24 @@ TEST_F(NrrdThresholds, ReadsOrRejectsDamagedFiles) {
       }
     }
   }
+}
+
+TEST_F(NrrdThresholds, AreReadInAProcessThatSeesNoOtherFiles) {
+  const TemporaryFolder other;
+  const std::string header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n";
+  const auto whole = folder_.file("grid.nrrd", header + "\n" + std::string(8, '\2'));
+  const auto grid = read_thresholds_isolated(whole, 9);
+  ASSERT_TRUE(grid) << grid.error().text;
+  EXPECT_EQ(*grid, *read_nrrd_thresholds(whole, 9));
+  const auto damaged = folder_.file("short.nrrd", header + "\n");
+  EXPECT_EQ(read_thresholds_isolated(damaged, 9).error().text,
+            read_nrrd_thresholds(damaged, 9).error().text);
+  std::filesystem::create_symlink(other.file("secret", std::string(8, '\3')),
+                                  folder_.path() / "secret.raw");
+  const auto linked = folder_.file("linked.nrrd", header + "data file: secret.raw\n\n");
+  EXPECT_TRUE(read_nrrd_thresholds(linked, 9));
+  if (isolation_of_this_kernel().landlock == 0) GTEST_SKIP() << "This kernel has no Landlock.";
+  EXPECT_FALSE(read_thresholds_isolated(linked, 9));
 }
 
 }  // namespace
