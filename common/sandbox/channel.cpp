@@ -4,6 +4,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -33,12 +34,21 @@ bool SandboxChannel::send(char kind, std::string_view bytes) {
   return true;
 }
 
+// Single bytes do not prolong the wait: all must arrive within the timeout, and a second for each
+// megabyte.
 bool SandboxChannel::read(std::span<std::byte> into, std::chrono::milliseconds timeout) const {
+  using std::chrono::milliseconds;
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point end = Clock::now() + timeout + milliseconds(into.size() >> 10);
   while (!into.empty()) {
+    const auto left = std::chrono::ceil<milliseconds>(end - Clock::now());
+    if (left <= milliseconds(0)) return false;
+    constexpr milliseconds kMostAtOnce = std::chrono::hours(24);
     pollfd waiting = {.fd = descriptor_, .events = POLLIN, .revents = 0};
-    const int ready = poll(&waiting, 1, static_cast<int>(timeout.count()));
+    const int ready = poll(&waiting, 1, static_cast<int>(std::min(left, kMostAtOnce).count()));
     if (ready < 0 && errno == EINTR) continue;
-    if (ready <= 0) return false;
+    if (ready < 0) return false;
+    if (ready == 0) continue;
     const ssize_t got = recv(descriptor_, into.data(), into.size(), 0);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return false;

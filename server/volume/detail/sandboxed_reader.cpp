@@ -37,6 +37,7 @@ constexpr std::chrono::minutes kHeaderTime{2};
 constexpr std::chrono::hours kSamplesTime{1};
 constexpr std::chrono::hours kIdleTime{24 * 20};
 constexpr int kMaxNotices = 10'000;
+constexpr int kMaxGrants = 16;
 
 std::string message_of(const VolumeHeader& header) {
   return packed_values(header.dims, header.type, header.spacing, header.index_to_world,
@@ -173,13 +174,15 @@ class SandboxedVolume : public VolumeSource {
 
   // Handles a message other than a reply. Throws the reader's failure.
   void handle(const SandboxMessage& message) {
+    // A few kinds, and notices: a process that sends more only wants to be waited for.
+    if (++messages_ > kMaxNotices) refuse_answer();
     switch (message.kind) {
       case kHeaderKnown:
+        if (++grants_ > kMaxGrants) refuse_answer();
         return grant_memory(message.bytes);
       case kContents:
         return take_contents(message.bytes);
       case kNotice:
-        if (++notices_ > kMaxNotices) refuse_answer();
         if (notice_) notice_(printable(message.bytes));
         return;
       case kFailed:
@@ -226,7 +229,8 @@ class SandboxedVolume : public VolumeSource {
   VolumeContents contents_;
   std::int32_t next_slice_ = 0;  // After those read last.
   std::optional<Wanted> ahead_;  // Requested and not received.
-  int notices_ = 0;
+  int messages_ = 0;  // Besides replies.
+  int grants_ = 0;
 };
 
 }  // namespace
