@@ -10,8 +10,6 @@
 #include <memory>
 #include <utility>
 
-#include <boost/asio/ip/host_name.hpp>
-
 #include "common/cli/program.hpp"
 #include "server/http/host.hpp"
 #include "server/http/origin.hpp"
