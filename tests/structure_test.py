@@ -54,7 +54,7 @@ LIBRARIES = {
     "server/routes": ["server/http", "server/tilesets", "common/json", "common/picture"],
     "server/gateway": ["server/session"],
     "server/programs": ["server/gateway", "server/routes", "server/certify", "server/dataset/partitioned"],
-    "client/library": ["common/wire", "common/cli"],
+    "client/library": ["common/wire", "common/cli", "common/sandbox"],
     "client": ["client/library"],
     "client/commands": ["client", "common/picture"],
     "client/load": ["client/commands"],

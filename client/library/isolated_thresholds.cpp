@@ -39,10 +39,9 @@ Result<ThresholdGrid> read_thresholds_isolated(const fs::path& file, double else
   std::error_code ignored;
   const fs::path whole = fs::absolute(file, ignored);
   try {
-    const std::string answer =
-        run_in_sandbox(kReadThresholds,
-                       {.readable = {whole, whole.parent_path()}, .memory_bytes = kMostMemory},
-                       packed_values(whole, elsewhere));
+    const std::string answer = run_in_sandbox(
+        kReadThresholds, {.readable = {whole, whole.parent_path()}, .memory_bytes = kMostMemory},
+        packed_values(whole, elsewhere));
     std::string_view left = answer;
     bool is_read = false;
     ThresholdGrid grid;

@@ -8,8 +8,9 @@
 
 namespace multitetra {
 
-// Returns what read_nrrd_thresholds() returns, for check by validated(); kDamagedData if that crashes, hangs or takes too much
-// memory. The reader sees the file and its folder. Requires enter_sandbox_if_asked() in main().
+// Returns what read_nrrd_thresholds() returns, for check by validated(); kDamagedData if that
+// crashes, hangs or takes too much memory. The reader sees the file and its folder. Requires
+// enter_sandbox_if_asked() in main().
 [[nodiscard]] Result<ThresholdGrid> read_thresholds_isolated(const std::filesystem::path& file,
                                                              double elsewhere);
 

@@ -7,8 +7,9 @@
 
 namespace multitetra {
 
-// Parses untrusted text; is_discarded() if it is not JSON or has more than 256 levels. Its objects are sorted by key: looking
-// up a key of an ordered_json takes time proportional to the number of keys.
+// Parses untrusted text; is_discarded() if it is not JSON or has more than 256 levels. Its objects
+// are sorted by key: looking up a key of an ordered_json takes time proportional to the number of
+// keys.
 [[nodiscard]] nlohmann::json parse_json(std::string_view text);
 
 // Returns the text, with U+FFFD for bytes that are not UTF-8; on one line if `indent` is negative.

@@ -26,8 +26,8 @@ class SandboxChannel {
   // Returns false if the other end is closed.
   bool send(char kind, std::string_view bytes);
   // Returns false if the other end is closed, does not send the whole message in time (within
-  // `timeout` for its head and again for its content, plus a second a megabyte), or announces one of
-  // more than `max_bytes` bytes.
+  // `timeout` for its head and again for its content, plus a second a megabyte), or announces one
+  // of more than `max_bytes` bytes.
   bool receive(SandboxMessage& message, std::chrono::milliseconds timeout,
                std::uint64_t max_bytes = std::uint64_t{1} << 24);
   // Receives the bytes of a message of this kind and exactly this length without a copy. Returns

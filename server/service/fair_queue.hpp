@@ -14,7 +14,8 @@
 //
 // Long jobs never take all workers, and a share runs at most one long job and one other, so a short
 // job finds a worker. A job that was expected to be short and is not counts as long from the time
-// when that is noticed; waiting jobs of its kind are corrected in proportion. Background jobs run when no other job can.
+// when that is noticed; waiting jobs of its kind are corrected in proportion. Background jobs run
+// when no other job can.
 //
 // Pure: no thread, no clock.
 #pragma once

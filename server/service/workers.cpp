@@ -69,8 +69,7 @@ void Workers::post(const FairQueue::Client& client, Work work) {
 
 void Workers::add(const FairQueue::Client& client, Work work, std::optional<double> seconds) {
   const double learned = costs_.expected(work.kind, work.is_long ? kLongSeconds : kShortSeconds);
-  const double expected =
-      seconds ? *seconds * costs_.expected(ratio_of(work.kind), 1) : learned;
+  const double expected = seconds ? *seconds * costs_.expected(ratio_of(work.kind), 1) : learned;
   // Forecasts may be several times too small.
   const bool is_long = seconds ? expected > kShortSeconds : work.is_long || learned > kLongSeconds;
   queue_.add(client, {.run = std::move(work.run),

@@ -229,7 +229,7 @@ class SandboxedVolume : public VolumeSource {
   VolumeContents contents_;
   std::int32_t next_slice_ = 0;  // After those read last.
   std::optional<Wanted> ahead_;  // Requested and not received.
-  int messages_ = 0;  // Besides replies.
+  int messages_ = 0;             // Besides replies.
   int grants_ = 0;
 };
 

@@ -18,8 +18,8 @@ std::string numbered(const char* format, int number) {
   return text;
 }
 
-// Workers that take jobs from a queue. A job takes its expected time, or the given actual time, then
-// `run` is called.
+// Workers that take jobs from a queue. A job takes its expected time, or the given actual time,
+// then `run` is called.
 class SimulatedWorkers {
  public:
   explicit SimulatedWorkers(std::size_t workers) : workers_(workers), queue_(workers - 1) {}
@@ -100,10 +100,13 @@ class Stream {
   void start() {
     began_ = workers_.now();
     workers_.add(client_, preview_, [this] {
-      workers_.add(client_, final_, [this] {
-        seconds_.push_back(workers_.now() - began_);
-        start();
-      }, expected_final_);
+      workers_.add(
+          client_, final_,
+          [this] {
+            seconds_.push_back(workers_.now() - began_);
+            start();
+          },
+          expected_final_);
     });
   }
   // Seconds from the request of each surface to its completion.
