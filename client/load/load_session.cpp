@@ -156,7 +156,9 @@ asio::awaitable<Result<std::vector<DatasetInfo>>> LoadSession::enter(ChannelPtr 
   hello.agent = "multitetra-load/" MULTITETRA_VERSION;
   const auto welcome = co_await request(channel, serialize(hello));
   if (!welcome) co_return tl::unexpected(welcome.error());
-  auto list = co_await request(channel, serialize(ListDatasets{.request_id = 1}));
+  ListDatasets all;  // Named, as GCC 12 destroys aggregates in a co_await expression twice.
+  all.request_id = 1;
+  auto list = co_await request(channel, serialize(all));
   if (!list) co_return tl::unexpected(list.error());
   if (auto* datasets = std::get_if<DatasetList>(&*list)) co_return std::move(datasets->datasets);
   co_return fail(ErrorCode::kUnexpectedMessage, "The server did not send a list of datasets.");

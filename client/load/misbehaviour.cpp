@@ -259,8 +259,9 @@ class MisbehavingClient {
     const Estimate estimate = {.request_id = 2, .dataset = dataset, .request = stream.request};
     bool is_sent = co_await sent(channel, stream);
     for (int i = 0; i < kEstimates && is_sent; ++i) is_sent = co_await sent(channel, estimate);
-    for (std::uint64_t id = 3; is_sent && Clock::now() < options_.stop; ++id) {
-      is_sent = co_await sent(channel, ListDatasets{.request_id = id});
+    ListDatasets list;
+    for (list.request_id = 3; is_sent && Clock::now() < options_.stop; ++list.request_id) {
+      is_sent = co_await sent(channel, list);
       co_await sleep(std::chrono::milliseconds(100));
     }
     if (!is_sent && Clock::now() < options_.stop) ++counts_.ended_by_server;
