@@ -27,10 +27,10 @@ void add_output_options(Command& command, SurfaceArguments& surface, OutputArgum
   add_output_options(command, surface);
   command
       .add_option("--report", output.report,
-                  "Write a JSON report to this file, also when the surface is empty or cannot be "
-                  "fetched")
-      ->type_name("FILE");
-  command.add_flag("--json", output.json, "Print the JSON report");
+                  "Write a JSON report to this file, also of an empty surface or a failed fetch")
+      ->type_name("FILE")
+      ->group("Reports");
+  command.add_flag("--json", output.json, "Print the JSON report")->group("Reports");
   command.add_flag("--quiet", output.quiet, "Print errors only");
 }
 

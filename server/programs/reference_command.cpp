@@ -131,7 +131,7 @@ void add_reference_command(Command& program, Run& run) {
       ->capture_default_str();
   command
       ->add_option("--level", a->level,
-                   "Instead of an error: all tetrahedra of this depth, 0 (twelve) to 3 N - 1 (full "
+                   "Instead of an error: all tetrahedra of this depth; 0 (twelve) to 3 N - 1 (full "
                    "resolution)")
       ->within(0, 3 * kMaxLatticeBits)
       ->excludes("--error");
@@ -139,12 +139,13 @@ void add_reference_command(Command& program, Run& run) {
       command
           ->add_option(
               "--model", a->model_file,
-              "Also write the model's tetrahedra with their vertex values, for ParaView (.vtu)")
+              "Also write the model's tetrahedra (.vtu); for ParaView, with their vertex values")
           ->type_name("FILE");
   command
-      ->add_option("--model-scope", a->model_scope,
-                   "all: tetrahedra that fill the volume, up to its last samples; surface: only "
-                   "those that the surface crosses")
+      ->add_option(
+          "--model-scope", a->model_scope,
+          "Tetrahedra of --model; all: those that fill the volume, up to its last samples; "
+          "surface: only those that the surface crosses")
       ->one_of({"all", "surface"})
       ->needs(model_option)
       ->capture_default_str();

@@ -35,9 +35,9 @@ std::optional<double> outside_from(const std::string& text) {
 void add_border_options(Command& command, std::string& outside, std::optional<int>& margin) {
   command
       .add_option("--pad-value,--outside", outside,
-                  "Value of the --pad layers, which close surfaces where the data ends; void: "
-                  "none, they end "
-                  "at the last sample (default: void; 0 for labels)")
+                  "Value of the --pad layers, which close surfaces; void: none, they end at the "
+                  "last sample "
+                  "(default: void; 0 for labels)")
       ->type_name("VALUE");
   command
       .add_option("--pad,--margin", margin,

@@ -30,6 +30,7 @@ std::string PrepareArguments::command_line() const {
     if (value != default_value) text += std::string(text.empty() ? "" : " ") + option + " " + value;
   };
   const std::string default_value = default_outside(series);
+  // Datasets keep the former names of --pad-value and --pad, so that their sources compare equal.
   add_text("--outside", outside.empty() ? default_value : outside, default_value);
   add_text("--margin", std::to_string(margin_steps()), std::to_string(default_margin(series)));
   add_text("--bins", std::to_string(bins), std::to_string(IsovalueBins::kDefaultCount));
