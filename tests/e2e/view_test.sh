@@ -334,7 +334,7 @@ rm -rf cache
 starts early --no-browser slow.nrrd
 listed | grep -q '"missing": *"errors"' || fail "the errors are not computed behind: $(listed)"
 curl -sf -H "Authorization: Bearer $token" "$url/v1/datasets/slow/isosurface?format=ply&error=1" -o early.ply || fail "no surface without errors"
-isovalue=$(curl -s "$url/v1/datasets/slow" | python3 -c 'import json, sys; print(json.load(sys.stdin)["suggested_isovalues"][0])')
+isovalue=$(curl -s -H "Authorization: Bearer $token" "$url/v1/datasets/slow" | python3 -c 'import json, sys; print(json.load(sys.stdin)["suggested_isovalues"][0])')
 ends_by_interrupt
 "$server" certify early.ply --volume slow.nrrd --isovalue "$isovalue" --error 1 --quiet >certificate.txt ||
   fail "a surface without errors is not certified: $(cat certificate.txt)"
