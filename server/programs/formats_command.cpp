@@ -5,7 +5,7 @@
 #include "common/base/json.hpp"
 #include "common/json/json_report.hpp"
 #include "server/programs/commands.hpp"
-#include "server/volume/formats/recognition.hpp"
+#include "server/volume/formats/volume_formats.hpp"
 
 namespace multitetra {
 namespace {
@@ -13,13 +13,13 @@ namespace {
 int list_formats(bool as_json) {
   if (as_json) {
     Json report = Json::array();
-    for (const FormatDescription& format : known_formats()) {
+    for (const VolumeFormat& format : volume_formats()) {
       report.push_back({{"name", format.name}, {"files", format.files}, {"notes", format.notes}});
     }
     std::cout << text_of(report);
     return 0;
   }
-  for (const FormatDescription& format : known_formats()) {
+  for (const VolumeFormat& format : volume_formats()) {
     std::cout << format.name << ": " << format.files << "\n    " << format.notes << "\n";
   }
   return 0;

@@ -26,7 +26,7 @@
 #include "server/programs/commands.hpp"
 #include "server/programs/dataset_folder.hpp"
 #include "server/programs/label_volume_text.hpp"
-#include "server/volume/formats/recognition.hpp"
+#include "server/volume/formats/volume_formats.hpp"
 #include "server/volume/volume_files.hpp"
 
 namespace multitetra {
@@ -248,7 +248,7 @@ void print_source(const std::string& place, const VolumeSource& source) {
 bool is_source(const std::string& file) {
   std::error_code error;
   const std::filesystem::path path = file.substr(0, file.rfind(":/"));
-  if (std::filesystem::is_directory(path, error)) return recognized_format(path).has_value();
+  if (std::filesystem::is_directory(path, error)) return recognized_format(path) != nullptr;
   return std::filesystem::is_regular_file(path, error) && OpenFile(path).content(4) != "\x89MTD";
 }
 

@@ -19,25 +19,10 @@
 #include "server/volume/detail/resampled_volume.hpp"
 #include "server/volume/detail/sandboxed_reader.hpp"
 #include "server/volume/detail/streamed_volume.hpp"
-#include "server/volume/formats/cube_file.hpp"
 #include "server/volume/formats/described_raw.hpp"
-#include "server/volume/formats/dicom/dicom_series.hpp"
-#include "server/volume/formats/hdf5/hdf5_file.hpp"
 #include "server/volume/formats/image_stack.hpp"
-#include "server/volume/formats/meta_image_file.hpp"
-#include "server/volume/formats/mgh_file.hpp"
-#include "server/volume/formats/mrc_file.hpp"
-#include "server/volume/formats/netcdf_file.hpp"
-#include "server/volume/formats/nifti_file.hpp"
-#include "server/volume/formats/npy_file.hpp"
-#include "server/volume/formats/nrrd_file.hpp"
-#include "server/volume/formats/recognition.hpp"
-#include "server/volume/formats/tiff_file.hpp"
-#include "server/volume/formats/vtk/legacy_vtk_file.hpp"
+#include "server/volume/formats/volume_formats.hpp"
 #include "server/volume/formats/vtk/pvd_file.hpp"
-#include "server/volume/formats/vtk/pvti_file.hpp"
-#include "server/volume/formats/vtk/vti_file.hpp"
-#include "server/volume/formats/zarr/zarr_volume.hpp"
 
 namespace multitetra {
 
@@ -119,65 +104,19 @@ std::pair<fs::path, std::string> split_inner_path(const fs::path& path) {
   return {text.substr(0, colon), text.substr(colon + 1)};
 }
 
-StoredVolume open_format(const fs::path& path, VolumeFormat format, const VolumeChoice& choice) {
-  switch (format) {
-    case VolumeFormat::kNrrd:
-      return open_nrrd(path, choice);
-    case VolumeFormat::kMetaImage:
-      return open_meta_image(path, choice);
-    case VolumeFormat::kNifti:
-      return open_nifti(path, choice);
-    case VolumeFormat::kLegacyVtk:
-      return open_legacy_vtk(path, choice);
-    case VolumeFormat::kTiff:
-      return open_tiff(path, choice);
-    case VolumeFormat::kImageStack:
-      return open_image_stack(path);
-    case VolumeFormat::kVti:
-      return open_vti(path, choice);
-    case VolumeFormat::kPvti:
-      return open_pvti(path, choice);
-    case VolumeFormat::kDicom:
-      return open_dicom(path, fs::is_directory(path) ? dicom_files(path) : std::vector{path},
-                        choice);
-    case VolumeFormat::kZarr:
-      return open_zarr(path.string(), choice);
-    case VolumeFormat::kHdf5:
-      return open_hdf5(path, choice);
-    case VolumeFormat::kNetcdf:
-      return open_netcdf(path, choice);
-    case VolumeFormat::kNpy:
-      return open_npy(path, choice);
-    case VolumeFormat::kMgh:
-      return open_mgh(path, choice);
-    case VolumeFormat::kMrc:
-      return open_mrc(path, choice);
-    case VolumeFormat::kCube:
-      return open_cube(path);
-    case VolumeFormat::kRawDescription:
-      return open_described(described_raw(path, choice.allow_external_files));
-    case VolumeFormat::kRaw:
-      break;
-  }
-  const std::optional<DescribedRaw> raw = layout_of_raw(path);
-  if (!raw) fail_reading(path, "the layout of its samples is unknown", "Give it with --dims");
-  StoredVolume volume = open_described(*raw);
-  volume.notices.push_back("'" + path.string() + "': using the layout from " + raw->source + ".");
-  return volume;
-}
-
 std::string known_files() {
   std::string text;
-  for (const FormatDescription& format : known_formats()) {
+  for (const VolumeFormat& format : volume_formats()) {
     text += (text.empty() ? "" : ", ") + std::string(format.name) + " (" +
             std::string(format.files) + ")";
   }
   return text;
 }
 
-// Throws if `choice` selects something that this format or file does not have.
-void check_choice(const fs::path& path, std::optional<VolumeFormat> format,
-                  const VolumeChoice& choice, const StoredVolume& volume) {
+// Throws if `choice` selects something that this format or file does not have. `format` is null for
+// raw samples with a given layout.
+void check_choice(const fs::path& path, const VolumeFormat* format, const VolumeChoice& choice,
+                  const StoredVolume& volume) {
   const auto refuse = [&](const std::string& option, const std::string& what) {
     const ImageHeader& header = volume.header;
     fail_reading(path,
@@ -188,13 +127,9 @@ void check_choice(const fs::path& path, std::optional<VolumeFormat> format,
                           : ""),
                  "Omit " + option);
   };
-  const bool has_arrays = format == VolumeFormat::kVti || format == VolumeFormat::kLegacyVtk ||
-                          format == VolumeFormat::kPvti || format == VolumeFormat::kZarr ||
-                          format == VolumeFormat::kHdf5 || format == VolumeFormat::kNetcdf;
-  if (!choice.array.empty() && !has_arrays) refuse("--array", "named arrays");
-  const bool has_levels = format == VolumeFormat::kZarr || format == VolumeFormat::kHdf5;
-  if (choice.level && !has_levels) refuse("--level", "resolution levels");
-  if (!choice.series.empty() && format != VolumeFormat::kDicom && volume.series <= 1) {
+  if (!choice.array.empty() && !(format && format->has_arrays)) refuse("--array", "named arrays");
+  if (choice.level && !(format && format->has_levels)) refuse("--level", "resolution levels");
+  if (!choice.series.empty() && !(format && format->has_series) && volume.series <= 1) {
     refuse("--series", "series");
   }
   if (choice.time.value_or(0) != 0 && volume.contents.times.count <= 1) refuse("--time", "times");
@@ -204,30 +139,17 @@ void check_choice(const fs::path& path, std::optional<VolumeFormat> format,
   if (!is_first && volume.header.components == 1) refuse("--component", "components");
 }
 
-// Opens the volume at `path` and sets its format; nullopt for raw samples with a given layout.
-StoredVolume open_stored(const fs::path& path, const Opening& opening, const VolumeChoice& choice,
-                         std::optional<VolumeFormat>& format) {
-  if (is_address(path.string())) {
-    format = VolumeFormat::kZarr;
-    return open_zarr(path.string(), choice);
-  }
+// Returns the format of a volume that has no given layout. Throws if there is none.
+const VolumeFormat& format_of(const fs::path& path) {
+  if (is_address(path.string())) return format_of_addresses();
   if (!fs::exists(path)) {
-    if (!is_stack_pattern(path.filename().string()) || opening.options.raw) {
-      fail_reading(path, "the file does not exist", "Check the name");
-    }
-    const std::vector<fs::path> slices = matching_files(path);
-    const bool are_dicom = std::any_of(slices.begin(), slices.end(), [](const fs::path& file) {
-      return is_dicom(OpenFile(file).content(132).value_or(""));
-    });
-    format = are_dicom ? VolumeFormat::kDicom : VolumeFormat::kImageStack;
-    return are_dicom ? open_dicom(path, slices, choice) : open_image_stack(path);
+    if (is_stack_pattern(path.filename().string())) return format_of_pattern(path);
+    fail_reading(path, "the file does not exist", "Check the name");
   }
-  if (opening.options.raw) return open_raw(path, *opening.options.raw);
   if (is_pvd(path)) {
     fail_reading(path, "it is a collection of files, one for each time", "Give one of its files");
   }
-  format = recognized_format(path);
-  if (format) return open_format(path, *format, choice);
+  if (const VolumeFormat* const format = recognized_format(path)) return *format;
   if (fs::is_directory(path)) {
     fail_reading(path,
                  "this folder has neither images (TIFF, PNG, JPEG, DICOM) nor a Zarr or N5 array",
@@ -242,6 +164,15 @@ StoredVolume open_stored(const fs::path& path, const Opening& opening, const Vol
       "Supported formats: " + known_files() + "; give the layout of raw samples with --dims");
 }
 
+StoredVolume open_stored(const fs::path& path, const std::optional<RawLayout>& raw,
+                         const VolumeChoice& choice) {
+  if (raw && !fs::exists(path)) fail_reading(path, "the file does not exist", "Check the name");
+  const VolumeFormat* const format = raw ? nullptr : &format_of(path);
+  StoredVolume volume = raw ? open_raw(path, *raw) : format->open(path, choice);
+  check_choice(path, format, choice, volume);
+  return volume;
+}
+
 std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Opening& opening) {
   VolumeChoice choice = opening.options.choice;
   Placement placement = opening.options.placement;
@@ -251,9 +182,7 @@ std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Openin
   auto [path, inside] = split_inner_path(whole_path);
   if (is_address(whole_path.string())) path = whole_path;
   if (path != whole_path) choice.array = inside;
-  std::optional<VolumeFormat> format;
-  StoredVolume stored = open_stored(path, opening, choice, format);
-  check_choice(path, format, choice, stored);
+  StoredVolume stored = open_stored(path, opening.options.raw, choice);
   // Spacings are those of the file's axes, which resampling may change.
   place(stored.header, {.spacing = std::exchange(placement.spacing, std::nullopt)});
   make_rectangular(path, choice.resample, stored);

@@ -1,5 +1,5 @@
-// Opens volumes of every supported format (listed in formats/recognition.hpp), and raw bytes with a
-// given layout. A sandboxed process with bounded memory reads each file
+// Opens volumes of every supported format (listed in formats/volume_formats.hpp), and raw bytes
+// with a given layout. A sandboxed process with bounded memory reads each file
 // (detail/sandboxed_reader.hpp): no file can crash or hang the caller.
 //
 //   Volume head = read_volume("CThead.nhdr");

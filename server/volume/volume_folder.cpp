@@ -1,11 +1,10 @@
 #include "server/volume/volume_folder.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <system_error>
 
 #include "server/volume/formats/described_raw.hpp"
-#include "server/volume/formats/recognition.hpp"
+#include "server/volume/formats/volume_formats.hpp"
 #include "server/volume/formats/vtk/pvd_file.hpp"
 
 namespace multitetra {
@@ -18,8 +17,8 @@ constexpr int kMaxFolderDepth = 16;
 bool is_volume(const fs::path& file) {
   if (is_pvd(file)) return false;  // Its files are there.
   try {
-    const std::optional<VolumeFormat> format = recognized_format(file);
-    if (format != VolumeFormat::kRaw) return format.has_value();
+    const VolumeFormat* const format = recognized_format(file);
+    if (format == nullptr || !format->is_described) return format != nullptr;
     // A description beside raw samples represents them.
     std::error_code error;
     return !fs::exists(fs::path(file).replace_extension(".dat"), error) ||

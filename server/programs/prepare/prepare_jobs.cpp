@@ -10,7 +10,7 @@
 #include "server/dataset/prepared_file.hpp"
 #include "server/dataset/section_table.hpp"
 #include "server/store/http_store.hpp"
-#include "server/volume/formats/recognition.hpp"
+#include "server/volume/formats/volume_formats.hpp"
 #include "server/volume/formats/vtk/pvd_file.hpp"
 #include "server/volume/volume_folder.hpp"
 

@@ -16,7 +16,7 @@
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/provenance.hpp"
 #include "server/programs/prepare/prepare_jobs.hpp"
-#include "server/volume/formats/recognition.hpp"
+#include "server/volume/formats/volume_formats.hpp"
 #include "server/volume/formats/vtk/pvd_file.hpp"
 #include "server/volume/volume_files.hpp"
 #include "server/volume/volume_folder.hpp"
@@ -92,7 +92,7 @@ bool is_label_word(std::string_view word) {
 
 bool is_volume(const fs::path& file) {
   try {
-    return recognized_format(file).has_value();
+    return recognized_format(file) != nullptr;
   } catch (const VolumeFileError&) {
     return false;
   }

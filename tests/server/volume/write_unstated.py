@@ -1,4 +1,4 @@
-"""Writes a volume in each format that states no spacing, and prints the number of the format in VolumeFormat, and its path; or why a
+"""Writes a volume in each format that states no spacing, and prints the name of the format and its path, or why a
 file of this format cannot be without."""
 import json
 import struct
@@ -92,12 +92,15 @@ def raw():
     return write("v_4x3x2_int16.raw", samples)
 
 
-FORMATS = [nrrd, meta_image, nifti, "legacy VTK means 1 without a spacing", tiff, image_stack, ".vti means 1 without a spacing",
-           ".pvti means 1 without a spacing", "DICOM: tests of its own", zarr, hdf5, netcdf, npy, mgh, mrc, "cube files have steps",
-           raw_description, raw]
-for number, writer in enumerate(FORMATS):
+FORMATS = [
+    ("NRRD", nrrd), ("MetaImage", meta_image), ("NIfTI 1 and 2, Analyze", nifti), ("MGH", mgh), ("DICOM", "has tests of its own"),
+    ("OME-Zarr 0.1 to 0.6", zarr), ("Zarr 2 and 3, N5", "is recognized as OME-Zarr"), ("VTK image data", "means 1 without a spacing"),
+    ("legacy VTK", "means 1 without a spacing"), ("TIFF", tiff), ("PNG, JPEG", image_stack), ("HDF5", hdf5),
+    ("Imaris", "states its extent"), ("NetCDF 3 and 4", netcdf), ("NumPy", npy), ("MRC and CCP4", mrc), ("cube", "has steps"),
+    ("raw", raw_description), ("raw", raw)]
+for name, writer in FORMATS:
     try:
-        print("reason" if isinstance(writer, str) else "file", number, writer if isinstance(writer, str) else writer(), sep="\t")
+        print("reason" if isinstance(writer, str) else "file", name, writer if isinstance(writer, str) else writer(), sep="\t")
     except ImportError as problem:
         print("missing", problem.name, sep="\t")
-        print("reason", number, "not tested", sep="\t")
+        print("reason", name, "not tested", sep="\t")
