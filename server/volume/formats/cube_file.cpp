@@ -68,9 +68,10 @@ StoredVolume open_cube(const fs::path& path) {
   const std::string beginning = unpacked_beginning(file, kMaxHeaderBytes);
   std::string_view rest = beginning;
   const std::optional<CubeGrid> grid = grid_in(rest);
-  if (!grid) fail_damaged(path, "it is not a cube file");
+  if (!grid) fail_reading(path, "it is not a cube file", "Check its name and the program that wrote it");
   if (std::abs(grid->atoms) > kMaxAtoms) {
-    fail_damaged(path, "it has " + std::to_string(grid->atoms) + " atoms");
+    fail_reading(path, "it has " + std::to_string(grid->atoms) + " atoms",
+                 "Check the program that wrote it");
   }
   for (std::int64_t i = 0; i < std::abs(grid->atoms); ++i) {
     if (finite_numbers(std::string(take_line(rest))).size() != 5) {

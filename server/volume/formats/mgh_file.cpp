@@ -41,7 +41,9 @@ bool is_mgh(std::string_view beginning) {
 
 StoredVolume open_mgh(const std::filesystem::path& path, const VolumeChoice& choice) {
   const std::string beginning = unpacked_beginning(InputFile(path), kMghHeaderBytes);
-  if (!is_mgh(beginning)) fail_damaged(path, "it is not an MGH file");
+  if (!is_mgh(beginning)) {
+    fail_reading(path, "it is not an MGH file", "Check its name and the program that wrote it");
+  }
   const HeaderBytes bytes(beginning, Endian::kBig);
   const auto integer = [&](std::size_t at) { return std::int64_t{bytes.at<std::int32_t>(at)}; };
   const auto real = [&](std::size_t at) { return static_cast<double>(bytes.at<float>(at)); };

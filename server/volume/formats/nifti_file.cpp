@@ -235,7 +235,9 @@ SourceTimes times_of(const NiftiHeader& nifti, std::int64_t count) {
 std::int64_t length_along(const fs::path& file, const NiftiHeader& nifti, std::int64_t dimension) {
   const std::int64_t length =
       dimension <= nifti.dim[0] ? nifti.dim[static_cast<std::size_t>(dimension)] : 1;
-  if (length < 0) fail_damaged(file, "its dimensions are negative");
+  if (length < 0) {
+    fail_reading(file, "its dimensions are negative", "Check the program that wrote it");
+  }
   return std::max<std::int64_t>(length, 1);
 }
 
@@ -271,7 +273,9 @@ std::optional<fs::path> nifti_header_of(const fs::path& image) {
 StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
   const fs::path path = nifti_header_of(given).value_or(given);
   const std::string beginning = unpacked_beginning(InputFile(path), kVersion2Bytes);
-  if (!is_nifti(beginning)) fail_damaged(path, "it is not a NIfTI file");
+  if (!is_nifti(beginning)) {
+    fail_reading(path, "it is not a NIfTI file", "Check its name and the program that wrote it");
+  }
   const NiftiHeader nifti = header_in(beginning);
   const Endian endian = is_version_2(beginning) ? *endian_of(beginning, kVersion2Bytes)
                                                 : *endian_of(beginning, kVersion1Bytes);
@@ -305,7 +309,8 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
                        : is_version_1(beginning) ? kVersion1Bytes
                                                  : kVersion2Bytes;
   if (!(nifti.offset >= least && nifti.offset < kMaxOffset)) {
-    fail_damaged(path, "its samples begin at byte " + std::to_string(nifti.offset));
+    fail_reading(path, "its samples begin at byte " + std::to_string(nifti.offset),
+                 "Check the program that wrote it");
   }
   const fs::path data = nifti.in_two_files ? image_file(path, choice.allow_external_files) : path;
   std::vector<std::unique_ptr<StoredSlices>> slices;

@@ -65,7 +65,7 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
   constexpr std::size_t kMaxHeaderBytes = std::size_t{1} << 16;
   const std::string beginning = unpacked_beginning(InputFile(path), kMaxHeaderBytes);
   if (!is_npy(beginning) || beginning.size() < 12) {
-    fail_damaged(path, "it is not a NumPy array");
+    fail_reading(path, "it is not a NumPy array", "Check its name and the program that wrote it");
   }
   const HeaderBytes bytes(beginning.substr(0, 12), Endian::kLittle);
   const bool is_short = beginning[6] == 1;

@@ -203,6 +203,14 @@ TEST_F(VolumeFileRobustness, ReadsCubeFilesWithTheThirdAxisFastest) {
                   "numbers it ends");
 }
 
+// A complete copy would not help: the file is as long as it should be, but something else.
+TEST_F(VolumeFileRobustness, AdvisesACopyOnlyOfShortFiles) {
+  const std::string other(400, 'x');
+  for (const char* name : {"v.nii", "v.mgh", "v.npy", "v.cube"}) {
+    expect_contains(error_of(folder_.file(name, other)), "Check its name");
+  }
+}
+
 // ---- headers that crash readers
 
 TEST_F(VolumeFileRobustness, SurvivesHeadersThatCrashLibraries) {
