@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "common/base/exit_codes.hpp"
+#include "common/base/number_text.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/sandbox/sandbox.hpp"
 
@@ -71,6 +72,12 @@ void VolumeOptions::add_to(Command& command) {
   command.add_flag(
       "--resample", resample,
       "Interpolate uneven or tilted slices and sheared grids to an even grid; labels: nearest");
+  command.add_option("--subtract", subtract,
+                     "Subtract this from all values, in double precision: keeps small differences "
+                     "between large values");
+  command.add_flag(
+      "--allow-loss", allow_loss,
+      "Accept samples that lose more than a hundredth of their range as 32-bit floats");
   const auto parse_dims = [this](const std::string& text) -> std::optional<std::string> {
     const auto sides = dims_from(text);
     if (!sides) return "must be three numbers, such as 64,64,32 or 64x64x32";
@@ -166,6 +173,8 @@ std::string VolumeOptions::command_line() const {
   if (!series.empty()) add_option_text("--series", series);
   if (!component.empty()) add_option_text("--component", component);
   if (resample) text << (text.view().empty() ? "" : " ") << "--resample";
+  if (subtract != 0) add_option_text("--subtract", shortest_text(subtract));
+  if (allow_loss) text << (text.view().empty() ? "" : " ") << "--allow-loss";
   for (const double step : spacing) add_option_text("--spacing", step);
   for (const double place : origin) add_option_text("--origin", place);
   if (!orient.empty()) add_option_text("--orient", orient);
@@ -231,7 +240,9 @@ VolumeFileOptions VolumeOptions::parsed() const {
                     .series = series,
                     .component = {},
                     .allow_external_files = allow_external_files,
-                    .resample = resample};
+                    .resample = resample,
+                    .subtract = subtract,
+                    .allow_loss = allow_loss};
   if (!component.empty()) options.choice.component = component_from(component);
   options.placement = placement();
   if (dims.empty()) return options;

@@ -40,11 +40,13 @@ struct VolumeOptions {
   bool mirror = false;  // Accepts an `orient` that mirrors.
   std::string space;    // LPS, RAS or none; empty: from the file.
   std::string length_unit;
+  double subtract = 0;
+  bool allow_loss = false;
   bool requires_isolation = false;
 
   // Adds --array, --level, --time, --channel, --series, --component, --follow, --resample,
-  // --require-isolation, and
-  // options for the layout of raw samples and the placement of samples.
+  // --subtract, --allow-loss, --require-isolation, and options for the layout of raw samples and
+  // the placement of samples.
   void add_to(Command& command);
   // Adds --space, for commands without another option of that name.
   void add_space_to(Command& command);

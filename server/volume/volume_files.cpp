@@ -29,7 +29,7 @@ namespace multitetra {
 inline auto fields(VolumeChoice& choice) {
   return std::tie(choice.array, choice.level, choice.time, choice.channel, choice.series,
                   choice.component, choice.allow_external_files, choice.resample, choice.nearest,
-                  choice.first);
+                  choice.first, choice.subtract, choice.allow_loss);
 }
 inline auto fields(Placement& placement) {
   return std::tie(placement.spacing, placement.orient, placement.origin, placement.space,
@@ -91,6 +91,11 @@ struct Opening {
 ComponentChoice component_of(const VolumeChoice& choice) {
   const bool takes_first = choice.first && choice.component == ComponentChoice();
   return takes_first ? ComponentChoice{.kind = ComponentChoice::Kind::kIndex} : choice.component;
+}
+
+// Labels are compared one by one; see LabelMap.
+AllowedLoss allowed_loss(const VolumeChoice& choice) {
+  return choice.allow_loss || choice.nearest ? AllowedLoss::kAny : AllowedLoss::kHundredth;
 }
 
 // ---- opening any path
@@ -187,6 +192,7 @@ std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Openin
   place(stored.header, {.spacing = std::exchange(placement.spacing, std::nullopt)});
   make_rectangular(path, choice.resample, stored);
   place(stored.header, placement);
+  stored.header.intercept -= choice.subtract;
   const ImageHeader whole = header_on_grid(stored);
   check_header(path, whole);
   opening.header_is_known(opening.use == Use::kWhole ? whole_volume_bytes(whole) : 0);
@@ -196,8 +202,9 @@ std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Openin
     component = {.kind = ComponentChoice::Kind::kIndex, .index = *stored.component_of_time};
   }
   const std::optional<SlicePlaces> places = std::move(stored.resampled);
-  std::unique_ptr<VolumeSource> volume = streamed_volume(
-      without_password(whole_path.string()), std::move(stored), component, opening.notice);
+  std::unique_ptr<VolumeSource> volume =
+      streamed_volume(without_password(whole_path.string()), std::move(stored), component,
+                      allowed_loss(choice), opening.notice);
   if (!places) return volume;
   return resampled_volume(std::move(volume), *places,
                           choice.nearest ? Resampling::kNearest : Resampling::kLinear);

@@ -11,6 +11,8 @@
 #include <variant>
 #include <vector>
 
+#include "common/base/number_text.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -156,7 +158,12 @@ void SampleConversion::convert_from(const std::byte* stored, std::size_t count, 
           if constexpr (std::is_same_v<Sample, float>) {
             samples[first + i] =
                 missing ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(value);
-            if (!std::isfinite(samples[first + i])) continue;
+            if (!std::isfinite(samples[first + i])) {
+              too_large_ += !missing && std::isfinite(value);
+              continue;
+            }
+            least_ = std::min(least_, value);
+            greatest_ = std::max(greatest_, value);
             long double exact = value;
             if (is_whole && plain) {  // A double has too few bits.
               Stored number;
@@ -188,18 +195,40 @@ void SampleConversion::convert(const std::byte* stored, std::size_t count, Sampl
                    [&]<typename Stored>() { convert_from<Stored>(stored, count, into, first); });
 }
 
+void SampleConversion::require_small_loss() const {
+  const std::string what = "its samples of type " + std::string(name(header_.type));
+  if (too_large_ > 0 && least_ > greatest_) {
+    fail_reading(file_, "all " + what + " are beyond 3.4e38, the range of f32", "Scale them down");
+  }
+  const double range = greatest_ - least_;
+  if (range <= 0 || largest_error_ <= range / 100) return;
+  const double unit = std::pow(10, std::ceil(std::log10(range)));
+  const double middle = std::round((least_ + range / 2) / unit) * unit;
+  fail_reading(file_,
+               what + " change by up to " + number_text(largest_error_) + " as f32, " +
+                   number_text(std::round(1000 * largest_error_ / range) / 10) +
+                   " % of their range",
+               "Keep them as differences from a value within their range with --subtract " +
+                   shortest_text(middle) + ", or accept the loss with --allow-loss");
+}
+
 void SampleConversion::report(const Notice& notice) const {
   const bool is_scaled = header_.slope != 1 || header_.intercept != 0;
   const bool is_typed_anew = type_ != static_cast<SampleType>(header_.type);
   if (!notice || (!is_scaled && !is_typed_anew && saturated_ == 0)) return;
   std::string text = "'" + file_.string() + "': samples of type " + std::string(name(header_.type));
   if (is_scaled) {
-    text += " times " + number_text(header_.slope) + " plus " + number_text(header_.intercept);
+    text += " times " + shortest_text(header_.slope) + " plus " + shortest_text(header_.intercept);
   }
   if (is_typed_anew) text += " become " + std::string(name(type_));
   if (type_ == SampleType::kF32) {
-    text += largest_error_ == 0 ? ", exactly"
-                                : ", with errors of at most " + number_text(largest_error_);
+    text += largest_error_ == 0 && too_large_ == 0
+                ? ", exactly"
+                : ", with errors of at most " + number_text(largest_error_);
+    const double range = greatest_ - least_;
+    if (largest_error_ > 0 && range > 0) {
+      text += " (" + number_text(100 * largest_error_ / range) + " % of the range)";
+    }
   }
   if (saturated_ > 0) {
     text +=

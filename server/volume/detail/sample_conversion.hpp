@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <span>
 #include <string>
 
@@ -18,6 +19,9 @@ using Notice = std::function<void(const std::string&)>;
 // Resizes to `count` samples of `type`; their values are unspecified. Reuses the memory if
 // `samples` has the same type.
 void resize(Samples& samples, SampleType type, std::size_t count);
+// How much of a volume's range of values conversion to f32 may lose.
+enum class AllowedLoss { kHundredth, kAny };
+
 // Returns the address of the first sample.
 [[nodiscard]] std::byte* bytes_of(Samples& samples);
 
@@ -42,6 +46,9 @@ class SampleConversion {
   // `into` is of type().
   void convert(const std::byte* stored, std::size_t count, Samples& into, std::size_t first);
 
+  // Throws VolumeFileError if f32 loses more than a hundredth of the range of the values converted
+  // so far, or can hold none of them.
+  void require_small_loss() const;
   // Reports rounding and clamping, if any.
   void report(const Notice& notice) const;
 
@@ -58,6 +65,10 @@ class SampleConversion {
   bool is_none_ = false;
   // The largest rounding error of a conversion to f32.
   double largest_error_ = 0;
+  // The range of values converted to f32.
+  double least_ = std::numeric_limits<double>::infinity();
+  double greatest_ = -std::numeric_limits<double>::infinity();
+  std::uint64_t too_large_ = 0;  // Number of finite values beyond f32, which become void.
   std::uint64_t saturated_ = 0;  // Number of clamped values.
 };
 

@@ -15,9 +15,10 @@ namespace {
 class StreamedVolume : public VolumeSource {
  public:
   StreamedVolume(std::filesystem::path file, StoredVolume stored, ComponentChoice component,
-                 Notice notice)
+                 AllowedLoss loss, Notice notice)
       : file_(std::move(file)),
         conversion_(file_, stored.header, component),
+        loss_(loss),
         header_(settled(stored.header)),
         stored_slice_bytes_(stored.header.slice_bytes()),
         slices_(std::move(stored.slices)),
@@ -61,6 +62,7 @@ class StreamedVolume : public VolumeSource {
     searched_[slice] = true;
     infinite_ += infinite;
     if (++slices_searched_ < searched_.size()) return;
+    if (loss_ != AllowedLoss::kAny) conversion_.require_small_loss();
     conversion_.report(notice_);
     for (const std::string& finding : slices_->findings()) {
       if (notice_) notice_(finding);
@@ -70,6 +72,7 @@ class StreamedVolume : public VolumeSource {
 
   std::filesystem::path file_;
   SampleConversion conversion_;
+  AllowedLoss loss_;
   VolumeHeader header_;
   std::size_t stored_slice_bytes_;
   std::unique_ptr<StoredSlices> slices_;
@@ -84,8 +87,9 @@ class StreamedVolume : public VolumeSource {
 }  // namespace
 
 std::unique_ptr<VolumeSource> streamed_volume(std::filesystem::path file, StoredVolume stored,
-                                              ComponentChoice component, Notice notice) {
-  return std::make_unique<StreamedVolume>(std::move(file), std::move(stored), component,
+                                              ComponentChoice component, AllowedLoss loss,
+                                              Notice notice) {
+  return std::make_unique<StreamedVolume>(std::move(file), std::move(stored), component, loss,
                                           std::move(notice));
 }
 

@@ -125,8 +125,10 @@ struct VolumeChoice {
   std::string series = {};
   ComponentChoice component = {};
   bool allow_external_files = false;  // Allows data files outside the folder of their header.
-  bool resample = false;  // Resamples uneven and tilted slices and sheared grids to an even grid.
-  bool nearest = false;   // Takes the nearest sample for that, as labels require; 0 outside.
+  bool resample = false;    // Resamples uneven and tilted slices and sheared grids to an even grid.
+  bool nearest = false;     // Takes the nearest sample for that, as labels require; 0 outside.
+  double subtract = 0;      // Subtracted from all values, in double precision.
+  bool allow_loss = false;  // Accepts any loss by conversion to f32.
   // Takes the first of several if none is chosen; for listing contents.
   bool first = false;
   GivenFacts given = {};

@@ -91,6 +91,44 @@ TEST_F(VolumeFiles, ConvertUnsupportedTypesToFloatWithANotice) {
   check("double", packed<double>(values()));
 }
 
+TEST_F(VolumeFiles, RefuseDoublesWhoseDifferencesFloatsLose) {
+  // The radius of the Moon in metres, and a relief of 0.2.
+  std::vector<double> numbers = values();
+  for (double& number : numbers) number = 1'737'400 + (number - 10) / 50;
+  const auto file = folder_.file(
+      "v.nrrd", nrrd(kNrrdLines + "spacings: 1 1 1\ntype: double\n", packed<double>(numbers)));
+  try {
+    (void)read_volume(file);
+    ADD_FAILURE();
+  } catch (const VolumeFileError& error) {
+    expect_contains(error.what(), " % of their range");
+    expect_contains(error.what(), "--subtract 1737400,");
+    expect_contains(error.what(), "--allow-loss");
+  }
+  const Volume differences = read_volume(file, {.choice = {.subtract = 1'737'400}});
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    EXPECT_EQ(samples_of(differences)[i], static_cast<float>(numbers[i] - 1'737'400));
+  }
+  std::vector<std::string> notices;
+  const Volume rounded =
+      read_volume(file, {.choice = {.allow_loss = true},
+                         .notice = [&](const std::string& text) { notices.push_back(text); }});
+  EXPECT_EQ(samples_of(rounded)[0], static_cast<float>(numbers[0]));
+  ASSERT_EQ(notices.size(), 1U);
+  expect_contains(notices[0], " % of the range)");
+}
+
+TEST_F(VolumeFiles, RefuseDoublesBeyondFloats) {
+  const auto file = folder_.file("v.nrrd", nrrd(kNrrdLines + "spacings: 1 1 1\ntype: double\n",
+                                                packed<double>(std::vector<double>(24, 1e300))));
+  try {
+    (void)read_volume(file);
+    ADD_FAILURE();
+  } catch (const VolumeFileError& error) {
+    expect_contains(error.what(), "beyond 3.4e38");
+  }
+}
+
 TEST_F(VolumeFiles, KeepNanAndConvertInfinityToVoid) {
   std::vector<double> numbers = values();
   numbers[3] = std::numeric_limits<double>::quiet_NaN();
