@@ -68,7 +68,8 @@ StoredVolume open_cube(const fs::path& path) {
   const std::string beginning = unpacked_beginning(file, kMaxHeaderBytes);
   std::string_view rest = beginning;
   const std::optional<CubeGrid> grid = grid_in(rest);
-  if (!grid) fail_reading(path, "it is not a cube file", "Check its name and the program that wrote it");
+  if (!grid)
+    fail_reading(path, "it is not a cube file", "Check its name and the program that wrote it");
   if (std::abs(grid->atoms) > kMaxAtoms) {
     fail_reading(path, "it has " + std::to_string(grid->atoms) + " atoms",
                  "Check the program that wrote it");

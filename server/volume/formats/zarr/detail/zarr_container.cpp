@@ -56,8 +56,7 @@ Json ZarrContainer::json_at(const std::string& key) const {
   if (!text) return {};
   Json json = parse_zarr_json(*text);
   if (json.is_discarded()) {
-    fail_reading(store_->place(key), "it is not JSON",
-                 "Check the program that wrote it");
+    fail_reading(store_->place(key), "it is not JSON", "Check the program that wrote it");
   }
   return json;
 }
