@@ -50,10 +50,11 @@ lists() {
 # completes: waits until the errors of all datasets are computed.
 completes() {
   for _ in $(seq 600); do
-    curl -s "$url/v1/datasets" | grep -q '"missing": *"errors"' || return 0
+    list=$(listed)
+    [[ "$list" == *'"name"'* && ! "$list" =~ '"missing":'\ *'"errors"' ]] && return
     sleep 0.05
   done
-  fail "errors are missing: $(curl -s "$url/v1/datasets")"
+  fail "errors are missing: $list"
 }
 ends_by_interrupt() { ends_by INT; }  # Ctrl-C.
 ends_by() {
