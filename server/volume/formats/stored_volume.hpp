@@ -121,7 +121,8 @@ struct VolumeChoice {
   std::optional<std::int64_t> level = std::nullopt;
   std::optional<std::int64_t> time = std::nullopt;     // Counted from 0.
   std::optional<std::int64_t> channel = std::nullopt;  // Counted from 0.
-  // DICOM: UID of a series, or its number from 1. OME-TIFF: an image's name, or its number from 1.
+  // DICOM: UID of a series, or its number from 1. OME-TIFF, OME-Zarr: an image's name, or its
+  // number from 1.
   std::string series = {};
   ComponentChoice component = {};
   bool allow_external_files = false;  // Allows data files outside the folder of their header.

@@ -300,6 +300,9 @@ def ome():
     newest = image("six.zarr", [{"path": "0", "coordinateTransformations": [affine]}], coordinateSystems=systems)
     zarr_array("six.zarr/0", volume)
     read("ome-affine", newest, volume, origin=(1, 2, 3), steps=((0, 0.5, 0), (-1.5, 0, 0), (0, 0, 2)), unit="\u00b5m")
+    image("nowhere.zarr", [{"path": "0", "coordinateTransformations": [{**affine, "output": "stage"}]}], coordinateSystems=systems)
+    zarr_array("nowhere.zarr/0", volume)
+    refuse("ome-unknown-system", folder / "nowhere.zarr", "the coordinate system 'stage', which it does not describe")
     sequence = {"type": "sequence", "input": "0", "output": "physical",
                 "transformations": scale + [{"type": "translation", "translation": [3, 2, 1]}]}
     image("sequence.zarr", [{"path": "0", "coordinateTransformations": [sequence]}], coordinateSystems=systems)
@@ -309,6 +312,16 @@ def ome():
     zarr_array("displaced.zarr/0", volume)
     refuse("ome-displacements", folder / "displaced.zarr", "of type 'displacements'")
     read("ome-displacements-settled", folder / "displaced.zarr", volume, options="spacing=0.5:1.5:2,origin=1:2:3", **PLACE)
+    write("several.zarr/.zgroup", b'{"zarr_format": 2}')
+    write("several.zarr/.zattrs", json.dumps({"multiscales": [
+        {"name": name, "axes": axes_of("micrometer"), "datasets": [{"path": name, "coordinateTransformations": scale}]}
+        for name in ("raw", "deconvolved")]}).encode())
+    zarr_array("several.zarr/raw", volume)
+    zarr_array("several.zarr/deconvolved", volume + 1000)
+    read("ome-first-of-several", folder / "several.zarr", volume, notice="2 images", **place)
+    for chosen in ("2", "deconvolved"):
+        read(f"ome-{chosen}-of-several", folder / "several.zarr", volume + 1000, options=f"series={chosen}", **place)
+    refuse("ome-unknown-image", folder / "several.zarr", "2 images, but none '3'", options="series=3")
     # bioformats2raw: one image, and two.
     for name, count in (("one", 1), ("two", 2)):
         write(f"{name}.raw.zarr/.zgroup", b'{"zarr_format": 2}')

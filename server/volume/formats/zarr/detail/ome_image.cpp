@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/base/json.hpp"
+#include "common/base/parse_number.hpp"
 
 namespace multitetra {
 namespace {
@@ -103,7 +104,8 @@ class Transform {
 
 // Returns the axes of a level: those of the image, or since 0.6 of the coordinate system to which
 // the level's transformation leads.
-Json axes_of_level(const Json& image, const Json& level) {
+Json axes_of_level(const Json& image, const Json& level, const VolumeChoice& choice,
+                   const fs::path& place) {
   const Json systems = member_of(image, "coordinateSystems");
   if (!systems.is_array() || systems.empty()) return member_of(image, "axes");
   const Json transformations = member_of(level, "coordinateTransformations");
@@ -112,6 +114,15 @@ Json axes_of_level(const Json& image, const Json& level) {
   const Json name = output.is_object() ? member_of(output, "name") : output;
   for (const Json& system : systems) {
     if (member_of(system, "name") == name) return member_of(system, "axes");
+  }
+  const bool is_only_one = name.is_null() && systems.size() == 1;
+  if (!is_only_one && !(choice.given.spacing && choice.given.origin)) {
+    fail_reading(place,
+                 name.is_string()
+                     ? "its transformation leads to the coordinate system '" +
+                           name.get<std::string>() + "', which it does not describe"
+                     : "it does not say to which of its coordinate systems a level leads",
+                 "Correct its metadata, or give --spacing and --origin");
   }
   return member_of(systems[0], "axes");
 }
@@ -166,7 +177,7 @@ OmeLevel described(const Json& image, const Json& level, const VolumeChoice& cho
   OmeLevel result{.path = text_in(level, "path"), .meaning = {.name = "OME-Zarr"}};
   std::vector<std::string> names;
   std::vector<std::string> units;
-  const Json axes = axes_of_level(image, level);
+  const Json axes = axes_of_level(image, level, choice, place);
   for (const Json& axis : axes.is_array() ? axes : Json::array()) {
     names.push_back(axis.is_string() ? axis.get<std::string>() : text_in(axis, "name"));
     units.push_back(text_in(axis, "unit"));
@@ -195,13 +206,38 @@ OmeLevel described(const Json& image, const Json& level, const VolumeChoice& cho
   return result;
 }
 
+// Returns the name of each image, or its number from 1.
+std::vector<std::string> names_of(const Json& images) {
+  std::vector<std::string> names;
+  if (!images.is_array()) return names;
+  for (const Json& image : images) {
+    std::string text = member_name_from(text_in(image, "name"));
+    if (names.size() == kMaxSourceMembers) break;
+    names.push_back(text.empty() ? std::to_string(names.size() + 1) : std::move(text));
+  }
+  return names;
+}
+
+std::size_t chosen_image(const std::vector<std::string>& names, const VolumeChoice& choice,
+                         const fs::path& place) {
+  if (choice.series.empty()) return 0;
+  const auto number = parse_number<std::size_t>(choice.series);
+  if (number && *number >= 1 && *number <= names.size()) return *number - 1;
+  const auto named = std::find(names.begin(), names.end(), choice.series);
+  if (named != names.end()) return static_cast<std::size_t>(named - names.begin());
+  fail_reading(
+      place, "it has " + std::to_string(names.size()) + " images, but none '" + choice.series + "'",
+      "Choose an image with --series, by its number from 1 or its name");
+}
+
 }  // namespace
 
 std::optional<OmeLevel> ome_level(const Json& attributes, const VolumeChoice& choice,
                                   const fs::path& place) {
   const Json images = member_of(ome_of(attributes), "multiscales");
   if (images.is_null()) return std::nullopt;
-  const Json image = images.is_array() && !images.empty() ? images[0] : Json();
+  const std::vector<std::string> names = names_of(images);
+  const Json image = names.empty() ? Json() : images[chosen_image(names, choice, place)];
   Json levels = member_of(image, "datasets");
   if (!levels.is_array()) levels = Json::array();
   const std::int64_t wanted = choice.level.value_or(0);
@@ -213,7 +249,9 @@ std::optional<OmeLevel> ome_level(const Json& attributes, const VolumeChoice& ch
   }
   std::stable_sort(levels.begin(), levels.end(),
                    [](const Json& a, const Json& b) { return voxel_of(a) < voxel_of(b); });
-  return described(image, levels[static_cast<std::size_t>(wanted)], choice, place);
+  OmeLevel level = described(image, levels[static_cast<std::size_t>(wanted)], choice, place);
+  level.images = names;
+  return level;
 }
 
 std::vector<std::string> ome_images(const ZarrContainer& container, const std::string& group) {

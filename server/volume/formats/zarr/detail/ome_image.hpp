@@ -17,6 +17,8 @@ namespace multitetra {
 struct OmeLevel {
   std::string path;      // Of its array, relative to the image.
   ArrayMeaning meaning;  // Roles, placement and times.
+  // The names of all images with these attributes, for choice.series.
+  std::vector<std::string> images = {};
 };
 
 // Returns the level of choice.level of the image with these attributes, counted from the finest one
