@@ -214,7 +214,7 @@ class SandboxedVolume : public VolumeSource {
     try {
       reader_.throw_exit_reason();
     } catch (const SandboxError& problem) {
-      fail_reading(path_, problem.what(), "It is damaged; get a complete copy of the file");
+      fail_reading(path_, problem.what(), "The file may be damaged; compare it with another copy");
     }
   }
   [[noreturn]] void refuse_answer() const {
