@@ -230,7 +230,8 @@ TEST_F(NrrdThresholds, AreReadInAProcessThatSeesNoOtherFiles) {
                                   folder_.path() / "secret.raw");
   const auto linked = folder_.file("linked.nrrd", header + "data file: secret.raw\n\n");
   EXPECT_TRUE(read_nrrd_thresholds(linked, 9));
-  if (isolation_of_this_kernel().landlock == 0) GTEST_SKIP() << "NOT TESTED: this kernel has no Landlock.";
+  if (isolation_of_this_kernel().landlock == 0)
+    GTEST_SKIP() << "NOT TESTED: this kernel has no Landlock.";
   EXPECT_FALSE(read_thresholds_isolated(linked, 9));
 }
 
