@@ -30,7 +30,7 @@ std::string_view MeshBytes::take_word() {
 
 double MeshBytes::take_decimal() {
   const std::string_view word = take_word();
-  if (word.empty()) throw MeshFileError("it ends too early");
+  if (word.empty()) throw MeshFileError("it ends too early", kGetCompleteCopy);
   return decimal_from(word);
 }
 

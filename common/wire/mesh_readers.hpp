@@ -2,7 +2,7 @@
 // (text or binary), OBJ, binary glTF (also with KHR_draco_mesh_compression or
 // EXT_meshopt_compression) and Draco.
 //
-// Files are untrusted: all functions throw MeshFileError, whose text says what is wrong.
+// Files are untrusted: all functions throw MeshFileError, which says what is wrong and what helps.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,17 @@ namespace multitetra {
 
 class MeshFileError : public std::runtime_error {
  public:
-  explicit MeshFileError(const std::string& what) : std::runtime_error(what) {}
+  explicit MeshFileError(const std::string& what,
+                         const char* remedy = "Save it as PLY with triangles alone")
+      : std::runtime_error(what), remedy_(remedy) {}
+  [[nodiscard]] const char* remedy() const { return remedy_; }
+
+ private:
+  const char* remedy_;
 };
+
+// The remedy for a file that is shorter than it says.
+inline constexpr const char* kGetCompleteCopy = "Get a complete copy of the file";
 
 // The most vertices of a mesh, and the most triangles.
 inline constexpr std::size_t kMaxMeshElements = std::size_t{1} << 28;

@@ -200,7 +200,8 @@ TriangleMesh received(Sandbox& reader) {
   while (is_whole && message.kind != kFacts) {
     if (!reader.channel().receive(message, kReaderTime)) reader.throw_exit_reason();
     if (message.kind == kFailed && message.bytes.empty()) {
-      throw MeshFileError("there is not enough memory for it");
+      throw MeshFileError("there is not enough memory for it",
+                          "Use a machine with more memory, or a coarser mesh");
     }
     if (message.kind == kFailed) throw VolumeFileError(printable(message.bytes));
     is_whole =
@@ -224,7 +225,7 @@ TriangleMesh read_mesh_here(const fs::path& file) {
     check_vertices(mesh);
     return mesh;
   } catch (const MeshFileError& fault) {
-    fail_reading(file, fault.what(), "Get a complete copy of the file, or save it as PLY");
+    fail_reading(file, fault.what(), fault.remedy());
   }
 }
 
@@ -233,9 +234,9 @@ TriangleMesh read_mesh(const fs::path& file) {
     Sandbox reader(kReadMesh, {.readable = {file}, .memory_bytes = kReaderMemory}, file.string());
     return received(reader);
   } catch (const MeshFileError& fault) {
-    fail_reading(file, fault.what(), "Get a complete copy of the file, or save it as PLY");
+    fail_reading(file, fault.what(), fault.remedy());
   } catch (const SandboxError& fault) {
-    fail_reading(file, fault.what(), "Get a complete copy of the file, or save it as PLY");
+    fail_reading(file, fault.what(), "Save it as PLY with triangles alone");
   }
 }
 

@@ -221,7 +221,7 @@ class GlbReader {
     const std::size_t offset = whole_or(description, "byteOffset", 0);
     const std::size_t length = whole_or(description, "byteLength", 0);
     if (offset > binary_.size() || length > binary_.size() - offset) {
-      throw MeshFileError("an array extends beyond the end of the file");
+      throw MeshFileError("an array extends beyond the end of the file", kGetCompleteCopy);
     }
     return binary_.substr(offset, length);
   }
@@ -290,7 +290,7 @@ class GlbReader {
     if (count == 0) return;
     if (stride < size || offset > bytes.size() || bytes.size() - offset < size ||
         (bytes.size() - offset - size) / stride < count - 1) {
-      throw MeshFileError("an array extends beyond the end of the file");
+      throw MeshFileError("an array extends beyond the end of the file", kGetCompleteCopy);
     }
     const bool is_normalized = accessor.value("normalized", false);
     for (std::size_t i = 0; i < count; ++i) {

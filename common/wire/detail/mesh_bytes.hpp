@@ -23,7 +23,7 @@ class MeshBytes {
   [[nodiscard]] bool is_empty() const { return rest_.empty(); }
 
   std::string_view take(std::size_t bytes) {
-    if (bytes > rest_.size()) throw MeshFileError("it ends too early");
+    if (bytes > rest_.size()) throw MeshFileError("it ends too early", kGetCompleteCopy);
     const std::string_view taken = rest_.substr(0, bytes);
     rest_.remove_prefix(bytes);
     return taken;

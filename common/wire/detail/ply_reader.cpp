@@ -87,8 +87,9 @@ PlyHeader take_header(MeshBytes& bytes) {
       // Each element takes at least a byte.
       if (element.count < 0 || element.count > static_cast<std::int64_t>(bytes.size())) {
         throw MeshFileError("it is shorter than the " + std::to_string(element.count) +
-                            " elements '" + element.name.substr(0, 40) +
-                            "' that its header declares");
+                                " elements '" + element.name.substr(0, 40) +
+                                "' that its header declares",
+                            kGetCompleteCopy);
       }
       header.elements.push_back(std::move(element));
     } else if (word == "property") {

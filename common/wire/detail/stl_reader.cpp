@@ -47,7 +47,9 @@ TriangleMesh read_text(MeshBytes bytes) {
     for (double& coordinate : place) coordinate = line.take_decimal();
     add_corner(mesh, place);
   }
-  if (!has_end || mesh.vertices.size() % 3 != 0) throw MeshFileError("it ends too early");
+  if (!has_end || mesh.vertices.size() % 3 != 0) {
+    throw MeshFileError("it ends too early", kGetCompleteCopy);
+  }
   return mesh;
 }
 

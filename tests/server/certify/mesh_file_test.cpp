@@ -13,6 +13,7 @@
 
 #include "common/wire/lattice_glb.hpp"
 #include "common/wire/mesh_files.hpp"
+#include "common/wire/mesh_readers.hpp"
 #include "common/wire/scene_file.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 #include "tests/support/surfaces.hpp"
@@ -270,8 +271,17 @@ TEST_F(MeshFile, ReadsTextStlAndBinaryStlThatStartsLikeText) {
             world_mesh().triangles.size());
   EXPECT_EQ(read("a.txt", mesh_file(world_mesh(), MeshFormat::kObj)).triangles.size(),
             world_mesh().triangles.size());
-  EXPECT_NE(complaint("c.stl", "solid thing\nfacet\nvertex 0 0 0\n").find("ends too early"),
-            std::string::npos);
+}
+
+TEST_F(MeshFile, RecommendsACompleteCopyOnlyOfAFileThatIsTooShort) {
+  const std::string cut = complaint("c.stl", "solid thing\nfacet\nvertex 0 0 0\n");
+  EXPECT_NE(cut.find("ends too early. Get a complete copy"), std::string::npos) << cut;
+  std::string face = "v 0 0 0\nf";
+  for (std::size_t i = 0; i <= kMaxPolygonCorners; ++i) face += " 1";
+  const std::string polygon = complaint("c.obj", face + "\n");
+  EXPECT_NE(polygon.find("more than 65536 corners. Save it as PLY with triangles alone"),
+            std::string::npos)
+      << polygon;
 }
 
 TEST_F(MeshFile, ReadsNegativeObjIndices) {

@@ -79,7 +79,11 @@ const SandboxTask kReadPvd = answering("read .pvd", [](const std::string& path) 
   constexpr std::size_t kMaxBytes = std::size_t{1} << 24;
   const InputFile file(path);
   const Result<std::vector<PvdEntry>> entries = parse_pvd(file.beginning(kMaxBytes));
-  if (!entries) fail_reading(path, entries.error().text, "Save it again");
+  if (!entries) {
+    const bool is_long = entries.error().code == ErrorCode::kLimitExceeded;
+    fail_reading(path, entries.error().text,
+                 is_long ? "Save several files with fewer times" : "Save it again");
+  }
   return packed_values(*entries);
 });
 
