@@ -44,12 +44,15 @@ bare() {
   [ -e "$root/etc/debian_version" ] || debootstrap --variant=minbase "$suite" "$root" "$mirror" >"$logs/debootstrap.log" 2>&1
   cp -a "$root" "$work/$1"
   cp /etc/resolv.conf "$work/$1/etc/resolv.conf"
+  # Authorities that this machine's network needs.
+  if [ -d /usr/local/share/ca-certificates ]; then cp -a /usr/local/share/ca-certificates "$work/$1/usr/local/share/"; fi
 }
 # inside NAME COMMAND: runs a command of the shell in a chroot, with /proc and /dev of its own.
 inside() {
   unshare --mount --pid --fork --kill-child bash -c '
     mount -t proc proc "$1/proc" && mount --rbind /dev "$1/dev" &&
-    exec chroot "$1" env -i HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 bash -euo pipefail -c "$2"' \
+    exec chroot "$1" env -i HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 \
+      NODE_EXTRA_CA_CERTS=/etc/ssl/certs/ca-certificates.crt bash -euo pipefail -c "$2"' \
     bash "$work/$1" "$2"
 }
 # step NAME CHROOT COMMAND: runs it, logs it, and prints its result.
@@ -76,9 +79,9 @@ install='export DEBIAN_FRONTEND=noninteractive; apt-get update; apt-get install 
 
 try_archive() {
   bare archive
-  cp "$1"/multitetra-*-linux-*.tar.xz "$work/archive/tmp/"
+  cp "$1"/multitetra-*-linux-*.tar.xz "$work/archive/tmp/" || failures=$((failures + 1))
   # tar alone does not unpack xz in a bare system.
-  tar -C "$work/archive/opt" -xJf "$work"/archive/tmp/multitetra-*.tar.xz
+  tar -C "$work/archive/opt" -xJf "$work"/archive/tmp/multitetra-*.tar.xz || failures=$((failures + 1))
   step archive archive "bin=/opt/multitetra/bin share=/opt/multitetra/share; $use"
 }
 
@@ -97,11 +100,11 @@ for kind in deb tar wheel; do step "package-$kind" build "cd /src; bash docker/p
 
 built=$work/build/src/build/packages
 bare deb
-cp "$built"/*.deb "$work/deb/tmp/"
+cp "$built"/*.deb "$work/deb/tmp/" || failures=$((failures + 1))
 step deb deb "$install /tmp/*.deb; bin=/usr/bin share=/usr/share; $use"
 try_archive "$built"
 bare wheel
-cp "$built"/*.whl "$work/wheel/tmp/"
+cp "$built"/*.whl "$work/wheel/tmp/" || failures=$((failures + 1))
 step wheel wheel "$install python3-numpy python3-pip; pip install --break-system-packages --no-deps /tmp/*.whl 2>/dev/null || pip install --no-deps /tmp/*.whl
   multitetra --version; python3 -c 'import multitetra; print(multitetra.__version__)'"
 exit "$((failures > 0))"
