@@ -157,9 +157,9 @@ ClientResult<std::optional<ServerMessage>> Client::receive_within(
     std::chrono::milliseconds max_wait) {
   const Clock::time_point until = Clock::now() + max_wait;
   for (;;) {
-    const auto left = std::min(until, next_ping_at_) - Clock::now();
-    auto message = socket_.receive_within(
-        std::max(std::chrono::ceil<std::chrono::milliseconds>(left), std::chrono::milliseconds(0)));
+    const auto remaining = std::min(until, next_ping_at_) - Clock::now();
+    auto message = socket_.receive_within(std::max(
+        std::chrono::ceil<std::chrono::milliseconds>(remaining), std::chrono::milliseconds(0)));
     if (!message) return fail(ErrorSource::kNetwork, message.error());
     if (*message) next_ping_at_ = Clock::now() + options_.timeout / 2;
     if (*message && !std::holds_alternative<Pong>(**message)) return *std::move(message);

@@ -30,7 +30,7 @@ CachedTiles DecodedTileCache::tiles() const {
   return held;
 }
 
-std::vector<ContentDigest> DecodedTileCache::digests_to_name(std::size_t most,
+std::vector<ContentDigest> DecodedTileCache::digests_to_name(std::size_t max_digests,
                                                              bool with_normals) const {
   std::vector<const Tiles::Entry*> largest_first;
   largest_first.reserve(tiles_.size());
@@ -45,7 +45,7 @@ std::vector<ContentDigest> DecodedTileCache::digests_to_name(std::size_t most,
             });
   std::vector<ContentDigest> digests;
   for (const Tiles::Entry* tile : largest_first) {
-    if (digests.size() == most) break;
+    if (digests.size() == max_digests) break;
     digests.push_back(tile->key);
   }
   return digests;

@@ -36,10 +36,10 @@ class DecodedTileCache {
 
   [[nodiscard]] CachedTiles tiles() const;
   // Returns the tiles for OpenStream::cached_tile_digests, which the server does not send; with
-  // `with_normals`, only tiles with normals. If more than `most` are cached, names those with the
-  // most triangles, because they save the most bytes.
-  [[nodiscard]] std::vector<ContentDigest> digests_to_name(std::size_t most = kMaxHeldDigests,
-                                                           bool with_normals = false) const;
+  // `with_normals`, only tiles with normals. If more than `max_digests` are cached, names those
+  // with the most triangles, because they save the most bytes.
+  [[nodiscard]] std::vector<ContentDigest> digests_to_name(
+      std::size_t max_digests = kMaxHeldDigests, bool with_normals = false) const;
 
   [[nodiscard]] std::size_t size() const { return tiles_.size(); }
   [[nodiscard]] std::uint64_t triangles() const { return tiles_.weight(); }

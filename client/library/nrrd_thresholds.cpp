@@ -151,16 +151,16 @@ std::string contents_of(const fs::path& file) {
   return *std::move(bytes);
 }
 
-// Decompresses at most `most` bytes of the stream.
-std::string unzipped(std::string_view packed, std::uint64_t most) {
+// Decompresses at most `max_bytes` bytes of the stream.
+std::string unzipped(std::string_view packed, std::uint64_t max_bytes) {
   z_stream stream{};
   if (inflateInit2(&stream, 15 + 32) != Z_OK) throw std::bad_alloc();  // Accepts gzip and zlib.
   std::string plain;
   int status = Z_OK;
   constexpr std::uint64_t kPortion = std::uint64_t{1} << 20;
   std::vector<char> portion(kPortion);
-  while (status == Z_OK && plain.size() < most) {
-    const std::uint64_t room = std::min(kPortion, most - plain.size());
+  while (status == Z_OK && plain.size() < max_bytes) {
+    const std::uint64_t room = std::min(kPortion, max_bytes - plain.size());
     stream.next_out = reinterpret_cast<Bytef*>(portion.data());
     stream.avail_out = static_cast<uInt>(room);
     if (stream.avail_in == 0) {

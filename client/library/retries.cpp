@@ -24,11 +24,12 @@ bool Retries::wait_after(const Error& error) {
   if (options_.on_retry) options_.on_retry({in_a_row_, wait, error});
   const auto end = std::chrono::steady_clock::now() + wait;
   for (;;) {
-    const auto left = end - std::chrono::steady_clock::now();
-    if (left <= left.zero()) return true;
+    const auto remaining = end - std::chrono::steady_clock::now();
+    if (remaining <= remaining.zero()) return true;
     if (options_.interrupt && options_.interrupt()) return false;
     std::this_thread::sleep_for(
-        options_.interrupt ? std::min<std::chrono::nanoseconds>(left, kInterruptInterval) : left);
+        options_.interrupt ? std::min<std::chrono::nanoseconds>(remaining, kInterruptInterval)
+                           : remaining);
   }
 }
 

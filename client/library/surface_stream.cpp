@@ -62,8 +62,10 @@ ClientResult<void> SurfaceStream::resume() {
 ClientResult<StreamUpdate> SurfaceStream::next(std::chrono::milliseconds max_wait) {
   const Clock::time_point until = Clock::now() + max_wait;
   while (is_running()) {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
-    const auto message = client_.receive_within(std::max(left, std::chrono::milliseconds::zero()));
+    const auto remaining =
+        std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
+    const auto message =
+        client_.receive_within(std::max(remaining, std::chrono::milliseconds::zero()));
     if (!message) return tl::unexpected(message.error());
     if (!*message) return NoUpdate{};
     auto news = take(**message);

@@ -61,12 +61,12 @@ bool OpenFile::read(std::uint64_t offset, std::span<std::byte> into) const {
   return count == into.size();
 }
 
-std::optional<std::string> OpenFile::content(std::size_t most) const {
+std::optional<std::string> OpenFile::content(std::size_t max_bytes) const {
   std::string text;
-  if (const auto size = regular_size()) text.reserve(std::min<std::uint64_t>(*size, most));
+  if (const auto size = regular_size()) text.reserve(std::min<std::uint64_t>(*size, max_bytes));
   std::array<char, 16 * 1024> piece;  // NOLINT: read into before it is used.
-  while (text.size() < most) {
-    const std::size_t size = std::min(piece.size(), most - text.size());
+  while (text.size() < max_bytes) {
+    const std::size_t size = std::min(piece.size(), max_bytes - text.size());
     const auto count = read_some(text.size(), std::as_writable_bytes(std::span(piece).first(size)));
     if (!count) return std::nullopt;
     text.append(piece.data(), *count);

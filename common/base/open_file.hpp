@@ -37,8 +37,8 @@ class OpenFile {
                                                      std::span<std::byte> into) const;
   // Reads like read_some(), but a file that ends too early is an error (EIO).
   [[nodiscard]] bool read(std::uint64_t offset, std::span<std::byte> into) const;
-  // Returns the content, or its first `most` bytes.
-  [[nodiscard]] std::optional<std::string> content(std::size_t most) const;
+  // Returns the content, or its first `max_bytes` bytes.
+  [[nodiscard]] std::optional<std::string> content(std::size_t max_bytes) const;
   [[nodiscard]] bool write(std::uint64_t offset, std::span<const std::byte> bytes) const;
 
  private:

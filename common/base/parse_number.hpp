@@ -43,19 +43,19 @@ template <typename Number>
   return value;
 }
 
-// Parses `least` to `most` numbers separated by `separator`, such as "1.5,-2,3e4".
+// Parses `min_count` to `max_count` numbers separated by `separator`, such as "1.5,-2,3e4".
 template <typename Number>
 [[nodiscard]] std::optional<std::vector<Number>> parse_number_list(std::string_view text,
-                                                                   std::size_t least,
-                                                                   std::size_t most,
+                                                                   std::size_t min_count,
+                                                                   std::size_t max_count,
                                                                    char separator = ',') {
   std::vector<Number> numbers;
   for (const std::string_view part : split(text, separator)) {
     const auto number = parse_number<Number>(part);
-    if (!number || numbers.size() == most) return std::nullopt;
+    if (!number || numbers.size() == max_count) return std::nullopt;
     numbers.push_back(*number);
   }
-  if (numbers.size() < least) return std::nullopt;
+  if (numbers.size() < min_count) return std::nullopt;
   return numbers;
 }
 

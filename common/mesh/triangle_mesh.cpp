@@ -21,7 +21,8 @@ namespace {
 // half full. Equal coordinates are the same position, also 0 and -0.
 class PositionNumbers {
  public:
-  explicit PositionNumbers(std::size_t most) : slots_(std::bit_ceil(2 * most + 2), kNone) {}
+  explicit PositionNumbers(std::size_t max_positions)
+      : slots_(std::bit_ceil(2 * max_positions + 2), kNone) {}
 
   // Returns the number of the position, which is appended to `known` if it is new.
   std::uint32_t number(const Vec3& position, std::vector<Vec3>& known) {

@@ -67,9 +67,9 @@ void TriangleTree::Node::set(std::uint32_t i, const TriangleBox& box) {
 
 TriangleBox TriangleTree::Node::box() const {
   const auto least = [](const Eight& v) { return *std::min_element(v.begin(), v.end()); };
-  const auto most = [](const Eight& v) { return *std::max_element(v.begin(), v.end()); };
+  const auto largest = [](const Eight& v) { return *std::max_element(v.begin(), v.end()); };
   return {{least(low[0]), least(low[1]), least(low[2])},
-          {most(high[0]), most(high[1]), most(high[2])}};
+          {largest(high[0]), largest(high[1]), largest(high[2])}};
 }
 
 TriangleTree::TriangleTree(std::span<const TriangleBox> boxes)

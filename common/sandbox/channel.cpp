@@ -41,11 +41,11 @@ bool SandboxChannel::read(std::span<std::byte> into, std::chrono::milliseconds t
   using Clock = std::chrono::steady_clock;
   const Clock::time_point end = Clock::now() + timeout + milliseconds(into.size() >> 10);
   while (!into.empty()) {
-    const auto left = std::chrono::ceil<milliseconds>(end - Clock::now());
-    if (left <= milliseconds(0)) return false;
+    const auto remaining = std::chrono::ceil<milliseconds>(end - Clock::now());
+    if (remaining <= milliseconds(0)) return false;
     constexpr milliseconds kMostAtOnce = std::chrono::hours(24);
     pollfd waiting = {.fd = descriptor_, .events = POLLIN, .revents = 0};
-    const int ready = poll(&waiting, 1, static_cast<int>(std::min(left, kMostAtOnce).count()));
+    const int ready = poll(&waiting, 1, static_cast<int>(std::min(remaining, kMostAtOnce).count()));
     if (ready < 0 && errno == EINTR) continue;
     if (ready < 0) return false;
     if (ready == 0) continue;

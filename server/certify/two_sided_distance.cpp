@@ -60,7 +60,7 @@ class MaximumSearch {
     const std::vector<std::uint32_t> triangles = undecided_triangles(mesh);
     // A batch at a time needs little memory. The first batches have the largest bounds.
     const std::size_t batch = std::max<std::size_t>(search_.max_pieces / 16, 1);
-    std::size_t left = kMaxPiecesOfAll * search_.max_pieces;
+    std::size_t remaining_pieces = kMaxPiecesOfAll * search_.max_pieces;
     for (std::size_t begin = 0; begin < triangles.size(); begin += batch) {
       const std::size_t end = std::min(begin + batch, triangles.size());
       std::vector<Piece> pieces;
@@ -69,8 +69,9 @@ class MaximumSearch {
         pieces.back().bound = bounds_[triangles[i]];
       }
       keep_undecided(pieces);
-      for (int round = 0; round < kMaxRounds && !pieces.empty() && pieces.size() <= left; ++round) {
-        left -= pieces.size();
+      for (int round = 0;
+           round < kMaxRounds && !pieces.empty() && pieces.size() <= remaining_pieces; ++round) {
+        remaining_pieces -= pieces.size();
         pieces = cut(pieces);
         for (const Piece& piece : pieces) {
           for (std::size_t i = 0; i < 3; ++i) record(piece.corners[i], piece.nearest[i].distance);

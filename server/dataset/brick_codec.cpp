@@ -20,12 +20,12 @@ bool is_constant(std::span<const std::byte> brick, std::size_t item_bytes) {
                     brick.begin());
 }
 
-// Returns a blosc frame of at most `most` bytes, or nothing if that does not suffice.
+// Returns a blosc frame of at most `max_bytes` bytes, or nothing if that does not suffice.
 std::vector<std::byte> frame_of(std::span<const std::byte> brick, std::size_t item_bytes,
-                                const char* compressor, int effort, std::size_t most) {
-  std::vector<std::byte> packed(most);
+                                const char* compressor, int effort, std::size_t max_bytes) {
+  std::vector<std::byte> packed(max_bytes);
   const int size =
-      most > BLOSC_MIN_HEADER_LENGTH
+      max_bytes > BLOSC_MIN_HEADER_LENGTH
           ? blosc_compress_ctx(effort, BLOSC_BITSHUFFLE, item_bytes, brick.size(), brick.data(),
                                packed.data(), packed.size(), compressor, kBlockBytes, kOneThread)
           : 0;

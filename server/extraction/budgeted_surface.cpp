@@ -45,39 +45,40 @@ class BudgetedSimplification {
     if (sizes.rough(schedule_.at(0)).extracted > kSmall) {
       level_ = schedule_.lowest_fitting(sizes.of, 0, schedule_.last(), kFirstPart);
     }
-    most_ = first_most();
+    max_triangles_ = first_most();
     while (begin(), part() < 1 && level_ > 0) {
       level_ = finer_level({level_, part()});
     }
     first_level_ = level_;
   }
 
-  [[nodiscard]] double most() const { return most_; }
-  void set_most(double triangles) { most_ = triangles; }
+  [[nodiscard]] double max_triangles() const { return max_triangles_; }
+  void set_max_triangles(double triangles) { max_triangles_ = triangles; }
   // Returns whether a surface with fewer triangles than this is possible.
   [[nodiscard]] bool can_shrink_below(double triangles) const {
-    return left() < triangles || level_ < schedule_.last();
+    return remaining() < triangles || level_ < schedule_.last();
   }
 
-  // Simplifies further until at most `most` triangles are left, if possible.
+  // Simplifies further until at most `max_triangles` triangles are left, if possible.
   void simplify_further() {
     std::optional<TriedLevel> before;
-    while (left() > most_ && level_ < schedule_.last()) {
-      const TriedLevel now = {level_, left() / most_};
+    while (remaining() > max_triangles_ && level_ < schedule_.last()) {
+      const TriedLevel now = {level_, remaining() / max_triangles_};
       // The first small error removes far more than the next: from there sizes are extrapolated.
       level_ = level_ == 0 ? 1 : coarser_level(before, now, schedule_.last());
       before = now;
       simplifier_->simplify(options(), stop_);
     }
     // A coarser model leaves fewer triangles where only the topology preserves them.
-    if (left() > most_ && first_level_ < level_) {
+    if (remaining() > max_triangles_ && first_level_ < level_) {
       first_level_ = level_;
       begin();
     }
   }
-  // Returns the surface with `most` triangles, or as few as are left; the request's own if it fits.
+  // Returns the surface with `max_triangles` triangles, or as few as are left; the request's own if
+  // it fits.
   [[nodiscard]] const TiledMesh& surface() {
-    surface_.tiles = simplifier_->tiles(level_ == 0 ? 0 : static_cast<std::size_t>(most_));
+    surface_.tiles = simplifier_->tiles(level_ == 0 ? 0 : static_cast<std::size_t>(max_triangles_));
     return surface_;
   }
 
@@ -87,8 +88,8 @@ class BudgetedSimplification {
   }
 
  private:
-  [[nodiscard]] double left() const { return static_cast<double>(simplifier_->triangles()); }
-  [[nodiscard]] double part() const { return left() / most_; }
+  [[nodiscard]] double remaining() const { return static_cast<double>(simplifier_->triangles()); }
+  [[nodiscard]] double part() const { return remaining() / max_triangles_; }
   [[nodiscard]] ResolvedStep spec() const {
     return resolved_step({.request = schedule_.at(level_)}, info_, stop_);
   }
@@ -107,17 +108,18 @@ class BudgetedSimplification {
   }
   // Returns the budget in triangles; one of bytes by an estimate, until a surface is encoded.
   [[nodiscard]] double first_most() const {
-    double most = std::numeric_limits<std::uint32_t>::max();
+    double max_triangles = std::numeric_limits<std::uint32_t>::max();
     if (request_.max_triangles > 0) {
-      most = std::min(most, static_cast<double>(request_.max_triangles));
+      max_triangles = std::min(max_triangles, static_cast<double>(request_.max_triangles));
     }
     if (request_.max_bytes > 0) {
       constexpr double kMany = 1e6;
       const double bytes =
           kBytesOfSimplifiedTriangles * estimated_bytes(kMany, {.request = request_});
-      most = std::min(most, kMany * static_cast<double>(request_.max_bytes) / bytes);
+      max_triangles =
+          std::min(max_triangles, kMany * static_cast<double>(request_.max_bytes) / bytes);
     }
-    return std::max(most, 1.0);
+    return std::max(max_triangles, 1.0);
   }
 
   // Returns the smallest floor that the surface meets. Where the thresholds are at the floor of the
@@ -141,7 +143,7 @@ class BudgetedSimplification {
   ErrorSchedule schedule_;
   int level_ = 0;
   int first_level_ = 0;
-  double most_ = 0;
+  double max_triangles_ = 0;
   TiledMesh surface_;
   std::optional<SurfaceSimplifier> simplifier_;
 };
@@ -158,15 +160,15 @@ BudgetedSurface surface_within_budget(const SurfaceExtractor& extractor,
     if (request.max_bytes == 0) break;
     const double triangles = triangles_of(surface);
     const double part = bytes_of(surface) / static_cast<double>(request.max_bytes);
-    const bool is_enough = part >= kMinUsedPart || triangles < simplification.most() - 2;
+    const bool is_enough = part >= kMinUsedPart || triangles < simplification.max_triangles() - 2;
     if (part <= 1 && (is_enough || corrections > 0)) break;
     if (corrections == kMaxCorrections || !simplification.can_shrink_below(triangles)) break;
-    double most = std::floor(kSafetyFactor * triangles / part);
+    double max_triangles = std::floor(kSafetyFactor * triangles / part);
     if (request.max_triangles > 0) {
-      most = std::min(most, static_cast<double>(request.max_triangles));
+      max_triangles = std::min(max_triangles, static_cast<double>(request.max_triangles));
     }
-    if (part <= 1 && most <= triangles) break;
-    simplification.set_most(std::max(most, 1.0));
+    if (part <= 1 && max_triangles <= triangles) break;
+    simplification.set_max_triangles(std::max(max_triangles, 1.0));
   }
   BudgetedSurface made = simplification.take();
   if (extractor.dataset().check) extractor.dataset().check();

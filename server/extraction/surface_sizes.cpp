@@ -71,7 +71,7 @@ SurfaceSize exact_size(const TiledMesh& surface, const PreparedVolume& volume,
 // Returns the size of a surface with this number of triangles before simplification, if its density
 // is that of the sampled blocks.
 SurfaceSize size_like(const SampledBlocks& blocks, double triangles, const StepRequest& step) {
-  const double left =
+  const double remaining =
       step.request.simplify
           ? remaining_share(blocks.triangles, blocks.triangles_per_border_edge, triangles)
           : 1;
@@ -79,9 +79,9 @@ SurfaceSize size_like(const SampledBlocks& blocks, double triangles, const StepR
   const double bytes_per_triangle = (step.request.simplify ? kBytesInTiles : 1) *
                                     std::max(blocks.bytes - headers, 0.5 * blocks.bytes) /
                                     blocks.triangles.left;
-  return {.triangles = left * triangles,
-          .bytes = left * triangles * bytes_per_triangle +
-                   kBytesPerTile * std::ceil(left * triangles / kTrianglesPerTile),
+  return {.triangles = remaining * triangles,
+          .bytes = remaining * triangles * bytes_per_triangle +
+                   kBytesPerTile * std::ceil(remaining * triangles / kTrianglesPerTile),
           .extracted = triangles};
 }
 

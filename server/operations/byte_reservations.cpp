@@ -19,8 +19,8 @@ std::optional<ByteReservations::Reservation> ByteReservations::take(const std::s
     const std::size_t left_by_others = capacity_ - (accounts_->used - held);
     // The total of several shares, each of which takes its part of what the previous ones leave.
     const double part = 1 - std::pow(1 - part_, level.shares);
-    const double most = part * static_cast<double>(left_by_others);
-    if (static_cast<double>(held) + static_cast<double>(bytes) > most) return std::nullopt;
+    const double limit = part * static_cast<double>(left_by_others);
+    if (static_cast<double>(held) + static_cast<double>(bytes) > limit) return std::nullopt;
     names.push_back(level.name);
   }
   for (const std::string& name : names) accounts_->by_level[name] += bytes;

@@ -29,9 +29,9 @@ Bytes bytes_of(const asio::ip::address& address) {
              : asio::ip::make_address_v6(asio::ip::v4_mapped, address.to_v4()).to_bytes();
 }
 
-std::optional<int> number(std::string_view text, int most) {
+std::optional<int> number(std::string_view text, int max_value) {
   const auto value = parse_number<int>(text);
-  return value && *value >= 0 && *value <= most ? value : std::nullopt;
+  return value && *value >= 0 && *value <= max_value ? value : std::nullopt;
 }
 
 // Parses the forms that proxies use: 192.0.2.7, 192.0.2.7:4711, 2001:db8::7, [2001:db8::7],
@@ -100,16 +100,16 @@ Result<AddressRanges> AddressRanges::parse(const std::vector<std::string>& texts
   for (const std::string& text : texts) {
     const std::size_t slash = text.find('/');
     const auto address = parsed(text.substr(0, slash));
-    const int most = address && address->is_v4() ? 32 : 128;
-    const auto bits =
-        slash == std::string::npos ? std::optional(most) : number(text.substr(slash + 1), most);
+    const int max_bits = address && address->is_v4() ? 32 : 128;
+    const auto bits = slash == std::string::npos ? std::optional(max_bits)
+                                                 : number(text.substr(slash + 1), max_bits);
     if (!address || !bits) {
       return fail(ErrorCode::kInvalidArgument,
                   "\"" + text +
                       "\" is neither an address nor a network; write for example 192.0.2.7, "
                       "10.0.0.0/8 or 2001:db8::/32.");
     }
-    ranges.ranges_.push_back({bytes_of(*address), 128 - most + *bits});
+    ranges.ranges_.push_back({bytes_of(*address), 128 - max_bits + *bits});
   }
   return ranges;
 }

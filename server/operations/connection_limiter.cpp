@@ -19,11 +19,11 @@ Result<ConnectionLimiter::Ticket> ConnectionLimiter::acquire() {
 Result<ConnectionLimiter::Ticket> ConnectionLimiter::acquire(const std::string& name) {
   const std::vector<ShareLevel> levels = share_levels(name);
   for (const ShareLevel& level : levels) {
-    const std::size_t most = limits_.per_name * static_cast<std::size_t>(level.shares);
+    const std::size_t limit = limits_.per_name * static_cast<std::size_t>(level.shares);
     const auto found = by_level_.find(level.name);
-    if (most == 0 || found == by_level_.end() || found->second < most) continue;
+    if (limit == 0 || found == by_level_.end() || found->second < limit) continue;
     return fail(ErrorCode::kUnavailable,
-                "There are " + std::to_string(most) + " connections from your " +
+                "There are " + std::to_string(limit) + " connections from your " +
                     (level.shares == 1 ? "address" : "network " + level.name) +
                     ", which is the limit; close one of them.");
   }
@@ -37,13 +37,13 @@ Result<ConnectionLimiter::Ticket> ConnectionLimiter::acquire(const std::string& 
 }
 
 double ConnectionLimiter::group_size_of(const std::string& name) const {
-  double most = 0;
+  double fullest = 0;
   for (const ShareLevel& level : share_levels(name)) {
     const auto found = by_level_.find(level.name);
     if (found == by_level_.end()) continue;
-    most = std::max(most, static_cast<double>(found->second) / level.shares);
+    fullest = std::max(fullest, static_cast<double>(found->second) / level.shares);
   }
-  return most;
+  return fullest;
 }
 
 void ConnectionLimiter::release(const std::vector<std::string>& levels) {

@@ -45,10 +45,10 @@ std::string sketch(const Histogram& histogram, std::size_t width) {
     columns[bin * columns.size() / histogram.counts.size()] +=
         static_cast<double>(histogram.counts[bin]);
   }
-  const double most = columns.empty() ? 0 : *std::max_element(columns.begin(), columns.end());
+  const double tallest = columns.empty() ? 0 : *std::max_element(columns.begin(), columns.end());
   std::string line;
   for (const double count : columns) {
-    const double share = most > 0 ? std::log1p(count) / std::log1p(most) : 0;
+    const double share = tallest > 0 ? std::log1p(count) / std::log1p(tallest) : 0;
     line += kBlocks[static_cast<std::size_t>(std::ceil(8 * share))];
   }
   return line;

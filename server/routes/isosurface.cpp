@@ -234,13 +234,13 @@ asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make_within_
   std::vector<IsosurfaceRequest> requests = wanted.requests;
   const std::uint64_t max_bytes = requests.front().max_bytes;
   const bool has_normals = requests.front().normal_bits > 0;
-  double most = static_cast<double>(max_bytes) /
-                bytes_of_triangle(wanted.form, has_normals, wanted.scalars.has_value());
+  double max_triangles = static_cast<double>(max_bytes) /
+                         bytes_of_triangle(wanted.form, has_normals, wanted.scalars.has_value());
   for (int files = 1;; ++files) {
     for (std::size_t i = 0; max_bytes > 0 && i < requests.size(); ++i) {
       const std::uint64_t own = wanted.requests[i].max_triangles;
       const auto of_bytes =
-          std::max<std::uint64_t>(static_cast<std::uint64_t>(most), requests.size());
+          std::max<std::uint64_t>(static_cast<std::uint64_t>(max_triangles), requests.size());
       requests[i].max_bytes = 0;
       requests[i].max_triangles = own == 0 ? of_bytes : std::min(own, of_bytes);
     }
@@ -249,7 +249,8 @@ asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make_within_
       Error error = made.error();
       if (max_bytes > 0 && error.code == ErrorCode::kLimitExceeded) {
         error.text = "A file of " + std::to_string(max_bytes) + " bytes has about " +
-                     std::to_string(static_cast<std::uint64_t>(most)) + " triangles. " + error.text;
+                     std::to_string(static_cast<std::uint64_t>(max_triangles)) + " triangles. " +
+                     error.text;
       }
       co_return tl::unexpected(error);
     }
@@ -263,8 +264,8 @@ asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make_within_
                      "The file has at least " + std::to_string(made->file->body.length) +
                          " bytes, more than max_bytes. Allow more, or use another format.");
     }
-    most = kSafetyFactor * static_cast<double>(made->triangles) * static_cast<double>(max_bytes) /
-           static_cast<double>(made->file->body.length);
+    max_triangles = kSafetyFactor * static_cast<double>(made->triangles) *
+                    static_cast<double>(max_bytes) / static_cast<double>(made->file->body.length);
   }
 }
 

@@ -204,9 +204,9 @@ void LocalServiceClient::make_next_step() {
 void LocalServiceClient::step_begins(const StreamPtr& stream) {
   const std::chrono::milliseconds limit = service_.options().limits.request_time;
   if (limit.count() <= 0 || stream != stream_) return;
-  const std::chrono::duration<double> left =
+  const std::chrono::duration<double> remaining =
       limit - std::chrono::duration<double>(stream->worker_seconds);
-  stream->worker.set(std::chrono::duration_cast<Clock::duration>(left));
+  stream->worker.set(std::chrono::duration_cast<Clock::duration>(remaining));
 }
 
 void LocalServiceClient::steps_made(const StreamPtr& stream, Result<std::vector<StepResult>> steps,

@@ -18,8 +18,9 @@ class HttpStore : public ObjectStore {
         allow_other_hosts_(options.allow_other_hosts),
         client_(is_s3, options) {}
 
-  std::optional<std::vector<std::byte>> get(const std::string& key, std::uint64_t most) override {
-    return fetched({.address = address_of(key), .most = most});
+  std::optional<std::vector<std::byte>> get(const std::string& key,
+                                            std::uint64_t max_bytes) override {
+    return fetched({.address = address_of(key), .most = max_bytes});
   }
 
   std::optional<std::vector<std::byte>> get_range(const std::string& key, std::uint64_t offset,

@@ -52,13 +52,14 @@ class FolderStore : public ObjectStore {
         allow_external_files_(allow_external_files),
         real_folder_(fs::weakly_canonical(folder_)) {}
 
-  std::optional<std::vector<std::byte>> get(const std::string& key, std::uint64_t most) override {
+  std::optional<std::vector<std::byte>> get(const std::string& key,
+                                            std::uint64_t max_bytes) override {
     const std::optional<fs::path> path = path_of(key);
     if (!path) return std::nullopt;
     const ObjectFile file(*path);
-    if (file.size() > most) {
+    if (file.size() > max_bytes) {
       file.fail("it has " + std::to_string(file.size()) + " bytes; the limit is " +
-                std::to_string(most));
+                std::to_string(max_bytes));
     }
     std::vector<std::byte> bytes(file.size());
     file.read(0, bytes);

@@ -20,9 +20,9 @@ class ObjectStore {
   virtual ~ObjectStore() = default;
 
   // Returns the whole object, or nullopt if it does not exist. Throws StoreError if it has more
-  // than `most` bytes or the store fails.
+  // than `max_bytes` bytes or the store fails.
   [[nodiscard]] virtual std::optional<std::vector<std::byte>> get(const std::string& key,
-                                                                  std::uint64_t most) = 0;
+                                                                  std::uint64_t max_bytes) = 0;
   // Returns `length` bytes from `offset`, or the last `length` bytes if `offset` is kFromEnd; fewer
   // at the end of the object.
   static constexpr std::uint64_t kFromEnd = ~std::uint64_t{0};

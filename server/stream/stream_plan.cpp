@@ -17,20 +17,20 @@ namespace {
 
 // Limits rough sizes to the budget, as no surface is planned to exceed it.
 SizeEstimates within(const SizeEstimates& sizes, const IsosurfaceRequest& budget) {
-  SurfaceSize most = {.triangles = std::numeric_limits<double>::infinity(),
-                      .bytes = std::numeric_limits<double>::infinity()};
+  SurfaceSize largest = {.triangles = std::numeric_limits<double>::infinity(),
+                         .bytes = std::numeric_limits<double>::infinity()};
   if (budget.max_triangles > 0) {
-    most.triangles = static_cast<double>(budget.max_triangles);
-    most.bytes = estimated_bytes(most.triangles, {.request = budget});
+    largest.triangles = static_cast<double>(budget.max_triangles);
+    largest.bytes = estimated_bytes(largest.triangles, {.request = budget});
   }
   if (budget.max_bytes > 0)
-    most.bytes = std::min(most.bytes, static_cast<double>(budget.max_bytes));
+    largest.bytes = std::min(largest.bytes, static_cast<double>(budget.max_bytes));
   return {.of = sizes.of,
           .rough =
-              [rough = sizes.rough, most](const IsosurfaceRequest& request) {
+              [rough = sizes.rough, largest](const IsosurfaceRequest& request) {
                 const SurfaceSize size = rough(request);
-                return SurfaceSize{.triangles = std::min(size.triangles, most.triangles),
-                                   .bytes = std::min(size.bytes, most.bytes),
+                return SurfaceSize{.triangles = std::min(size.triangles, largest.triangles),
+                                   .bytes = std::min(size.bytes, largest.bytes),
                                    .extracted = size.extracted};
               },
           .to_fetch = sizes.to_fetch};
@@ -198,9 +198,9 @@ PlanLimits plan_limits(const StreamState& state, const StepLimits& limits) {
                         .shells = state.shells,
                         .is_display = state.use == MeshUse::kDisplay};
   if (limits.max_triangles > 0) {
-    const auto most = static_cast<double>(limits.max_triangles);
-    of_plan.certified_triangles = std::min(of_plan.certified_triangles, most);
-    of_plan.shell_triangles = std::min(of_plan.shell_triangles, most);
+    const auto max_triangles = static_cast<double>(limits.max_triangles);
+    of_plan.certified_triangles = std::min(of_plan.certified_triangles, max_triangles);
+    of_plan.shell_triangles = std::min(of_plan.shell_triangles, max_triangles);
   }
   if (limits.is_contended || state.steps != StepPolicy::kProgressive) {
     of_plan.certified_triangles = 0;

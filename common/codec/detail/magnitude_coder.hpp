@@ -213,14 +213,16 @@ template <typename Coder>
   const auto at = [](int i) { return i < ValueModel::kExponents ? i : ValueModel::kExponents - 1; };
   while (bits < kMaxBits && coder.bit(is_longer[at(bits)], bits < known_bits)) ++bits;
   uint32_t value = 1;
-  int left = bits;
+  int remaining_bits = bits;
   Probability* const mantissa = model.mantissa[at(bits)][sign];
-  for (int i = 0; i < kModelled && left > 0; ++i) {
-    --left;
+  for (int i = 0; i < kModelled && remaining_bits > 0; ++i) {
+    --remaining_bits;
     const int node = i == 0 ? 0 : 1 + static_cast<int>(value & 1U);
-    value = value << 1 | (coder.bit(mantissa[node], (size >> left & 1U) != 0) ? 1U : 0U);
+    value = value << 1 | (coder.bit(mantissa[node], (size >> remaining_bits & 1U) != 0) ? 1U : 0U);
   }
-  if (left > 0) value = value << left | coder.raw_bits(left, size & ((1U << left) - 1));
+  if (remaining_bits > 0)
+    value = value << remaining_bits |
+            coder.raw_bits(remaining_bits, size & ((1U << remaining_bits) - 1));
   return is_less ? -static_cast<int32_t>(value) : static_cast<int32_t>(value);
 }
 

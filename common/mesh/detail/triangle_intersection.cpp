@@ -66,13 +66,13 @@ bool meets(const Vec3& p, const Vec3& q, int side_p, int side_q, const Corners& 
   if (side_p * side_q > 0) return false;
   if (side_p == 0 && side_q == 0) return meets_in_plane(p, q, t);
   int least = 1;
-  int most = -1;
+  int greatest = -1;
   for (std::size_t i = 0; i < 3; ++i) {
     const int sign = orientation(p, q, t[i], t[(i + 1) % 3]);
     least = std::min(least, sign);
-    most = std::max(most, sign);
+    greatest = std::max(greatest, sign);
   }
-  return least >= 0 || most <= 0;
+  return least >= 0 || greatest <= 0;
 }
 
 int side_of(const Vec3& p, const Corners& t) { return orientation(t[0], t[1], t[2], p); }

@@ -45,13 +45,13 @@ TriangleMesh components_below(const TriangleMesh& mesh, const MeshComponents& co
   return small;
 }
 
-// Returns a number above `diagonal` and at most `most`, with as few digits as possible.
-double just_above(double diagonal, double most) {
+// Returns a number above `diagonal` and at most `max_diagonal`, with as few digits as possible.
+double just_above(double diagonal, double max_diagonal) {
   for (double factor = 1; factor <= 1e6; factor *= 10) {
     const double rounded = (std::floor(diagonal * factor) + 1) / factor;
-    if (rounded <= most) return rounded;
+    if (rounded <= max_diagonal) return rounded;
   }
-  return most;
+  return max_diagonal;
 }
 
 }  // namespace
@@ -97,11 +97,11 @@ std::vector<char> ExpectedComponents::operator()(const std::vector<Vec3>& vertic
 }
 
 // Returns the components near `min_component` with a vertex farther than `allowed` from the mesh's
-// components below `most`.
+// components below `max_diagonal`.
 std::vector<char> ExpectedComponents::absent(const std::vector<Vec3>& vertices,
-                                             const MeshComponents& all, double most) const {
-  const NearestTriangle small(triangles_of(components_below(mesh, components, most)));
-  const double slack = (most - min_component) / 2;
+                                             const MeshComponents& all, double max_diagonal) const {
+  const NearestTriangle small(triangles_of(components_below(mesh, components, max_diagonal)));
+  const double slack = (max_diagonal - min_component) / 2;
   std::vector<char> is_absent(all.diagonals.size(), 0);
   for (std::size_t v = 0; v < vertices.size(); ++v) {
     const std::uint32_t component = all.of_vertex[v];

@@ -35,7 +35,7 @@ struct ExpectedComponents {
 
  private:
   [[nodiscard]] std::vector<char> absent(const std::vector<Vec3>& vertices,
-                                         const MeshComponents& all, double most) const;
+                                         const MeshComponents& all, double max_diagonal) const;
 };
 
 // Returns the components of the full surface with most of their vertices farther than `allowed`

@@ -40,12 +40,12 @@ std::vector<Candidate> candidates(const DatasetInfo& grid) {
 }
 
 // Returns the largest distance of some vertices, mapped, from the other surface; stops beyond
-// `most`.
+// `max_distance`.
 double sampled_distance(const TriangleMesh& mesh, const Affine& map, const NearestTriangle& other,
-                        double most) {
+                        double max_distance) {
   double farthest = 0;
   const std::size_t step = 1 + mesh.vertices.size() / kSamples;
-  for (std::size_t i = 0; i < mesh.vertices.size() && farthest <= most; i += step) {
+  for (std::size_t i = 0; i < mesh.vertices.size() && farthest <= max_distance; i += step) {
     farthest = std::max(farthest, other.distance(map(mesh.vertices[i])));
   }
   return farthest;

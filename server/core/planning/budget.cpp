@@ -45,8 +45,8 @@ double least_threshold(const IsosurfaceRequest& request) {
 }  // namespace
 
 double part_of_budget(const SurfaceSize& size, const IsosurfaceRequest& request) {
-  const auto part = [](double used, std::uint64_t most) {
-    return most == 0 ? 0 : used / static_cast<double>(most);
+  const auto part = [](double used, std::uint64_t limit) {
+    return limit == 0 ? 0 : used / static_cast<double>(limit);
   };
   return std::max(part(size.triangles, request.max_triangles), part(size.bytes, request.max_bytes));
 }

@@ -217,11 +217,11 @@ std::optional<StepRequest> certified_preview(const Candidates& candidates,
   if (delivered.step.finest_spacing == 1 || candidates.may_end_with_shells()) return std::nullopt;
   const Candidate preview = candidates.certified(&delivered);
   const double allowed = kCertifiedShare * candidates.final_step(&delivered).seconds();
-  const double most = preview.step.shell && limits.certified_triangles > 0
-                          ? limits.shell_triangles
-                          : limits.certified_triangles;
-  const bool is_worth_it =
-      preview.is_within_budget && preview.seconds() <= allowed && preview.triangles <= most;
+  const double max_triangles = preview.step.shell && limits.certified_triangles > 0
+                                   ? limits.shell_triangles
+                                   : limits.certified_triangles;
+  const bool is_worth_it = preview.is_within_budget && preview.seconds() <= allowed &&
+                           preview.triangles <= max_triangles;
   if (!is_worth_it) return std::nullopt;
   return preview.step;
 }

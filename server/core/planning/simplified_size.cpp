@@ -26,9 +26,9 @@ double estimate_triangles_per_border_edge(const SimplifiedBlocks& apart,
 double remaining_share(const SimplifiedBlocks& blocks, double triangles_per_border_edge,
                        double before) {
   if (blocks.before <= 0) return 1;
-  const double left = blocks.left / blocks.before;
+  const double remaining = blocks.left / blocks.before;
   const double at_border = triangles_per_border_edge * blocks.border_edges / blocks.before;
-  const double inner = std::max(left - at_border, kMinInnerShare * left);
+  const double inner = std::max(remaining - at_border, kMinInnerShare * remaining);
   const SimplifiedTileLimits limits;
   // The average fill of tiles. A tile that contains everything has no border.
   const double triangles = 0.6 * static_cast<double>(limits.triangles);
@@ -41,7 +41,7 @@ double remaining_share(const SimplifiedBlocks& blocks, double triangles_per_bord
                2 * static_cast<double>(limits.vertices_before) * static_cast<double>(blocks.count) /
                    blocks.before);
   const double sides = std::sqrt(std::max(blocks_of_tile, 1.0));
-  return std::min(inner + (left - inner) / sides, 1.0);
+  return std::min(inner + (remaining - inner) / sides, 1.0);
 }
 
 double rough_remaining_share(double voxels) {

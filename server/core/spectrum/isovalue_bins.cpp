@@ -60,9 +60,9 @@ bool is_skewed(std::span<const float> values, float low, float high) {
     ++counts[std::min(cell, kCells - 1)];
   }
   std::sort(counts.begin(), counts.end(), std::greater<>());
-  std::size_t most = 0;
-  for (std::size_t i = 0; i < kCells / 16; ++i) most += counts[i];
-  return 4 * most > 3 * values.size();
+  std::size_t max_count = 0;
+  for (std::size_t i = 0; i < kCells / 16; ++i) max_count += counts[i];
+  return 4 * max_count > 3 * values.size();
 }
 
 }  // namespace

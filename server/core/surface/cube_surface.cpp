@@ -79,17 +79,17 @@ void CubeSurfaceBuilder::append(const LatticeMesh& mesh) {
 
 void CubeSurfaceBuilder::cut_off(const OctreeCube& cube, std::size_t begin,
                                  const ChildRanges& ranges) {
-  std::size_t left = triangles() - begin;
-  if (left <= max_) return;
+  std::size_t remaining = triangles() - begin;
+  if (remaining <= max_) return;
   const auto size_of = [&](std::size_t child) { return ranges[child + 1] - ranges[child]; };
   std::array<std::size_t, 8> by_size = {0, 1, 2, 3, 4, 5, 6, 7};
   std::stable_sort(by_size.begin(), by_size.end(),
                    [&](std::size_t a, std::size_t b) { return size_of(a) > size_of(b); });
   std::array<bool, 8> is_cut{};
   for (const std::size_t child : by_size) {
-    if (left <= max_ || size_of(child) == 0) break;
+    if (remaining <= max_ || size_of(child) == 0) break;
     is_cut[child] = true;
-    left -= size_of(child);
+    remaining -= size_of(child);
   }
   const auto at = [this](std::size_t i) {
     return mesh_.triangles.begin() + static_cast<std::ptrdiff_t>(i);

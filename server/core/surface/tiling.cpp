@@ -144,8 +144,8 @@ class PreparedSource {
 
   void read_coarse(OctreeCubePoints& points) const {
     for (std::size_t i = 0; i < 27; ++i) points.values[i] = coarse_value(points.at(i));
-    for (std::uint32_t left = kFacesAndEdges; left != 0; left &= left - 1) {
-      const auto i = static_cast<std::size_t>(std::countr_zero(left));
+    for (std::uint32_t bits = kFacesAndEdges; bits != 0; bits &= bits - 1) {
+      const auto i = static_cast<std::size_t>(std::countr_zero(bits));
       if (model_.kept(DividingPoint(points.at(i)))) points.kept |= 1U << i;
     }
   }
@@ -167,8 +167,8 @@ class PreparedSource {
     points.kept =
         fine_.exceeding_neighbours(points.center, points.step, points.turned) & kFacesAndEdges;
     if (model_.has_one_threshold()) return;
-    for (std::uint32_t left = kFacesAndEdges & ~points.kept; left != 0; left &= left - 1) {
-      const auto p = static_cast<std::size_t>(std::countr_zero(left));
+    for (std::uint32_t bits = kFacesAndEdges & ~points.kept; bits != 0; bits &= bits - 1) {
+      const auto p = static_cast<std::size_t>(std::countr_zero(bits));
       const GridPoint at = points.at(p);
       const bool kept = model_.kept(at, points.step, fine_.error(at));
       points.kept |= static_cast<std::uint32_t>(kept) << p;
@@ -282,8 +282,8 @@ bool is_refined(const PreparedModel& model, const OctreeCube& cube) {
 std::vector<TileMesh> finished_tiles(CubeSurface root, const OctreeCube& root_cube) {
   std::vector<TileMesh> tiles = std::move(root.tiles);
   std::vector<std::uint32_t> number_of;
-  if (const std::size_t left = root.rest.triangles.size(); left > 0) {
-    tiles.push_back({root_cube, part_of(root.rest, 0, left, number_of)});
+  if (const std::size_t remaining = root.rest.triangles.size(); remaining > 0) {
+    tiles.push_back({root_cube, part_of(root.rest, 0, remaining, number_of)});
   }
   std::sort(tiles.begin(), tiles.end(),
             [](const auto& a, const auto& b) { return a.cube < b.cube; });

@@ -207,14 +207,15 @@ std::size_t SurfaceSimplifier::triangles() const {
   return sum;
 }
 
-std::vector<TileMesh> SurfaceSimplifier::tiles(std::size_t most) const {
+std::vector<TileMesh> SurfaceSimplifier::tiles(std::size_t max_triangles) const {
   const std::size_t least = triangles();
   std::vector<double> times;
   for (const SimplifiedTile& tile : tiles_) {
     for (const Collapse& collapse : tile.piece.history()) times.push_back(collapse.when);
   }
   // A collapse removes two triangles.
-  const std::size_t undone = most > least ? std::min((most - least) / 2, times.size()) : 0;
+  const std::size_t undone =
+      max_triangles > least ? std::min((max_triangles - least) / 2, times.size()) : 0;
   const double until = last_before(times, times.size() - undone);
   std::vector<TileMesh> tiles(tiles_.size());
   in_parallel(tiles.size(), [&](std::size_t i) {

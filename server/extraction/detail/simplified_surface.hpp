@@ -31,9 +31,9 @@ class SurfaceSimplifier {
                               const SimplifiedTileLimits& limits = {});
 
   [[nodiscard]] std::size_t triangles() const;
-  // Returns the tiles. With `is_resumable`, undoes the last collapses as far as `most` triangles
-  // allow.
-  [[nodiscard]] std::vector<TileMesh> tiles(std::size_t most = 0) const;
+  // Returns the tiles. With `is_resumable`, undoes the last collapses as far as `max_triangles`
+  // triangles allow.
+  [[nodiscard]] std::vector<TileMesh> tiles(std::size_t max_triangles = 0) const;
 
  private:
   int root_exponent_;

@@ -43,11 +43,11 @@ DatasetOutput::DatasetOutput(const fs::path& output, bool force) : output_(outpu
     throw ExitError(kUsage, "--output: datasets are written to files and to s3://, not to " +
                                 output.string() + ".");
   }
-  const auto there = find_object(output.string(), kMagicBytes);
-  if (there && !force && !begins_as_dataset(there->begin)) refuse_to_replace(output);
+  const auto existing = find_object(output.string(), kMagicBytes);
+  if (existing && !force && !begins_as_dataset(existing->begin)) refuse_to_replace(output);
   using Kind = UploadCondition::Kind;
-  condition_ = {.kind = force ? Kind::kAny : (there ? Kind::kSameVersion : Kind::kAbsent),
-                .etag = there ? there->etag : ""};
+  condition_ = {.kind = force ? Kind::kAny : (existing ? Kind::kSameVersion : Kind::kAbsent),
+                .etag = existing ? existing->etag : ""};
   temporary_ = new_temporary_folder();
   file_ = temporary_ / "dataset.mtd";
 }

@@ -75,10 +75,10 @@ std::vector<PrepareJob> LabelJobs::of_layers(const PrepareJob& volume) const {
     PrepareJob map = volume;  // Each layer is a label map.
     map.choice.component = {.kind = ComponentChoice::Kind::kIndex, .index = layer};
     // --label all skips empty labels.
-    std::vector<double> there;
-    if (arguments_.series.wants_all_labels()) there = found_in(map);
+    std::vector<double> present;
+    if (arguments_.series.wants_all_labels()) present = found_in(map);
     for (const auto& [label, stored, of_layer] : segments) {
-      const bool is_there = std::find(there.begin(), there.end(), stored) != there.end();
+      const bool is_there = std::find(present.begin(), present.end(), stored) != present.end();
       if (arguments_.series.wants_all_labels() && !is_there) continue;
       jobs.push_back(job_of_label(map, renamed(label), stored));
     }

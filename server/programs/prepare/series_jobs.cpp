@@ -144,7 +144,7 @@ std::string list_of_names(const std::vector<SourceField>& fields) {
 
 std::vector<SourceField> requested_fields(const SeriesSource& series,
                                           const PrepareArguments& arguments, const Notice& notice) {
-  const std::vector<SourceField>& there = series.contents.fields;
+  const std::vector<SourceField>& all = series.contents.fields;
   const SeriesArguments& requested = arguments.series;
   const std::string& input = series.moments.front().input;
   if (requested.fields.empty()) return {SourceField{}};
@@ -156,7 +156,7 @@ std::vector<SourceField> requested_fields(const SeriesSource& series,
              "it separately with --array.");
     }
     const bool chooses = !arguments.volume.component.empty() || !requested.components.empty();
-    for (const SourceField& field : there) {
+    for (const SourceField& field : all) {
       if (field.components == 1 || chooses) {
         fields.push_back(field);
       } else {
@@ -168,13 +168,13 @@ std::vector<SourceField> requested_fields(const SeriesSource& series,
     return fields;
   }
   for (const std::string& name : requested.fields) {
-    const auto found = std::find_if(there.begin(), there.end(), [&](const SourceField& field) {
+    const auto found = std::find_if(all.begin(), all.end(), [&](const SourceField& field) {
       return field.name == name || (!field.array.empty() && field.array == name);
     });
-    if (found == there.end()) {
+    if (found == all.end()) {
       throw ExitError(kUsage, "'" + input + "' has no field " + name + ". " +
-                                  (there.empty() ? "It has only one field"
-                                                 : "Its fields are " + list_of_names(there)) +
+                                  (all.empty() ? "It has only one field"
+                                               : "Its fields are " + list_of_names(all)) +
                                   ".");
     }
     fields.push_back(*found);

@@ -88,7 +88,7 @@ ServedDatasets::Opened* ServedDatasets::opened(const std::string& place) {
 
 CataloguePtr ServedDatasets::read() {
   auto catalogue = std::make_shared<DatasetCatalogue>();
-  std::set<std::string> there;
+  std::set<std::string> names;
   const std::vector<std::string> paths = dataset_paths();
   if (paths.empty() && !opened_.empty()) {
     throw std::runtime_error(
@@ -98,7 +98,7 @@ CataloguePtr ServedDatasets::read() {
   is_store_failing_ = false;
   std::map<std::string, std::size_t> new_members;  // Per series.
   for (const std::string& place : paths) {
-    if (!there.insert(place).second) continue;
+    if (!names.insert(place).second) continue;
     Opened* const found = opened(place);
     if (found == nullptr) continue;
     try {
@@ -125,7 +125,7 @@ CataloguePtr ServedDatasets::read() {
   }
   std::erase_if(opened_, [&](const auto& one) {
     const auto& [place, what] = one;
-    if (there.contains(place)) return false;
+    if (names.contains(place)) return false;
     if (what.is_served) {
       log_line(LogLevel::kInfo, "no longer served",
                {{"dataset", what.source->info().name}, {"file", without_password(place)}});

@@ -173,8 +173,8 @@ Result<std::vector<StepResult>> make_steps(const ValidatedStream& action, const 
                                            const std::stop_token& stop) {
   constexpr std::size_t kPreviewsAJob = 16;
   if (!action.further.empty()) {
-    const std::size_t left = 1 + action.further.size() - dataset;
-    return make_previews(action, dataset, std::min(left, kPreviewsAJob), limits, stop);
+    const std::size_t remaining = 1 + action.further.size() - dataset;
+    return make_previews(action, dataset, std::min(remaining, kPreviewsAJob), limits, stop);
   }
   auto made = make_step(action, state, limits, stop);
   if (!made) return tl::unexpected(made.error());

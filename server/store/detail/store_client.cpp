@@ -74,7 +74,8 @@ struct StoreClient::Handle {
   Handle& operator=(const Handle&) = delete;
 
   CURLcode perform(const StoreRequest& request, const HttpStoreOptions& options,
-                   const Credentials& credentials, milliseconds left, Transfer& transfer) const;
+                   const Credentials& credentials, milliseconds remaining,
+                   Transfer& transfer) const;
 
   CURL* curl;
 };
@@ -111,7 +112,7 @@ StoreClient::~StoreClient() = default;
 HttpAnswer StoreClient::send(const StoreRequest& request) {
   check_cooldown(request.address);
   const Clock::time_point deadline = Clock::now() + options_.deadline;
-  const auto left = [&] {
+  const auto remaining = [&] {
     return std::chrono::duration_cast<milliseconds>(deadline - Clock::now());
   };
   milliseconds pause = options_.first_pause;
@@ -122,13 +123,13 @@ HttpAnswer StoreClient::send(const StoreRequest& request) {
     if (attempt > 0) {
       const milliseconds wait =
           std::min(std::max(outcome.pause, jittered(pause)), options_.longest_pause);
-      if (wait >= left()) break;
+      if (wait >= remaining()) break;
       std::this_thread::sleep_for(wait);
       if (options_.on_retry) options_.on_retry();
       pause *= 2;
     }
     HttpAnswer answer;
-    outcome = try_request(request, left(), answer);
+    outcome = try_request(request, remaining(), answer);
     if (outcome.kind == Outcome::Kind::kDone) return answer;
     if (outcome.kind == Outcome::Kind::kFailed) break;
     // A stalled attempt has taken its full time, so a server that stalls repeatedly is given up.
@@ -151,18 +152,18 @@ void StoreClient::start_cooldown(const std::string& problem) {
   cooldown_reason_ = problem;
 }
 
-StoreClient::Outcome StoreClient::try_request(const StoreRequest& request, milliseconds left,
+StoreClient::Outcome StoreClient::try_request(const StoreRequest& request, milliseconds remaining,
                                               HttpAnswer& answer) {
   std::unique_ptr<Handle> handle = idle_handle();
-  const Outcome outcome = try_with_redirects(*handle, request, left, answer);
+  const Outcome outcome = try_with_redirects(*handle, request, remaining, answer);
   return_handle(std::move(handle));
   return outcome;
 }
 
 StoreClient::Outcome StoreClient::try_with_redirects(Handle& handle, const StoreRequest& request,
-                                                     milliseconds left, HttpAnswer& answer) {
+                                                     milliseconds remaining, HttpAnswer& answer) {
   constexpr int kMaxRedirects = 5;
-  const Clock::time_point deadline = Clock::now() + left;
+  const Clock::time_point deadline = Clock::now() + remaining;
   CurlUrl url(request.address);
   if (!url.is_valid())
     return {.problem = "it is not an address", .remedy = "Write http://host/path"};
@@ -191,7 +192,7 @@ StoreClient::Outcome StoreClient::try_with_redirects(Handle& handle, const Store
 }
 
 CURLcode StoreClient::Handle::perform(const StoreRequest& request, const HttpStoreOptions& options,
-                                      const Credentials& credentials, milliseconds left,
+                                      const Credentials& credentials, milliseconds remaining,
                                       Transfer& transfer) const {
   curl_easy_reset(curl);
   curl_easy_setopt(curl, CURLOPT_URL, request.address.c_str());
@@ -202,7 +203,8 @@ CURLcode StoreClient::Handle::perform(const StoreRequest& request, const HttpSto
                    static_cast<long>(options.connect_timeout.count()));
   curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 256L);
   curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, static_cast<long>(options.stall_timeout.count()));
-  curl_easy_setopt(curl, CURLOPT_TIMEOUT_MS, static_cast<long>(std::max<long>(1, left.count())));
+  curl_easy_setopt(curl, CURLOPT_TIMEOUT_MS,
+                   static_cast<long>(std::max<long>(1, remaining.count())));
   curl_easy_setopt(curl, CURLOPT_USERAGENT, "multitetra");
   curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, &take_bytes);
   curl_easy_setopt(curl, CURLOPT_WRITEDATA, &transfer);

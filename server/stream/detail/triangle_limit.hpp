@@ -17,7 +17,7 @@ namespace multitetra {
 // that fits.
 class TriangleLimit {
  public:
-  TriangleLimit(const SurfaceProvider& source, std::uint64_t most, std::stop_token stop);
+  TriangleLimit(const SurfaceProvider& source, std::uint64_t max_triangles, std::stop_token stop);
 
   // Rejects requests that a quick estimate shows to exceed the limit for certain. Reads samples
   // only if the spectrum's estimate, which may err either way, exceeds it.
@@ -27,7 +27,7 @@ class TriangleLimit {
                                         const EncodedStep& step) const;
 
  private:
-  [[nodiscard]] double most() const { return static_cast<double>(most_); }
+  [[nodiscard]] double max_triangles() const { return static_cast<double>(max_triangles_); }
   [[nodiscard]] std::function<SurfaceSize(const StepRequest&)> accurate_sizes() const;
   // `error_of_estimates` is the factor by which estimates are too small.
   [[nodiscard]] std::string limit_error_text(const std::string& about, double triangles,
@@ -35,7 +35,7 @@ class TriangleLimit {
                                              double error_of_estimates) const;
 
   const SurfaceProvider& source_;
-  std::uint64_t most_;
+  std::uint64_t max_triangles_;
   std::stop_token stop_;
 };
 

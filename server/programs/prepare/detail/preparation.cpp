@@ -27,17 +27,17 @@ namespace {
     throw MissingLabel("Cannot read '" + job.input + "': segment " + label_text(missing) + " (" +
                        missing.name + ") is empty.");
   }
-  std::string there;
+  std::string labels;
   for (const LabelSummary& label : map.labels()) {
-    if (there.size() > 60) {
-      there += ", ...";
+    if (labels.size() > 60) {
+      labels += ", ...";
       break;
     }
-    there += (there.empty() ? "" : ", ") + label_text({.value = label.value});
+    labels += (labels.empty() ? "" : ", ") + label_text({.value = label.value});
   }
   throw MissingLabel(
       "Cannot read '" + job.input + "': label " + label_text(missing) + " does not occur in it. " +
-      (there.empty() ? "All of its samples are 0" : "Its labels are " + there) + ".");
+      (labels.empty() ? "All of its samples are 0" : "Its labels are " + labels) + ".");
 }
 
 // Simplification shrinks thin parts even if its error is less than a quarter of their thickness.
@@ -111,19 +111,19 @@ namespace {
 // Prevents accidental replacement of a dataset from another source, except one of the same series.
 void require_same_source(const PrepareJob& job, const Provenance& note) {
   if (is_address(job.output.string()) || !std::filesystem::exists(job.output)) return;
-  std::optional<DatasetMetadata> there;
+  std::optional<DatasetMetadata> previous;
   try {
-    there = PreparedFile(job.output.string()).metadata();
+    previous = PreparedFile(job.output.string()).metadata();
   } catch (const std::exception&) {
     return;  // A damaged dataset may be replaced.
   }
-  const bool has_same_source = there->source.file == note.file ||
-                               (!note.digest.empty() && there->source.digest == note.digest);
+  const bool has_same_source = previous->source.file == note.file ||
+                               (!note.digest.empty() && previous->source.digest == note.digest);
   const bool is_same_series =
-      job.member && there->info.member && job.member->series == there->info.member->series;
+      job.member && previous->info.member && job.member->series == previous->info.member->series;
   if (has_same_source || is_same_series) return;
   throw ExitError(kUsage, "--output: " + job.output.string() + " is a dataset prepared from '" +
-                              there->source.file + "'; --force replaces it with one from '" +
+                              previous->source.file + "'; --force replaces it with one from '" +
                               note.file + "'.");
 }
 
@@ -140,9 +140,10 @@ std::optional<PrepareResult> Preparation::prepare_unless_up_to_date(const Prepar
   const Provenance note = provenance_of(job);
   if (arguments_.force || !is_up_to_date(job, note)) return prepare_one(job, note, output);
   check_prepared_grid(job);
-  const std::string there = job.output.string();
-  if (arguments_.samples_only || PreparedFile(there).info().missing.empty()) return std::nullopt;
-  return complete_one(there, output);
+  const std::string output_path = job.output.string();
+  if (arguments_.samples_only || PreparedFile(output_path).info().missing.empty())
+    return std::nullopt;
+  return complete_one(output_path, output);
 }
 
 namespace {
