@@ -62,6 +62,7 @@ struct ResourceContext {
 [[nodiscard]] Resource tile_resource(const ResourceContext& context);
 [[nodiscard]] Resource tilesets_resource(const ResourceContext& context);
 [[nodiscard]] Resource neuroglancer_resource(const ResourceContext& context);
+[[nodiscard]] Resource opening_resource(const ResourceContext& context);
 [[nodiscard]] Resource viewer_resource(const ResourceContext& context);  // All other paths.
 
 }  // namespace multitetra

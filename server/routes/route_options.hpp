@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "server/http/http_options.hpp"
+#include "server/routes/one_time_link.hpp"
 #include "server/routes/viewer_files.hpp"
 #include "server/transport/listener.hpp"
 
@@ -21,6 +22,7 @@ struct RouteOptions {
   std::uint64_t max_mesh_bytes_in_memory = std::uint64_t{1} << 20;
   std::filesystem::path temporary_folder = std::filesystem::temp_directory_path();
   std::shared_ptr<const ViewerFiles> viewer = std::make_shared<const ViewerFiles>();
+  std::shared_ptr<OneTimeLink> opening = nullptr;  // Of the browser that the server starts, if any.
 };
 
 // Makes a listener for HTTP and WebSockets with all routes. When called, throws AddressError, which

@@ -20,7 +20,7 @@ std::vector<Resource> resources(const ResourceContext& context) {
           slice_resource(context),     probe_resource(context),
           thumbnail_resource(context), tile_resource(context),
           tilesets_resource(context),  neuroglancer_resource(context),
-          viewer_resource(context)};
+          opening_resource(context),   viewer_resource(context)};
 }
 
 std::string_view bearer_token(const HttpRequest& request) {

@@ -84,7 +84,13 @@ case "$shown" in
 esac
 grep -qF "look='${shown#visible_female_head}'" "$project/server/demo.sh" || fail "demo.sh shows something else than $shown"
 lists "visible_female_head"
-grep -qF "$url/#token=$token&dataset=visible_female_head" opened || fail "the browser opened $(cat opened)"
+# Everybody can read the words that the browser is started with: they lead to the page once, and hold no token.
+opened=$(cat opened)
+[[ "$opened" == "$url/open/"* && "$opened" != *"$token"* ]] || fail "the browser opened $opened"
+followed() { curl -s -o /dev/null "$@" -w '%{http_code} %{redirect_url}' "$opened"; }
+[ "$(followed -I)" = "404 " ] || fail "the link is used up by a look ahead"
+[ "$(followed)" = "303 $url/#token=$token&dataset=$shown" ] || fail "the link leads to $(followed)"
+[ "$(followed)" = "404 " ] || fail "the link leads to the page again"
 [ "$(curl -s -o /dev/null -w '%{http_code}' "$url/v1/datasets")" = 401 ] || fail "others may list the datasets"
 [ "$(curl -s -o /dev/null -w '%{http_code}' -H 'Host: other.example' "$url/")" = 421 ] || fail "the page answers to other names"
 curl -s "$url/" | grep -qi '<html\|no viewer' || fail "no page at $url/"

@@ -17,6 +17,7 @@
 #include "server/programs/view/browser.hpp"
 #include "server/programs/view/viewed_volumes.hpp"
 #include "server/programs/view/volume_queue.hpp"
+#include "server/routes/one_time_link.hpp"
 
 namespace multitetra {
 namespace {
@@ -40,10 +41,18 @@ std::string local(std::string url) {
   return url;
 }
 
-void show(const std::string& address, const ViewArguments& arguments) {
-  std::cout << "\n   " << styled(Style::kBold, address, STDOUT_FILENO) << "\n\n"
-            << "   Serving until Ctrl-C." << std::endl;
-  if (!arguments.no_browser) open_in_browser(address);
+// The fragment of the page's address.
+std::string page_fragment(const ViewArguments& arguments, const std::string& token,
+                          const std::optional<std::string>& first) {
+  std::string fragment = "#token=" + token;
+  if (first) fragment += "&dataset=" + percent_encoded(*first);
+  if (arguments.inputs.empty()) fragment += kDemoLook;
+  if (!arguments.volumes.labels.empty() && first && !is_prepared(arguments.volumes.labels)) {
+    fragment += "&labels=" + percent_encoded(default_dataset_name(arguments.volumes.labels)) +
+                ":&opacity=0.35";
+  }
+  if (arguments.up != "z") fragment += "&up=" + arguments.up;
+  return fragment;
 }
 
 int view(const ViewArguments& arguments) {
@@ -70,23 +79,24 @@ int view(const ViewArguments& arguments) {
   ServeOptions options;
   options.listeners.tcp = "off";
   options.listeners.http = arguments.http;
+  // The token keeps other users of this machine out, who can find the port.
   options.listeners.token = new_token();
+  const std::string fragment = page_fragment(arguments, options.listeners.token, first);
+  const auto opening = std::make_shared<OneTimeLink>(new_token(), fragment);
+  options.listeners.routes.opening = opening;
   options.listeners.log_level = "warning";
   options.listeners.drain_seconds = 1;
   options.listeners.ends_on_hangup = true;
   options.threads = arguments.threads;
   options.datasets = volumes.datasets();
   return serve_until_stopped(options, [&](const OpenServer& server) {
-    // The token keeps other users of this machine out, who can find the port.
-    std::string shown = "#token=" + options.listeners.token;
-    if (first) shown += "&dataset=" + percent_encoded(*first);
-    if (arguments.inputs.empty()) shown += kDemoLook;
-    if (!arguments.volumes.labels.empty() && first && !is_prepared(arguments.volumes.labels)) {
-      shown += "&labels=" + percent_encoded(default_dataset_name(arguments.volumes.labels)) +
-               ":&opacity=0.35";
+    const std::string address = local(server.urls.front());
+    std::cout << "\n   " << styled(Style::kBold, address + "/" + fragment, STDOUT_FILENO) << "\n\n"
+              << "   Serving until Ctrl-C." << std::endl;
+    // Other users can read the words that a browser is started with.
+    if (!arguments.no_browser) {
+      open_in_browser(address + std::string(kOpenPath) + opening->code());
     }
-    if (arguments.up != "z") shown += "&up=" + arguments.up;
-    show(local(server.urls.front()) + "/" + shown, arguments);
     return volumes.run_behind(server.read_again);
   });
 }
