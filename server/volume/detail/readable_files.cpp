@@ -35,6 +35,8 @@ std::vector<fs::path> readable_files(const fs::path& source, bool allow_external
   std::vector<fs::path> files = {source};
   if (fs::is_directory(source, none)) {
     add_targets<fs::recursive_directory_iterator>(source, files);
+    fs::path description = fs::weakly_canonical(source, none);  // Of N5, by BigDataViewer.
+    files.push_back(description.replace_extension(".xml"));
     return files;
   }
   const fs::path folder = source.has_parent_path() ? source.parent_path() : fs::path(".");

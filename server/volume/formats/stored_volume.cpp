@@ -98,8 +98,8 @@ void ras_to_lps(std::array<Vec3, 3>& steps, Vec3& origin) {
   }
 }
 
-fs::path named_data_file(const fs::path& header, const std::string& name,
-                         bool allow_external_files) {
+fs::path named_data_place(const fs::path& header, const std::string& name,
+                          bool allow_external_files) {
   const fs::path folder = header.has_parent_path() ? header.parent_path() : fs::path(".");
   const fs::path file = folder / name;
   std::error_code error;
@@ -110,12 +110,18 @@ fs::path named_data_file(const fs::path& header, const std::string& name,
         header, "it refers to the data file '" + name + "', which is outside the header's folder",
         "Put the data beside the header, or allow it with --follow if you trust the header");
   }
-  const fs::file_status status = fs::status(file, error);
-  if (!fs::exists(status)) {
+  if (!fs::exists(file, error)) {
     fail_reading(header, "its data file '" + name + "' is missing",
                  "Put the data file beside the header");
   }
-  if (!fs::is_regular_file(status)) {
+  return file;
+}
+
+fs::path named_data_file(const fs::path& header, const std::string& name,
+                         bool allow_external_files) {
+  fs::path file = named_data_place(header, name, allow_external_files);
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) {
     fail_reading(header, "its data file '" + name + "' is not a regular file",
                  "Give a header whose samples are in a file");
   }

@@ -133,6 +133,8 @@ struct VolumeChoice {
   // Takes the first of several if none is chosen; for listing contents.
   bool first = false;
   GivenFacts given = {};
+  // The file that led to the source and describes it; set by readers.
+  std::filesystem::path described_by = {};
 
   friend bool operator==(const VolumeChoice&, const VolumeChoice&) = default;
 };
@@ -178,8 +180,12 @@ void check_header(const std::filesystem::path& file, const ImageHeader& header);
 // Converts a placement from RAS to LPS.
 void ras_to_lps(std::array<Vec3, 3>& steps, Vec3& origin);
 
-// Returns the data file `name`, relative to the header's folder. Throws if it is outside of that
-// folder (unless `allow_external_files`) or is not a regular file.
+// Returns the data file or folder `name`, relative to the header's folder. Throws if it is missing,
+// or outside of that folder (unless `allow_external_files`).
+[[nodiscard]] std::filesystem::path named_data_place(const std::filesystem::path& header,
+                                                     const std::string& name,
+                                                     bool allow_external_files);
+// Returns the same for a data file, which must be a regular file.
 [[nodiscard]] std::filesystem::path named_data_file(const std::filesystem::path& header,
                                                     const std::string& name,
                                                     bool allow_external_files);

@@ -7,6 +7,7 @@
 
 #include "common/base/open_file.hpp"
 #include "common/base/text.hpp"
+#include "server/volume/formats/arrays/bdv_description.hpp"
 #include "server/volume/formats/cube_file.hpp"
 #include "server/volume/formats/described_raw.hpp"
 #include "server/volume/formats/detail/header_bytes.hpp"
@@ -191,6 +192,15 @@ constexpr std::array kFormats = {
                  .suffixes = ".ims",
                  .has_arrays = true,
                  .has_levels = true},
+    VolumeFormat{.name = "BigDataViewer",
+                 .files = ".xml",
+                 .notes = "HDF5 and N5 that the XML leads to, placed by its registrations; --series, "
+                          "--level, --time",
+                 .open = open_bdv,
+                 .is_beginning = is_bdv_xml,
+                 .has_arrays = true,
+                 .has_levels = true,
+                 .has_series = true},
     VolumeFormat{.name = "NetCDF 3 and 4",
                  .files = ".nc, .nc:/name",
                  .notes = "CF, MINC 1; --time, --channel",

@@ -30,7 +30,9 @@ std::vector<Fields> written_volumes(const std::string& script, const fs::path& f
   const std::string command = std::string(MULTITETRA_PYTHON) + " " + MULTITETRA_VOLUME_SCRIPTS +
                               "/" + script + " " + folder.string() + " " + more + " > " +
                               list.string();
-  if (std::system(command.c_str()) != 0) return {};
+  const std::string python = MULTITETRA_PYTHON;
+  if (std::system((python + " -c 'import numpy' 2> /dev/null").c_str()) != 0) return {};
+  EXPECT_EQ(std::system(command.c_str()), 0) << script;
   std::vector<Fields> volumes;
   std::ifstream in(list);
   for (std::string line; std::getline(in, line);) {

@@ -175,6 +175,64 @@ def big_data_viewer():
     read("bdv-xml", folder / "placed.h5", volume.astype("f8") * 200, steps=diagonal(0.5, 1.5, 2), unit="\u00b5m")
     read("bdv-level", folder / "placed.h5", volume[:, ::2, ::2], options="level=1", origin=(0.25, 0.75, 0), steps=diagonal(1, 3, 2),
          unit="\u00b5m")
+    # Registrations: a calibration, applied first, then a turn about z; the XML has another name than the samples.
+    def xml(name, loader, transforms, setups=(("", "0.5 1.5 2"),), points=(0,)):
+        views = "".join(f"<ViewSetup><id>{i}</id><name>{name}</name><voxelSize><unit>micrometer</unit><size>{size}</size></voxelSize></ViewSetup>"
+                        for i, (name, size) in enumerate(setups))
+        affines = "".join(f'<ViewTransform type="affine"><Name/><affine>{text}</affine></ViewTransform>' for text in transforms)
+        places = "".join(f'<ViewRegistration timepoint="{t}" setup="{i}">{affines}</ViewRegistration>'
+                         for t in points for i in range(len(setups)))
+        write(name, f"""<?xml version="1.0" encoding="UTF-8"?>
+            <SpimData version="0.2"><BasePath type="relative">.</BasePath><SequenceDescription>{loader}<ViewSetups>{views}</ViewSetups>
+            </SequenceDescription><ViewRegistrations>{places}</ViewRegistrations></SpimData>""".encode())
+        return folder / name
+
+    def hdf5(name):
+        return f'<ImageLoader format="bdv.hdf5"><hdf5 type="relative">{name}</hdf5></ImageLoader>'
+
+    calibration, turn = "0.5 0 0 0 0 1.5 0 0 0 0 2 0", "0 -1 0 10 1 0 0 20 0 0 1 30"
+    turned = {"origin": (10, 20, 30), "steps": ((0, 0.5, 0), (-1.5, 0, 0), (0, 0, 2)), "unit": "\u00b5m"}
+    write_bdv("samples")
+    by_name = xml("dataset.xml", hdf5("samples.h5"), (turn, calibration))
+    stored = volume.astype("f8") * 200
+    read("bdv-registered", by_name, stored, **turned)
+    read("bdv-xml-of-another-name", folder / "samples.h5", stored, **turned)
+    read("bdv-registered-level", by_name, volume[:, ::2, ::2], options="level=1", origin=(10 - 0.75, 20.25, 30),
+         steps=((0, 1, 0), (-3, 0, 0), (0, 0, 2)), unit="\u00b5m")
+    # BigStitcher counts sides of voxels.
+    write_bdv("stitched")
+    xml("stitched.xml", hdf5("stitched.h5"), ("1 0 0 4 0 3 0 0 0 0 4 0",))
+    read("bdv-in-voxels", folder / "stitched.xml", stored, origin=(2, 0, 0), steps=diagonal(0.5, 1.5, 2), unit="\u00b5m",
+         notice="its registrations count voxels")
+    # Several setups and times.
+    with hdf5_file("views.h5") as file:
+        for setup in range(2):
+            file[f"s{setup:02}/resolutions"] = numpy.array([[1.0, 1, 1]])
+            for time in range(2):
+                file[f"t{time:05}/s{setup:02}/0/cells"] = volume + 1000 * setup + 2000 * time
+    views = xml("all_views.xml", hdf5("views.h5"), (calibration,), (("left", "0.5 1.5 2"), ("right", "0.5 1.5 2")), (0, 1))
+    place = {"steps": diagonal(0.5, 1.5, 2), "unit": "\u00b5m"}
+    refuse("bdv-several-setups", views, "it has 2 setups. Choose one with --series", options="time=0")
+    refuse("bdv-several-times", folder / "views.h5", "it has 2 volumes, one for each time. Choose one with --time")
+    read("bdv-setup-and-time", views, volume + 3000, options="series=right,time=1", **place)
+    refuse("bdv-other-loader", xml("other.xml", '<ImageLoader format="bdv.imaris"/>', ()), "the format 'bdv.imaris', which is not read")
+    (folder / "outside").mkdir()
+    write_bdv("outside/away")
+    refuse("bdv-outside", xml("inner/away.xml", hdf5("../outside/away.h5"), (calibration,)), "outside the header's folder", remedy="follow")
+    # N5, with a level.
+    for level, data in enumerate((volume, volume[:, ::2, ::2])):
+        at = f"views.n5/setup0/timepoint0/s{level}"
+        factors = [[1, 1, 1], [2, 2, 1]][level]
+        write(f"{at}/attributes.json", json.dumps({"dimensions": data.shape[::-1], "blockSize": data.shape[::-1], "dataType": "int16",
+                                                   "compression": {"type": "raw"}, "downsamplingFactors": factors}).encode())
+        write(f"{at}/0/0/0", struct.pack(">HHIII", 0, 3, *data.shape[::-1]) + data.astype(">i2").tobytes())
+    write("views.n5/attributes.json", b'{"n5": "2.5.1"}')
+    write("views.n5/setup0/attributes.json", b'{"downsamplingFactors": [[1,1,1],[2,2,1]], "dataType": "int16"}')
+    in_n5 = xml("views.xml", '<ImageLoader format="bdv.n5" version="1.0"><n5 type="relative">views.n5</n5></ImageLoader>', (turn, calibration))
+    read("bdv-n5", in_n5, volume, **turned)
+    read("bdv-n5-level", in_n5, volume[:, ::2, ::2], options="level=1", origin=(10 - 0.75, 20.25, 30),
+         steps=((0, 1, 0), (-3, 0, 0), (0, 0, 2)), unit="\u00b5m")
+    read("bdv-n5-itself", folder / "views.n5", volume, **turned)
 
 
 def dream3d():

@@ -96,7 +96,7 @@ FORMATS = [
     ("NRRD", nrrd), ("MetaImage", meta_image), ("NIfTI 1 and 2, Analyze", nifti), ("MGH", mgh), ("DICOM", "has tests of its own"),
     ("OME-Zarr 0.1 to 0.6", zarr), ("Zarr 2 and 3, N5", "is recognized as OME-Zarr"), ("VTK image data", "means 1 without a spacing"),
     ("legacy VTK", "means 1 without a spacing"), ("TIFF", tiff), ("PNG, JPEG", image_stack), ("HDF5", hdf5),
-    ("Imaris", "states its extent"), ("NetCDF 3 and 4", netcdf), ("NumPy", npy), ("MRC and CCP4", mrc), ("cube", "has steps"),
+    ("Imaris", "states its extent"), ("BigDataViewer", "has tests of its own"), ("NetCDF 3 and 4", netcdf), ("NumPy", npy), ("MRC and CCP4", mrc), ("cube", "has steps"),
     ("raw", raw_description), ("raw", raw)]
 for name, writer in FORMATS:
     try:

@@ -16,6 +16,9 @@ class ArrayContainer {
  public:
   virtual ~ArrayContainer() = default;
 
+  // A file that led to this one and describes its arrays, as BigDataViewer has it; else empty.
+  std::filesystem::path described_by = {};
+
   // The file or folder, for sentences and for files beside it.
   [[nodiscard]] virtual std::filesystem::path file() const = 0;
   // Paths of the arrays of numbers with two or more sides of more than one sample.

@@ -299,6 +299,7 @@ StoredVolume described_volume(const ArrayContainer& file, const std::string& arr
     if (role == DimensionRole::kComponent && !has_components) role = DimensionRole::kChannel;
   }
   StoredVolume volume{.header = std::move(meaning.header)};
+  volume.contents.times.count = meaning.times.count;
   ImageHeader& header = volume.header;
   header.type = meaning.is_unsigned ? unsigned_type(*type) : *type;
   set_dims(path, array, shape, place, header);

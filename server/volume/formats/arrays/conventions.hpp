@@ -31,6 +31,7 @@ struct ArrayMeaning {
   std::vector<std::array<double, 2>> scales = {};
   // The file's geometry is of a kind that is not read.
   bool is_geometry_unread = false;
+  bool has_levels = false;  // The array is one of the levels of a pyramid, for --level.
 };
 
 struct ArrayConvention {

@@ -1,10 +1,7 @@
 #include "server/volume/formats/detail/contour_level.hpp"
 
-#include <expat.h>
-
 #include <algorithm>
 #include <cstddef>
-#include <memory>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -13,6 +10,7 @@
 #include "common/base/text.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/detail/numbered_files.hpp"
+#include "server/volume/formats/detail/xml_document.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
@@ -21,44 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMaxContourBytes = std::uint64_t{16} << 20;
-
-// <contour primary="true"><level>0.05</level>; before version 3 <contourLevel>0.05</contourLevel>.
-struct ContourHandler {
-  // The open contour is the primary one.
-  bool is_primary = false;
-  bool is_open = false;
-  std::string text;
-  std::optional<double> level;  // The first one, unless a primary one follows.
-  bool has_primary = false;
-
-  static void XMLCALL on_start(void* self, const XML_Char* name, const XML_Char** attributes) {
-    auto& handler = *static_cast<ContourHandler*>(self);
-    const std::string_view element = name;
-    if (element == "contour") {
-      handler.is_primary = false;
-      for (const XML_Char** at = attributes; *at != nullptr; at += 2) {
-        handler.is_primary |=
-            std::string_view(at[0]) == "primary" && std::string_view(at[1]) == "true";
-      }
-    }
-    handler.is_open = element == "level" || element == "contourLevel";
-    handler.text.clear();
-  }
-  static void XMLCALL on_text(void* self, const XML_Char* text, int length) {
-    auto& handler = *static_cast<ContourHandler*>(self);
-    if (handler.is_open) handler.text.append(text, static_cast<std::size_t>(length));
-  }
-  static void XMLCALL on_end(void* self, const XML_Char*) {
-    auto& handler = *static_cast<ContourHandler*>(self);
-    if (!handler.is_open) return;
-    handler.is_open = false;
-    const auto number = finite_number(trimmed(handler.text));
-    const bool is_better = !handler.level || (handler.is_primary && !handler.has_primary);
-    if (!number || !is_better) return;
-    handler.level = number;
-    handler.has_primary = handler.is_primary;
-  }
-};
 
 // Returns "1234" for "emd_1234_half_map_1.map.gz".
 std::string entry_number(const std::string& name) {
@@ -79,15 +39,21 @@ std::optional<double> contour_level_in(const fs::path& file) {
 
 }  // namespace
 
+// <contour primary="true"><level>0.05</level>; before version 3 <contourLevel>0.05</contourLevel>.
 std::optional<double> contour_level_in_xml(std::string_view text) {
-  const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(
-      XML_ParserCreate(nullptr), &XML_ParserFree);
-  ContourHandler handler;
-  XML_SetUserData(parser.get(), &handler);
-  XML_SetElementHandler(parser.get(), &ContourHandler::on_start, &ContourHandler::on_end);
-  XML_SetCharacterDataHandler(parser.get(), &ContourHandler::on_text);
-  const auto status = XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), XML_TRUE);
-  return status == XML_STATUS_OK ? handler.level : std::nullopt;
+  const Result<XmlElement> xml = parse_xml(text);
+  std::optional<double> level;  // The first one, unless a primary one follows.
+  if (!xml) return level;
+  for (const XmlElement* const old : xml->all("contourLevel")) {
+    if (!level) level = finite_number(old->text);
+  }
+  for (const XmlElement* const contour : xml->all("contour")) {
+    const auto number = finite_number(contour->text_of("level"));
+    const bool is_primary = contour->attribute("primary") == "true";
+    if (number && (!level || is_primary)) level = number;
+    if (number && is_primary) break;
+  }
+  return level;
 }
 
 std::optional<double> contour_level_in_json(std::string_view text) {

@@ -1,17 +1,14 @@
 #include "server/volume/formats/detail/tiff_description.hpp"
 
-#include <expat.h>
-
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <memory>
 #include <utility>
 
 #include "common/base/json.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
 #include "server/volume/formats/detail/numbered_files.hpp"
+#include "server/volume/formats/detail/xml_document.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
@@ -23,7 +20,7 @@ tl::unexpected<Error> no_description(const std::string& problem) {
   return fail(ErrorCode::kInvalidArgument, problem);
 }
 
-using Values = std::map<std::string, std::string, std::less<>>;
+using Values = XmlAttributes;
 
 std::string text_of_value(const Values& values, std::string_view name) {
   const auto found = values.find(name);
@@ -78,20 +75,12 @@ std::string imagej_unit(std::string text) {
   return unit_from(text);
 }
 
-// An image of an OME document.
-struct OmeImage {
-  std::string id = {};
-  std::string name = {};
-  Values pixels = {};
-  std::vector<TiffChannel> channels = {};
-  std::vector<Values> blocks = {};  // Of pages.
-
-  [[nodiscard]] std::string unit_of(std::string_view attribute,
-                                    const std::string& otherwise) const {
-    const std::string unit = text_of_value(pixels, attribute);
-    return unit.empty() ? otherwise : unit;
-  }
-};
+// Returns an attribute of Pixels, or its default.
+std::string pixels_text(const XmlElement& pixels, std::string_view attribute,
+                        const std::string& otherwise) {
+  const std::string text = pixels.attribute(attribute);
+  return text.empty() ? otherwise : text;
+}
 
 std::int64_t count_of_first(const Values& values, std::string_view name) {
   const std::string text = text_of_value(values, name);
@@ -99,14 +88,15 @@ std::int64_t count_of_first(const Values& values, std::string_view name) {
 }
 
 // Places the blocks of pages that specify their first page; others follow `first_page`.
-Result<void> place_blocks(const OmeImage& image, std::size_t first_page,
+Result<void> place_blocks(const XmlElement& pixels, std::size_t first_page,
                           TiffDescription& description) {
   const std::vector<std::size_t> ordered = description.pages;
   // Position of each page in the order.
   std::vector<std::size_t> place_of(ordered.size());
   for (std::size_t i = 0; i < ordered.size(); ++i) place_of[ordered[i]] = i;
   for (std::size_t& page : description.pages) page += first_page;
-  for (const Values& block : image.blocks) {
+  for (const XmlElement* const element : pixels.all("TiffData")) {
+    const Values& block = element->attributes;
     if (!block.contains("IFD")) continue;
     const std::int64_t z = count_of_first(block, "FirstZ");
     const std::int64_t c = count_of_first(block, "FirstC");
@@ -128,134 +118,63 @@ Result<void> place_blocks(const OmeImage& image, std::size_t first_page,
   return {};
 }
 
+// Returns the attribute Color: a signed number whose bytes are red, green, blue and alpha.
+std::optional<std::uint32_t> ome_color(const XmlElement& channel) {
+  const auto rgba = parse_number<std::int32_t>(channel.attribute("Color"));
+  return rgba ? std::optional(static_cast<std::uint32_t>(*rgba) >> 8) : std::nullopt;
+}
+
 // Describes an image whose pages begin at `first_page`, unless it says otherwise.
-Result<TiffDescription> described(const OmeImage& image, std::int64_t components,
+Result<TiffDescription> described(const XmlElement& pixels, std::int64_t components,
                                   std::size_t first_page) {
-  if (image.pixels.empty()) return no_description("its description has no Pixels");
   TiffDescription description;
-  description.slices = count_of(image.pixels, "SizeZ");
-  description.channels = count_of(image.pixels, "SizeC");
+  description.slices = count_of(pixels.attributes, "SizeZ");
+  description.channels = count_of(pixels.attributes, "SizeC");
   // A page may contain several channels as components of its samples.
   if (components > 1 && description.channels % components == 0) description.channels /= components;
-  description.times = even_times(count_of(image.pixels, "SizeT"), 0,
-                                 length_of(image.pixels, "TimeIncrement").value_or(0),
-                                 image.unit_of("TimeIncrementUnit", "s"));
-  const std::string order = image.unit_of("DimensionOrder", "XYZCT");
+  description.times = even_times(count_of(pixels.attributes, "SizeT"), 0,
+                                 length_of(pixels.attributes, "TimeIncrement").value_or(0),
+                                 pixels_text(pixels, "TimeIncrementUnit", "s"));
+  const std::string order = pixels_text(pixels, "DimensionOrder", "XYZCT");
   if (!order.starts_with("XY") || !std::ranges::is_permutation(order, std::string_view("XYZCT"))) {
     return no_description("its DimensionOrder is neither XYZCT nor XY with another order of ZCT");
   }
   if (const auto done = order_pages(description, std::string_view(order).substr(2)); !done) {
     return tl::unexpected(done.error());
   }
-  if (static_cast<std::int64_t>(image.channels.size()) == description.channels) {
-    description.described_channels = image.channels;
+  const std::vector<const XmlElement*> channels = pixels.all("Channel");
+  if (std::ssize(channels) == description.channels) {
+    for (const XmlElement* const channel : channels) {
+      description.described_channels.push_back(
+          {.name = channel->attribute("Name"), .color = ome_color(*channel)});
+    }
   }
-  if (const auto done = place_blocks(image, first_page, description); !done) {
+  if (const auto done = place_blocks(pixels, first_page, description); !done) {
     return tl::unexpected(done.error());
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::string name = std::string("PhysicalSize") + "XYZ"[axis];
-    description.spacing[axis] = length_of(image.pixels, name);
-    if (description.spacing[axis]) description.units[axis] = image.unit_of(name + "Unit", "µm");
+    description.spacing[axis] = length_of(pixels.attributes, name);
+    if (description.spacing[axis]) description.units[axis] = pixels_text(pixels, name + "Unit", "µm");
   }
   return description;
 }
 
-class OmeParser {
- public:
-  OmeParser() : parser_(XML_ParserCreate(nullptr), &XML_ParserFree) {
-    XML_SetUserData(parser_.get(), this);
-    XML_SetElementHandler(parser_.get(), &on_start, nullptr);
-    // Valid files have no entities, and their expansion is unbounded.
-    XML_SetEntityDeclHandler(parser_.get(), &on_entity);
-  }
-
-  Result<TiffDescription> parse(std::string_view text, std::int64_t components,
-                                std::string_view wanted) {
-    const auto status =
-        XML_Parse(parser_.get(), text.data(), static_cast<int>(text.size()), XML_TRUE);
-    if (!failure_.empty()) return no_description(failure_);
-    if (status != XML_STATUS_OK) return no_description("the XML of its description is damaged");
-    std::vector<std::string> names;
-    std::size_t chosen = wanted.empty() ? 0 : images_.size();
-    for (std::size_t i = 0; i < images_.size(); ++i) {
-      const OmeImage& image = images_[i];
-      names.push_back(image.name.empty() ? image.id : image.name);
-      const bool is_wanted =
-          wanted == std::to_string(i + 1) || wanted == image.id || wanted == image.name;
-      if (is_wanted && chosen == images_.size()) chosen = i;
-    }
-    if (images_.empty()) return no_description("its description has no Pixels");
-    if (chosen == images_.size()) {
-      std::string list;
-      for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-      return no_description("it has no image " + std::string(wanted) + "; there are " + list);
-    }
-    // Images whose pages are not stated follow each other.
-    std::size_t first_page = 0;
-    for (std::size_t i = 0; i < chosen; ++i) {
-      const auto before = described(images_[i], components, 0);
-      if (before) first_page += before->pages.size();
-    }
-    Result<TiffDescription> description = described(images_[chosen], components, first_page);
-    if (!description) return description;
-    description->images = std::move(names);
-    description->image = chosen;
-    return description;
-  }
-
- private:
-  static void XMLCALL on_start(void* self, const XML_Char* name, const XML_Char** attributes) {
-    Values values;
-    for (const XML_Char** at = attributes; *at != nullptr; at += 2) values[at[0]] = at[1];
-    static_cast<OmeParser*>(self)->start(name, std::move(values));
-  }
-  static void XMLCALL on_entity(void* self, const XML_Char*, int, const XML_Char*, int,
-                                const XML_Char*, const XML_Char*, const XML_Char*,
-                                const XML_Char*) {
-    static_cast<OmeParser*>(self)->stop(
-        "its description declares XML entities, which are not allowed");
-  }
-
-  void stop(const char* failure) {
-    failure_ = failure;
-    XML_StopParser(parser_.get(), XML_FALSE);
-  }
-
-  // Returns the attribute Color: a signed number whose bytes are red, green, blue and alpha.
-  static std::optional<std::uint32_t> ome_color(const Values& values) {
-    const auto rgba = parse_number<std::int32_t>(text_of_value(values, "Color"));
-    return rgba ? std::optional(static_cast<std::uint32_t>(*rgba) >> 8) : std::nullopt;
-  }
-
-  void start(std::string_view name, Values values) {
-    name.remove_prefix(std::min(name.find(':') + 1, name.size()));  // "OME:Pixels"
-    if (name == "Image" && images_.size() < kMaxImages) {
-      images_.push_back({.id = text_of_value(values, "ID"),
-                         .name = member_name_from(text_of_value(values, "Name"))});
-    }
-    if (name == "Pixels" && images_.empty()) images_.emplace_back();
-    if (images_.empty()) return;
-    OmeImage& image = images_.back();
-    if (name == "Pixels") image.pixels = std::move(values);
-    if (name == "Channel") {
-      image.channels.push_back({.name = text_of_value(values, "Name"), .color = ome_color(values)});
-    }
-    if (name == "TiffData") image.blocks.push_back(std::move(values));
-    if (name == "UUID" && values.contains("FileName")) {
-      if (file_name_.empty()) file_name_ = values["FileName"];
-      if (file_name_ != values["FileName"])
-        stop("its pages are in several files, which is not supported");
+// Returns the problem of pages that are elsewhere; empty if all are in this file.
+std::string problem_of_files(const XmlElement& ome) {
+  std::string name;
+  for (const XmlElement* const uuid : ome.all("UUID")) {
+    const std::string file = uuid->attribute("FileName");
+    if (name.empty()) name = file;
+    if (!file.empty() && file != name) {
+      return "its pages are in several files, which is not supported";
     }
   }
-
-  static constexpr std::size_t kMaxImages = 4096;
-
-  std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser_;
-  std::string failure_;
-  std::vector<OmeImage> images_;
-  std::string file_name_;
-};
+  const XmlElement* const binary = ome.child("BinaryOnly");
+  if (binary == nullptr) return {};
+  return "its description is in another file, '" + binary->attribute("MetadataFile") +
+         "', which is not read";
+}
 
 }  // namespace
 
@@ -291,7 +210,40 @@ Result<TiffDescription> parse_imagej_description(std::string_view text) {
 
 Result<TiffDescription> parse_ome_description(std::string_view text, std::int64_t components,
                                               std::string_view wanted) {
-  return OmeParser().parse(text, components, wanted);
+  const Result<XmlElement> ome = parse_xml(text);
+  if (!ome) return no_description("of its description, " + ome.error().text);
+  if (std::string problem = problem_of_files(*ome); !problem.empty()) {
+    return no_description(problem);
+  }
+  std::vector<const XmlElement*> images = ome->all("Image");
+  std::erase_if(images, [](const XmlElement* image) { return image->child("Pixels") == nullptr; });
+  if (images.empty()) return no_description("its description has no Pixels");
+  std::vector<std::string> names;
+  std::size_t chosen = wanted.empty() ? 0 : images.size();
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const std::string id = images[i]->attribute("ID");
+    const std::string name = member_name_from(images[i]->attribute("Name"));
+    names.push_back(name.empty() ? id : name);
+    const bool is_wanted = wanted == std::to_string(i + 1) || wanted == id || wanted == name;
+    if (is_wanted && chosen == images.size()) chosen = i;
+  }
+  if (chosen == images.size()) {
+    std::string list;
+    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+    return no_description("it has no image " + std::string(wanted) + "; there are " + list);
+  }
+  // Images whose pages are not stated follow each other.
+  std::size_t first_page = 0;
+  for (std::size_t i = 0; i < chosen; ++i) {
+    const auto before = described(*images[i]->child("Pixels"), components, 0);
+    if (before) first_page += before->pages.size();
+  }
+  Result<TiffDescription> description =
+      described(*images[chosen]->child("Pixels"), components, first_page);
+  if (!description) return description;
+  description->images = std::move(names);
+  description->image = chosen;
+  return description;
 }
 
 std::optional<TiffDescription> parse_shape(std::string_view text,

@@ -62,14 +62,15 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   if (std::optional<ImarisVolume> imaris = imaris_volume(path, file.get(), choice)) {
     return open_imaris(path, std::move(file), *std::move(imaris), choice);
   }
-  const Hdf5Container container(path, file.get(), choice.allow_external_files);
+  Hdf5Container container(path, file.get(), choice.allow_external_files);
+  container.described_by = choice.described_by;
   const std::string array = chosen_array(container, choice);
   // Refuses links to other files that are not permitted.
   if (!open_hdf5_dataset(path, file.get(), array, choice.allow_external_files)) {
     fail_reading(path, "it has no dataset '" + array + "'", "Check the path inside the file");
   }
   ArrayMeaning meaning = meaning_of(container, array);
-  if (choice.level && meaning.name != "BigDataViewer") {
+  if (choice.level && !meaning.has_levels) {
     fail_reading(path, "--level does not apply: the file has no resolution levels", "Omit --level");
   }
   VolumeInArray place;

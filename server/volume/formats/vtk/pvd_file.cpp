@@ -1,9 +1,6 @@
 #include "server/volume/formats/vtk/pvd_file.hpp"
 
-#include <expat.h>
-
 #include <algorithm>
-#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -18,6 +15,7 @@
 #include "common/sandbox/packed.hpp"
 #include "common/sandbox/sandbox.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/xml_document.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
@@ -25,50 +23,24 @@ namespace multitetra {
 inline auto fields(PvdEntry& entry) { return std::tie(entry.file, entry.time); }
 
 Result<std::vector<PvdEntry>> parse_pvd(std::string_view text) {
-  struct Found {
-    std::vector<PvdEntry> entries;
-    bool is_collection = false;
-    // Every file has a time.
-    bool is_valid = true;
-  } found;
-  const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(
-      XML_ParserCreate(nullptr), &XML_ParserFree);
-  XML_SetUserData(parser.get(), &found);
-  XML_SetStartElementHandler(parser.get(),
-                             [](void* into, const XML_Char* name, const XML_Char** attributes) {
-                               auto& result = *static_cast<Found*>(into);
-                               const std::string_view tag(name);
-                               PvdEntry entry;
-                               std::optional<double> time;
-                               for (const XML_Char** at = attributes; *at != nullptr; at += 2) {
-                                 const std::string_view key(at[0]);
-                                 if (tag == "VTKFile" && key == "type") {
-                                   result.is_collection = std::string_view(at[1]) == "Collection";
-                                 }
-                                 if (key == "file") entry.file = at[1];
-                                 if (key == "timestep") time = parse_finite(at[1]);
-                               }
-                               if (tag != "DataSet") return;
-                               result.is_valid = result.is_valid && time && !entry.file.empty();
-                               entry.time = time.value_or(0);
-                               if (result.entries.size() > kMaxSourceMembers) return;
-                               result.entries.push_back(std::move(entry));
-                             });
-  XML_SetEntityDeclHandler(
-      parser.get(),
-      [](void* into, const XML_Char*, int, const XML_Char*, int, const XML_Char*, const XML_Char*,
-         const XML_Char*, const XML_Char*) { static_cast<Found*>(into)->is_valid = false; });
-  const auto state = XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), XML_TRUE);
-  if (found.entries.size() > kMaxSourceMembers) {
+  const Result<XmlElement> xml = parse_xml(text);
+  if (!xml) return tl::unexpected(xml.error());
+  std::vector<PvdEntry> entries;
+  bool is_valid = xml->name == "VTKFile" && xml->attribute("type") == "Collection";
+  for (const XmlElement* const element : xml->all("DataSet")) {
+    const std::optional<double> time = parse_finite(element->attribute("timestep"));
+    entries.push_back({.file = element->attribute("file"), .time = time.value_or(0)});
+    is_valid = is_valid && time && !entries.back().file.empty();
+  }
+  if (entries.size() > kMaxSourceMembers) {
     return fail(ErrorCode::kLimitExceeded,
                 "it has more than " + std::to_string(kMaxSourceMembers) + " files");
   }
-  if (state != XML_STATUS_OK) return fail(ErrorCode::kDamagedData, "its XML is damaged");
-  if (!found.is_collection || !found.is_valid || found.entries.empty()) {
+  if (!is_valid || entries.empty()) {
     return fail(ErrorCode::kInvalidArgument,
                 "it is not a Collection of files that each have a time step");
   }
-  return std::move(found.entries);
+  return entries;
 }
 
 bool is_pvd(const std::filesystem::path& path) { return path.extension() == ".pvd"; }

@@ -55,7 +55,7 @@ ArrayMeaning meaning_in_zarr(const ZarrContainer& file, const std::string& array
   const std::size_t rank = layout.shape.size();
   if (!of_image) {
     ArrayMeaning meaning = meaning_of(file, array);
-    if (!layout.key_is_reversed) return meaning;
+    if (!layout.key_is_reversed || meaning.name == "BigDataViewer") return meaning;
     place_n5(file, array, meaning);
     meaning.header.meaning.value_unit.clear();  // N5 has the units of lengths under this name.
     return meaning;
@@ -92,7 +92,8 @@ void offer_images(const std::filesystem::path& file, const std::vector<std::stri
 }
 
 StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice& choice) {
-  const ZarrContainer file(store);
+  ZarrContainer file(store);
+  file.described_by = choice.described_by;
   VolumeContents contents;
   std::string path = chosen_path(file, choice, contents);
   const Json attributes = file.attributes(path);
@@ -103,9 +104,6 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
     images = std::move(level.value().images);
     path = key_prefix_of(path) + level.value().path;
     of_image = std::move(level->meaning);
-  } else if (choice.level) {
-    fail_reading(store->place(path), "--level does not apply: it is one array without levels",
-                 "Omit --level");
   }
   std::optional<ArrayLayout> layout = file.layout(path);
   if (!layout) fail_damaged(store->place(path), "the level's array is missing");
@@ -113,6 +111,10 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
     fail_reading(store->place(path), "it has one dimension", "Give an array of 2 or more");
   }
   ArrayMeaning meaning = meaning_in_zarr(file, path, *layout, std::move(of_image));
+  if (choice.level && !meaning.has_levels) {
+    fail_reading(store->place(path), "--level does not apply: it is one array without levels",
+                 "Omit --level");
+  }
   const std::vector<DimensionRole> roles = meaning.roles;
   VolumeInArray place;
   StoredVolume stored =
