@@ -1,9 +1,10 @@
 // A few connections shared by many surfaces. A holder keeps its connection, even when idle, until another client needs
 // it, so that not each of a thousand labels has to connect.
+import type { Channel } from "./channel";
 
 // An idle connection and the last request id used on it.
 export interface IdleConnection {
-  socket: WebSocket;
+  channel: Channel;
   lastRequestId: bigint;
 }
 

@@ -1,5 +1,6 @@
-// The WebSocket of a conversation: sends and receives messages, reconnects.
-import { type ClientKind, decoded, encoded, type ServerKind, subprotocol } from "../protocol/messages";
+// The connection of a conversation: sends and receives messages, reconnects.
+import { type ClientKind, decoded, encoded, type ServerKind } from "../protocol/messages";
+import { type Channel, openChannel } from "./channel";
 
 export interface LinkEvents {
   opened: () => void;
@@ -10,9 +11,9 @@ export interface LinkEvents {
 }
 
 export class Link {
-  private socket: WebSocket | null = null;
+  private channel: Channel | null = null;
   private timer = 0;
-  private policyListener = new AbortController(); // Aborted with the socket.
+  private policyListener = new AbortController(); // Aborted with the channel.
 
   constructor(
     private readonly address: string,
@@ -21,55 +22,55 @@ export class Link {
 
   connect(): void {
     this.close();
-    let socket: WebSocket;
+    let channel: Channel;
     try {
-      socket = new WebSocket(this.address, subprotocol);
+      channel = openChannel(this.address);
     } catch {
       this.events.blocked();
       return;
     }
     this.watchContentSecurityPolicy();
-    socket.binaryType = "arraybuffer";
-    this.use(socket);
+    this.use(channel);
   }
 
   // Takes over an open connection from another link.
-  adopt(socket: WebSocket): void {
+  adopt(channel: Channel): void {
     this.close();
     this.watchContentSecurityPolicy();
-    this.use(socket);
+    this.use(channel);
   }
 
   // Releases the connection without closing it; null if none is open.
-  handOver(): WebSocket | null {
-    const { socket } = this;
-    if (socket?.readyState !== WebSocket.OPEN) return null;
-    this.socket = null;
+  handOver(): Channel | null {
+    const { channel } = this;
+    if (channel?.readyState !== WebSocket.OPEN) return null;
+    this.channel = null;
     this.close();
-    return socket;
+    return channel;
   }
 
-  private use(socket: WebSocket): void {
-    const isCurrent = () => this.socket === socket;
-    socket.onopen = () => isCurrent() && this.events.opened();
-    socket.onclose = () => {
+  private use(channel: Channel): void {
+    channel.binaryType = "arraybuffer";
+    const isCurrent = () => this.channel === channel;
+    channel.onopen = () => isCurrent() && this.events.opened();
+    channel.onclose = () => {
       if (!isCurrent()) return;
-      this.socket = null;
+      this.channel = null;
       this.events.closed();
     };
-    socket.onmessage = ({ data }) => {
+    channel.onmessage = ({ data }) => {
       if (!isCurrent()) return;
       let message: ServerKind;
       try {
         if (!(data instanceof ArrayBuffer)) throw new Error("a text frame");
         message = decoded(new Uint8Array(data));
       } catch {
-        socket.close(4000, "not a message of multitetra.v1");
+        channel.close(4000, "not a message of multitetra.v1");
         return;
       }
       this.events.received(message);
     };
-    this.socket = socket;
+    this.channel = channel;
   }
 
   connectIn(milliseconds: number): void {
@@ -78,18 +79,18 @@ export class Link {
   }
 
   send(message: ClientKind): void {
-    if (this.socket?.readyState === WebSocket.OPEN) {
-      this.socket.send(encoded(message) as Uint8Array<ArrayBuffer>);
+    if (this.channel?.readyState === WebSocket.OPEN) {
+      this.channel.send(encoded(message) as Uint8Array<ArrayBuffer>);
     }
   }
 
   // Closes the connection, if any.
   close(): void {
     clearTimeout(this.timer);
-    const socket = this.socket;
-    this.socket = null;
+    const channel = this.channel;
+    this.channel = null;
     this.policyListener.abort();
-    socket?.close();
+    channel?.close();
   }
 
   // A connection forbidden by the page's Content-Security-Policy looks like an unreachable server.

@@ -82,7 +82,7 @@ export class SurfaceConnection implements PoolClient {
     perform(conversation.connecting());
     progress.set({ failure: null, isStreaming: false });
     if (!connection) return this.link.connect();
-    this.link.adopt(connection.socket);
+    this.link.adopt(connection.channel);
     perform(conversation.adopted(connection.lastRequestId));
   }
 
@@ -90,10 +90,10 @@ export class SurfaceConnection implements PoolClient {
     const { conversation, perform, progress } = this.parts;
     this.isHeld = false;
     const lastRequestId = conversation.handOver();
-    const socket = lastRequestId === null ? null : this.link.handOver();
+    const channel = lastRequestId === null ? null : this.link.handOver();
     this.link.close();
-    if (!socket) perform(conversation.connecting());
+    if (!channel) perform(conversation.connecting());
     progress.set({ phase: "connecting" });
-    return socket && { socket, lastRequestId: lastRequestId! };
+    return channel && { channel, lastRequestId: lastRequestId! };
   }
 }
