@@ -10,6 +10,6 @@ cd "$(dirname "$0")/../../.."
 ${CLANG:-clang++} --target=wasm32 -std=c++20 -O2 -ffp-contract=off -nostdlib -fno-exceptions -fno-rtti \
   -fno-threadsafe-statics -mbulk-memory -I. -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Werror \
   -Wl,--no-entry -Wl,--strip-all -Wl,-z,stack-size=65536 -o "$out" common/codec/wasm/shell_wasm.cpp \
-  common/codec/shell_decoder.cpp common/codec/shell_format.cpp common/codec/detail/cell_cases.cpp \
+  common/codec/plain_box.cpp common/codec/shell_decoder.cpp common/codec/shell_format.cpp common/codec/detail/cell_cases.cpp \
   common/codec/detail/crossed_edges.cpp common/codec/detail/level_scale.cpp common/codec/detail/marching.cpp \
   common/codec/detail/shell_model.cpp

@@ -9,17 +9,23 @@
 //   new Int32Array(memory.buffer, shell_vertices(), 3 * shell_vertex_count())
 //   new Uint32Array(memory.buffer, shell_triangles(), 3 * shell_triangle_count())
 //
+// The payload may also be a plain box of samples (plain_box.hpp), whose counts shell_count() finds
+// instead of shell_decode().
+//
 // The arrays are valid until the next shell_payload. Memory keeps the size the largest tile needed,
 // at most about 65 MB; a host with less must check the counts before shell_decode.
 #include <stddef.h>
 #include <stdint.h>
 
+#include "common/codec/plain_box.hpp"
 #include "common/codec/shell_decoder.hpp"
 
 extern "C" unsigned char __heap_base;  // Set by the linker: the start of free memory.
 
 namespace {
 
+using multitetra::shell::kPlainVersion;
+using multitetra::shell::PlainBoxMarcher;
 using multitetra::shell::ShellDecoder;
 using multitetra::shell::ShellHeader;
 using multitetra::shell::ShellStatus;
@@ -29,6 +35,7 @@ using multitetra::shell::ShellVertex;
 constexpr size_t kPage = 65536;
 
 ShellDecoder decoder;
+PlainBoxMarcher marcher;
 ShellHeader header;
 size_t payload_size = 0;
 
@@ -41,6 +48,8 @@ ShellVertex* vertices() {
 ShellTriangle* triangles() {
   return reinterpret_cast<ShellTriangle*>(vertices() + header.vertices);
 }
+
+bool is_plain() { return payload_size > 0 && payload()[0] == kPlainVersion; }
 
 // Returns false if the host provides no more memory.
 bool grow_to(const void* end) {
@@ -62,14 +71,26 @@ MULTITETRA_EXPORT(shell_payload) uint8_t* shell_payload(size_t size) {
   return payload();
 }
 MULTITETRA_EXPORT(shell_open) int32_t shell_open() {
-  const ShellStatus status = multitetra::shell::read_shell_header(payload(), payload_size, header);
+  const ShellStatus status =
+      is_plain() ? multitetra::shell::read_plain_header(payload(), payload_size, header)
+                 : multitetra::shell::read_shell_header(payload(), payload_size, header);
   if (status != ShellStatus::kOk) header = {};
   return static_cast<int32_t>(status);
 }
 // Returns -1 if there is no memory.
 MULTITETRA_EXPORT(shell_decode) int32_t shell_decode() {
   if (!grow_to(triangles() + header.triangles)) return -1;
-  return static_cast<int32_t>(decoder.decode(payload(), payload_size, vertices(), triangles()));
+  return static_cast<int32_t>(
+      is_plain() ? marcher.decode(payload(), header, vertices(), triangles())
+                 : decoder.decode(payload(), payload_size, vertices(), triangles()));
+}
+// Sets the counts of a plain box that is open. Returns -1 if there is no memory.
+MULTITETRA_EXPORT(shell_count) int32_t shell_count() {
+  header.vertices = max_vertices(header);
+  header.triangles = max_triangles(header);
+  if (header.has_void && !grow_to(triangles() + header.triangles)) return -1;
+  marcher.count(payload(), header, vertices(), triangles());
+  return 0;
 }
 MULTITETRA_EXPORT(shell_vertex_count) uint32_t shell_vertex_count() { return header.vertices; }
 MULTITETRA_EXPORT(shell_triangle_count) uint32_t shell_triangle_count() { return header.triangles; }
