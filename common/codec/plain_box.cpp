@@ -81,16 +81,18 @@ void fill_field(const PlainSamples<Sample>& samples, const Holds& holds, BitFiel
   }
 }
 
-bool is_void(float sample) { return sample != sample; }
-
-bool has_void(const uint8_t* bytes, const ShellHeader& header) {
-  if (type_of(bytes) != PlainType::kF32) return false;
+// Finds void samples; returns false if a sample is infinite.
+bool find_void(const uint8_t* bytes, ShellHeader& header) {
+  if (type_of(bytes) != PlainType::kF32) return true;
   const PlainSamples<float> samples(bytes, header);
   const int count = samples.count(0) * samples.count(1) * samples.count(2);
   for (int i = 0; i < count; ++i) {
-    if (is_void(samples.sample(i, 0, 0))) return true;
+    const float sample = samples.sample(i, 0, 0);
+    if (sample - sample == 0) continue;
+    if (sample == sample) return false;
+    header.has_void = true;
   }
-  return false;
+  return true;
 }
 
 // Returns whether the box lies on the lattice and has a valid size.
@@ -136,8 +138,7 @@ ShellStatus read_plain_header(const uint8_t* bytes, size_t size, ShellHeader& he
       header.triangles > max_triangles(header) || size != kPlainHeaderBytes + a_sample * samples) {
     return ShellStatus::kBadHeader;
   }
-  header.has_void = has_void(bytes, header);
-  return ShellStatus::kOk;
+  return find_void(bytes, header) ? ShellStatus::kOk : ShellStatus::kBadContents;
 }
 
 void PlainBoxMarcher::find_signs(const uint8_t* bytes, const ShellHeader& header) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <random>
@@ -136,6 +137,13 @@ TEST(PlainBox, RejectsOtherCounts) {
   ASSERT_EQ(read_plain_header(bytes.data(), bytes.size(), header), ShellStatus::kOk);
   EXPECT_EQ(std::make_unique<PlainBoxMarcher>()->decode(bytes.data(), header, nullptr, nullptr),
             ShellStatus::kBadContents);
+}
+
+TEST(PlainBox, RejectsInfiniteSamples) {
+  const OwnedBox box = boxes_of(fields::gyroid(17, 0.3, 6), std::nullopt, 0, 1, 16).front();
+  Bytes bytes = plain(box, 0.1, 0);
+  put(bytes, kPlainHeaderBytes + 40, std::numeric_limits<float>::infinity());
+  EXPECT_EQ(decoded(bytes).status, ShellStatus::kBadContents);
 }
 
 TEST(PlainBox, RefusesArbitraryBytesOrStaysInTheBox) {
