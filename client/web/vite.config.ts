@@ -43,7 +43,7 @@ function compressed(): Plugin {
 // MULTITETRA_VIEWER_OUT names the folder served by the server's HTTP port; build.sh sets it.
 export default defineConfig({
   base: "./",
-  plugins: [withoutNode(), thirdParty(["three", "draco3d", "@bufbuild/protobuf", "hash-wasm", "mediabunny"]), compressed()],
+  plugins: [withoutNode(), thirdParty(["three", "draco3d", "@bufbuild/protobuf", "hash-wasm", "mediabunny", "numcodecs"]), compressed()],
   build: {
     outDir: process.env.MULTITETRA_VIEWER_OUT ?? "dist",
     emptyOutDir: true,

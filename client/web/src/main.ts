@@ -9,7 +9,7 @@ import { EmbeddedViewer } from "./embed/embedded_viewer";
 import { Embedding, firstSight } from "./embed/embedding";
 import { AddressSync } from "./page/address_sync";
 import { Downloads } from "./page/downloads";
-import { serverAddress, Token } from "./page/server_address";
+import { keepStaticAddress, serverAddress, Token } from "./page/server_address";
 import { DatasetList } from "./panel/dataset_list";
 import { Help } from "./panel/help";
 import { installKeyboard } from "./panel/keyboard";
@@ -31,6 +31,7 @@ import { Thumbnails } from "./stream/thumbnails";
 import { Viewer } from "./viewer/viewer";
 
 const app = document.getElementById("app")!;
+keepStaticAddress();
 const server = serverAddress();
 const token = new Token(server);
 Token.hide();

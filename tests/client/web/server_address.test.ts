@@ -1,4 +1,4 @@
-import { serverAddress, Token } from "../../../client/web/src/page/server_address";
+import { keepStaticAddress, serverAddress, Token } from "../../../client/web/src/page/server_address";
 
 // A page at an address; the browser storage persists across the pages of a test.
 function page(address: string) {
@@ -16,7 +16,10 @@ function storage() {
 }
 
 describe("ServerAddress", () => {
-  beforeEach(() => vi.stubGlobal("sessionStorage", storage()));
+  beforeEach(() => {
+    vi.stubGlobal("sessionStorage", storage());
+    vi.stubGlobal("document", { querySelector: () => null });
+  });
   afterEach(() => vi.unstubAllGlobals());
 
   test("DefaultsToTheHostOfThePage", () => {
@@ -25,6 +28,21 @@ describe("ServerAddress", () => {
     expect(page("https://site.example/volumes/?x=1#y").server).toBe("wss://site.example/volumes/v1/stream");
     expect(serverAddress("https://volumes.example/path/")).toBe("wss://volumes.example/path/v1/stream");
     expect(page("http://localhost:5173/?server=ws://other:1/v1/stream").server).toBe("ws://other:1/v1/stream");
+  });
+
+  test("NamesFilesInsteadOfAServer", () => {
+    expect(page("https://site.example/page/?static=head.mtd#isovalue=3").server).toBe("static:https://site.example/page/head.mtd");
+    vi.stubGlobal("document", { querySelector: () => ({ content: "datasets.json" }) });
+    expect(page("https://site.example/page/").server).toBe("static:https://site.example/page/datasets.json");
+    expect(page("https://site.example/page/?server=ws://other:1/v1/stream").server).toBe("ws://other:1/v1/stream");
+  });
+
+  test("MovesFilesToTheQuery", () => {
+    const replaceState = vi.fn();
+    vi.stubGlobal("history", { replaceState });
+    vi.stubGlobal("location", new URL("https://site.example/?embed=#static=a%20b.mtd&isovalue=3"));
+    keepStaticAddress();
+    expect(String(replaceState.mock.calls[0][2])).toBe("https://site.example/?embed=&static=a+b.mtd#isovalue=3");
   });
 
   test("KeepsATokenForTheSession", () => {

@@ -1,15 +1,36 @@
-// The address of the page's server and its token.
+// The address of the page's server, or of the files that it reads without one, and its token.
 import { sessionValues } from "../state/browser_storage";
+import { addressOfFiles } from "../static/file_channel";
 
 // Returns the address of a server's stream. By default it is relative to the page, which may be below a path of a site
 // (https://example.org/volumes/), or to the configured page. `?server=` selects another server, for development: a page
 // served by a server may not connect to another one (viewer_answer.cpp); other pages may.
+//
+// `?static=head.mtd` reads a prepared file, or an index of files, instead. Pages that `export --page` wrote name theirs.
 export function serverAddress(configured?: string): string {
-  const named = configured ?? new URLSearchParams(location.search).get("server");
+  const query = new URLSearchParams(location.search);
+  const named = configured ?? query.get("server");
+  const files = named === null ? (query.get("static") ?? filesOfPage()) : null;
+  if (files) return addressOfFiles(files);
   if (named !== null && !/^https?:\/\//.test(named)) return named;
   const stream = new URL("v1/stream", named ?? location.href);
   stream.protocol = stream.protocol === "https:" ? "wss:" : "ws:";
   return stream.href;
+}
+
+function filesOfPage(): string | null {
+  return document.querySelector<HTMLMetaElement>('meta[name="multitetra-static"]')?.content ?? null;
+}
+
+// Moves `static=` from the part of the address after '#', where it is short to write, to the query, where it stays.
+export function keepStaticAddress(): void {
+  const words = location.hash.slice(1).split("&");
+  const named = words.find((word) => word.startsWith("static="));
+  if (!named) return;
+  const address = new URL(location.href);
+  address.searchParams.set("static", decodeURIComponent(named.slice("static=".length)));
+  address.hash = words.filter((word) => word !== named).join("&");
+  history.replaceState(null, "", address);
 }
 
 // The token for one server, from the page's address (#token=..., once) or the user. It is sent only to that server.

@@ -22,3 +22,12 @@ export function encoded(kind: ClientKind): Uint8Array {
 export function decoded(bytes: Uint8Array): ServerKind {
   return fromBinary(ServerMessageSchema, bytes).kind;
 }
+
+// The other end's, where a page answers itself.
+export function decodedRequest(bytes: Uint8Array): ClientKind {
+  return fromBinary(ClientMessageSchema, bytes).kind;
+}
+
+export function encodedReply(kind: ServerKind): Uint8Array<ArrayBuffer> {
+  return toBinary(ServerMessageSchema, create(ServerMessageSchema, { kind })) as Uint8Array<ArrayBuffer>;
+}

@@ -1,5 +1,6 @@
-// Thumbnails of datasets, drawn by the server: fetched once for each dataset and up axis, one at a time.
+// Thumbnails of datasets, drawn by the server: fetched once for each dataset and up axis, one at a time. Files have none.
 import type { DatasetInfo } from "../protocol/messages";
+import { isOfFiles } from "../static/file_channel";
 import type { Vec3 } from "./dataset";
 
 export class Thumbnails {
@@ -16,6 +17,7 @@ export class Thumbnails {
 
   // Calls received() when there is a picture; does nothing if there is none.
   request(info: DatasetInfo): void {
+    if (isOfFiles(this.stream)) return;
     this.queue.push(info);
     if (!this.isFetching) void this.fetchAll();
   }

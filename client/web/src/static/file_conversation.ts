@@ -1,0 +1,219 @@
+// The other end of a conversation where there is no server: answers the messages of one link from files. Surfaces are of
+// full resolution, after a preview; what needs the server's engine is refused with the reason.
+import { emptyDigest, fromHex, sum } from "../mesh/content_digest";
+import {
+  type ClientKind,
+  create,
+  DatasetListSchema,
+  ErrorCode,
+  ErrorReplySchema,
+  EstimateReplySchema,
+  IsosurfaceRequestSchema,
+  type OpenStream,
+  PayloadCodec,
+  PongSchema,
+  ProbeReplySchema,
+  type ServerKind,
+  ShellStepSchema,
+  ShellValues,
+  SliceReplySchema,
+  StepBeginSchema,
+  StepEndSchema,
+  StepPolicy,
+  StreamEndSchema,
+  StreamOutcome,
+  ThresholdMapSchema,
+  TileSchema,
+  WelcomeSchema,
+} from "../protocol/messages";
+import { probedPlaces, sampledSlice } from "./field_samples";
+import { coarseSpacing } from "./level_extents";
+import { LevelSamples } from "./level_samples";
+import type { PageDatasets } from "./page_datasets";
+import type { PreparedVolume } from "./prepared_file";
+import { sampleBytes } from "./sample_array";
+import { brickSide } from "./sample_bricks";
+import { type MadeTile, SurfaceLevel, type Tools } from "./surface_level";
+
+export const maxSurfaceBytes = 1 << 29; // Samples around one surface, unpacked.
+const trianglesPerCell = 230; // Of 8 grid steps, on the average.
+const maxMegabyte = 1e6;
+
+export class FileConversation {
+  private running = 0n; // The request id of the stream.
+
+  constructor(
+    private readonly datasets: PageDatasets,
+    private readonly tools: Promise<Tools>,
+    private readonly send: (message: ServerKind) => void,
+    private readonly maxBytes = maxSurfaceBytes,
+  ) {}
+
+  async receive(message: ClientKind): Promise<void> {
+    if (message.case === undefined) return;
+    const requestId = "requestId" in message.value ? message.value.requestId : 0n;
+    try {
+      await this.answer(message);
+    } catch (error) {
+      const isStale = message.case === "openStream" && this.running !== requestId;
+      if (!isStale) this.refuse(message.case === "listDatasets" ? 0n : requestId, (error as Error).message);
+    }
+  }
+
+  // Nothing more is sent.
+  close(): void {
+    this.running = -1n;
+  }
+
+  private async answer(message: ClientKind): Promise<void> {
+    switch (message.case) {
+      case "hello":
+        await this.datasets.list(); // Files that cannot be read end the connection.
+        return this.send({ case: "welcome", value: create(WelcomeSchema, { version: 1, codecs: [PayloadCodec.DRACO_LATTICE, PayloadCodec.SAMPLE_SHELL] }) });
+      case "listDatasets": {
+        const datasets = await this.datasets.list();
+        return this.send({ case: "datasetList", value: create(DatasetListSchema, { requestId: message.value.requestId, datasets }) });
+      }
+      case "ping":
+        return this.send({ case: "pong", value: create(PongSchema, { value: message.value.value }) });
+      case "cancel":
+        if (message.value.requestId === this.running) this.running = 0n;
+        return;
+      case "openStream":
+        return this.stream(message.value);
+      case "estimate": {
+        const { requestId, dataset, request } = message.value;
+        const { crossedCells } = new LevelSamples(await this.datasets.volume(dataset), request?.isovalue ?? 0, 1);
+        const triangles = BigInt(crossedCells * trianglesPerCell);
+        return this.send({ case: "estimateReply", value: create(EstimateReplySchema, { requestId, triangles, bytes: triangles / 4n }) });
+      }
+      case "slice": {
+        const { requestId, dataset, width, height } = message.value;
+        const { values, spacing: sampleSpacing } = await sampledSlice(await this.datasets.volume(dataset), message.value);
+        const bytes = new Uint8Array(values.buffer);
+        return this.send({ case: "sliceReply", value: create(SliceReplySchema, { requestId, width, height, sampleSpacing, values: bytes }) });
+      }
+      case "probe": {
+        const places = await probedPlaces(await this.datasets.volume(message.value.dataset), message.value);
+        return this.send({ case: "probeReply", value: create(ProbeReplySchema, { requestId: message.value.requestId, places }) });
+      }
+      default:
+        throw new Error("This needs a server: the page reads files alone.");
+    }
+  }
+
+  private async stream(open: OpenStream): Promise<void> {
+    this.running = open.requestId;
+    if (open.furtherDatasets.length > 0) throw new Error("Without a server, previews are requested one by one.");
+    if (open.scalars) throw new Error("Coloring by a field needs a server: this page reads files alone.");
+    const volume = await this.datasets.volume(open.dataset);
+    const isWanted = () => this.running === open.requestId;
+    if (!isWanted()) return;
+    const { isovalue = 0, lattice = 5 } = open.request ?? {};
+    const level = (spacing: number) => new SurfaceLevel(volume, isovalue, lattice || 5, spacing);
+    const steps = new StepSender(open, this.send, await this.tools, isWanted);
+    const fine = level(1);
+    const excess = excessOf(volume, fine, this.maxBytes);
+    const isPreviewed = open.steps !== StepPolicy.FINAL_ONLY && volume.info.gridExponent > Math.log2(coarseSpacing);
+    if ((isPreviewed || excess) && volume.info.gridExponent > 3 && !(await steps.sendStep(level(coarseSpacing), coarseSpacing))) return;
+    const isBudget = (open.request?.maxTriangles ?? 0n) > 0n || (open.request?.maxBytes ?? 0n) > 0n;
+    const isEnough = isPreviewed && (open.steps === StepPolicy.PREVIEWS_ONLY || isBudget);
+    if (!isEnough) {
+      if (excess) throw new Error(excess);
+      await volume.bricks.fetch(fine.bricks);
+      if (!isWanted() || !(await steps.sendStep(fine, 1))) return;
+    }
+    // A budget needs the engine: its stream ends with the preview.
+    const outcome = isEnough && isBudget ? StreamOutcome.CANCELLED : StreamOutcome.COMPLETE;
+    this.send({ case: "streamEnd", value: create(StreamEndSchema, { requestId: open.requestId, outcome, steps: steps.sent }) });
+  }
+
+  private refuse(requestId: bigint, text: string): void {
+    this.send({ case: "error", value: create(ErrorReplySchema, { requestId, code: ErrorCode.INTERNAL, text }) });
+  }
+}
+
+// Returns why the surface is too large for a page; null: it is not.
+function excessOf({ info }: PreparedVolume, { bricks }: SurfaceLevel, maxBytes: number): string | null {
+  const bytes = bricks.length * brickSide ** 3 * sampleBytes(info.type);
+  if (bytes <= maxBytes) return null;
+  const megabytes = (n: number) => `${Math.round(n / maxMegabyte)} MB`;
+  return `Every eighth sample is shown: the samples around this surface take ${megabytes(bytes)}, and a page holds at most ${megabytes(maxBytes)}. A server shows all.`;
+}
+
+// Sends complete steps of one stream.
+class StepSender {
+  sent = 0;
+  private readonly held: Set<string>; // The tiles that the client has.
+
+  constructor(
+    private readonly open: OpenStream,
+    private readonly send: (message: ServerKind) => void,
+    private readonly tools: Tools,
+    private readonly isWanted: () => boolean,
+  ) {
+    this.held = heldTiles(open.cachedTileDigests);
+  }
+
+  // Returns false if the stream was stopped.
+  async sendStep(level: SurfaceLevel, spacing: number): Promise<boolean> {
+    const began = performance.now();
+    const tiles = await level.tiles(this.tools, this.isWanted);
+    if (!tiles) return false;
+    this.sendBegin(tiles, spacing);
+    const { requestId } = this.open;
+    let payloadBytes = 0;
+    let tilesSent = 0;
+    for (const [index, { key, payload }] of tiles.entries()) {
+      if (this.held.has(key)) continue;
+      this.held.add(key);
+      this.send({ case: "tile", value: create(TileSchema, { requestId, step: this.sent, index, payload }) });
+      payloadBytes += payload.length;
+      ++tilesSent;
+    }
+    const digest = tiles.reduce((all, { key }) => sum(all, fromHex(key)), emptyDigest);
+    const value = create(StepEndSchema, {
+      requestId,
+      step: this.sent++,
+      tilesSent,
+      payloadBytes: BigInt(payloadBytes),
+      digestHigh: digest.high,
+      digestLow: digest.low,
+      seconds: (performance.now() - began) / 1000,
+    });
+    this.send({ case: "stepEnd", value });
+    return true;
+  }
+
+  // A preview states a larger error and tolerance, as those of a server do.
+  private sendBegin(tiles: readonly MadeTile[], spacing: number): void {
+    const { requestId } = this.open;
+    const request = this.open.request ?? create(IsosurfaceRequestSchema);
+    const given = request.threshold ?? create(ThresholdMapSchema);
+    const half = spacing > 1 ? spacing / 2 : 0;
+    const threshold = create(ThresholdMapSchema, { ...given, atLeast: Math.max(given.atLeast, half) });
+    const topologyTolerance = Math.max(request.topologyTolerance, half);
+    const value = create(StepBeginSchema, {
+      requestId,
+      step: this.sent,
+      isFinal: spacing === 1,
+      request: create(IsosurfaceRequestSchema, { ...request, threshold, topologyTolerance }),
+      finestSpacing: spacing,
+      codec: PayloadCodec.SAMPLE_SHELL,
+      shell: create(ShellStepSchema, { values: ShellValues.EXACT }),
+      tiles: tiles.map(({ cube, key, triangles, vertices, bytes }) => {
+        const { high, low } = fromHex(key);
+        const place = { cubeExponent: cube.exponent, cubeX: cube.x, cubeY: cube.y, cubeZ: cube.z };
+        return { ...place, digestHigh: high, digestLow: low, triangles, vertices, bytes };
+      }),
+    });
+    this.send({ case: "stepBegin", value });
+  }
+}
+
+// The keys that packed() encodes.
+function heldTiles(digests: Uint8Array): Set<string> {
+  const view = new DataView(digests.buffer, digests.byteOffset, digests.length);
+  const half = (at: number) => view.getBigUint64(at, true).toString(16).padStart(16, "0");
+  return new Set(Array.from({ length: Math.floor(digests.length / 16) }, (_, i) => half(16 * i) + half(16 * i + 8)));
+}

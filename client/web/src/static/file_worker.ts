@@ -1,0 +1,31 @@
+// Answers the links of a page from files: one conversation a port.
+import shellWasm from "../../../../common/codec/wasm/shell_decoder.wasm?url";
+import { payloadHasher } from "../mesh/content_digest";
+import { surfaceCounter } from "../mesh/plain_box";
+import { decodedRequest, encodedReply } from "../protocol/messages";
+import type { ChannelRequest } from "./file_channel";
+import { FileConversation } from "./file_conversation";
+import { PageDatasets } from "./page_datasets";
+import type { Tools } from "./surface_level";
+
+const datasets = new Map<string, PageDatasets>(); // By address.
+const tools = madeTools();
+
+async function madeTools(): Promise<Tools> {
+  const wasm = await fetch(shellWasm).then((reply) => reply.arrayBuffer());
+  return { count: await surfaceCounter(wasm), hash: await payloadHasher() };
+}
+
+self.onmessage = ({ data: { address, port } }: MessageEvent<ChannelRequest>) => {
+  const found = datasets.get(address) ?? new PageDatasets(address);
+  datasets.set(address, found);
+  const conversation = new FileConversation(found, tools, (message) => {
+    const bytes = encodedReply(message);
+    port.postMessage(bytes.buffer, [bytes.buffer]);
+  });
+  port.onmessage = ({ data }: MessageEvent<ArrayBuffer | null>) => {
+    if (data) return void conversation.receive(decodedRequest(new Uint8Array(data)));
+    conversation.close();
+    port.close();
+  };
+};

@@ -1,0 +1,65 @@
+// The datasets of a page without a server: one prepared file, or the files of an index that `export --page` wrote.
+import type { DatasetInfo } from "../protocol/messages";
+import { BlockStore } from "./block_store";
+import { datasetInfo } from "./dataset_metadata";
+import { openPrepared, type PreparedVolume } from "./prepared_file";
+
+const indexVersion = 1;
+
+interface IndexEntry {
+  file: string; // Relative to the index.
+  metadata: unknown; // That of the file.
+}
+
+export class PageDatasets {
+  private readonly store = new BlockStore();
+  private readonly opened = new Map<string, Promise<PreparedVolume>>(); // By address.
+  private listed: Promise<Map<string, { address: string; info: DatasetInfo }>> | null = null;
+
+  constructor(private readonly address: string) {}
+
+  // Rejects with one sentence.
+  async list(): Promise<DatasetInfo[]> {
+    return [...(await this.entries()).values()].map(({ info }) => info);
+  }
+
+  // Rejects with one sentence.
+  async volume(name: string): Promise<PreparedVolume> {
+    const entry = (await this.entries()).get(name);
+    if (!entry) throw new Error(`This page has no dataset named "${name}".`);
+    const volume = await this.open(entry.address);
+    const { dims, type, name: found } = volume.info;
+    if (found === name && type === entry.info.type && String(dims) === String(entry.info.dims)) return volume;
+    throw new Error(`${volume.file.name} is not the file of the index: export the page again.`);
+  }
+
+  private entries() {
+    this.listed ??= this.readEntries();
+    this.listed.catch(() => (this.listed = null)); // The next attempt reads them again.
+    return this.listed;
+  }
+
+  private async readEntries() {
+    if (!/\.json$/i.test(new URL(this.address).pathname)) {
+      const { info } = await this.open(this.address);
+      return new Map([[info.name, { address: this.address, info }]]);
+    }
+    const reply = await fetch(this.address, { cache: "no-cache" }).catch(() => null);
+    if (!reply?.ok) throw new Error(`The index ${this.address} cannot be read${reply ? `: status ${reply.status}` : ""}.`);
+    try {
+      const { version, datasets } = (await reply.json()) as { version: number; datasets: IndexEntry[] };
+      if (version !== indexVersion) throw new Error(`it has version ${version}, not ${indexVersion}`);
+      const entries = datasets.map(({ file, metadata }) => ({ address: new URL(file, this.address).href, info: datasetInfo(metadata) }));
+      return new Map(entries.map((entry) => [entry.info.name, entry]));
+    } catch (error) {
+      throw new Error(`${this.address} is not the index of a page: ${(error as Error).message}.`);
+    }
+  }
+
+  private open(address: string): Promise<PreparedVolume> {
+    const volume = this.opened.get(address) ?? openPrepared(address, this.store);
+    this.opened.set(address, volume);
+    volume.catch(() => this.opened.delete(address));
+    return volume;
+  }
+}
