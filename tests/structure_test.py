@@ -27,6 +27,7 @@ LIBRARIES = {
     "common/wire": ["common/request", "common/net"],
     "common/json": ["common/wire"],
     "common/cli": ["common/json"],
+    "common/python": ["common/mesh"],
     "server/core/framework": ["common/request"],
     "server/core/thresholds": ["server/core/framework"],
     "server/core/errors": ["server/core/thresholds"],
@@ -54,11 +55,12 @@ LIBRARIES = {
     "server/routes": ["server/http", "server/tilesets", "common/json", "common/picture"],
     "server/gateway": ["server/session"],
     "server/programs": ["server/gateway", "server/routes", "server/certify", "server/dataset/partitioned"],
+    "server/python": ["server/service", "server/certify", "common/python"],
     "client/library": ["common/wire", "common/cli", "common/sandbox"],
     "client": ["client/library"],
     "client/commands": ["client", "common/picture"],
     "client/load": ["client/commands"],
-    "client/python": ["client/library"],
+    "client/python": ["client/library", "common/python"],
 }
 
 # Third-party headers that public headers must not include, except in these folders.

@@ -10,8 +10,8 @@
 
 #include "client/python/definitions.hpp"
 #include "client/python/errors.hpp"
-#include "client/python/meshes.hpp"
 #include "common/base/nearest_word.hpp"
+#include "common/python/meshes.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/request/shared_budget.hpp"
 
@@ -143,13 +143,18 @@ std::optional<FetchedSurface> PythonConnection::next(std::uint64_t stream) {
     return next;
   }));
   if (!step) return std::nullopt;
-  const LatticeMesh& mesh = step->step->mesh;
+  const CommittedStep& made = *step->step;
   std::string empty_text;
-  if (mesh.triangles.empty()) empty_text = empty_surface_text(open_request_, open_info_);
-  return FetchedSurface{
-      step->step, std::move(empty_text),
-      mesh_of(mesh, grid_to_world(open_info_), mesh_distance_bound(step->step->begin, open_info_),
-              is_full_resolution(step->step->begin))};
+  if (made.mesh.triangles.empty()) empty_text = empty_surface_text(open_request_, open_info_);
+  const SurfaceFacts facts = {
+      .topology = made.topology,
+      .digest = made.end.digest,
+      .error_bound = mesh_distance_bound(made.begin, open_info_),
+      .is_full_resolution = is_full_resolution(made.begin),
+      .preserves_topology = preserves_topology(made.begin),
+      .is_intersection_free = made.begin.request.simplify && made.begin.request.intersection_free};
+  return FetchedSurface{step->step, std::move(empty_text),
+                        mesh_of(made.mesh, grid_to_world(open_info_), facts)};
 }
 
 void PythonConnection::leave(std::uint64_t stream) {

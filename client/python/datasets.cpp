@@ -6,9 +6,9 @@
 #include <array>
 #include <string>
 
-#include "client/python/arrays.hpp"
 #include "common/base/number_text.hpp"
 #include "common/dataset/dataset_fields.hpp"
+#include "common/python/arrays.hpp"
 
 namespace py = pybind11;
 

@@ -1,5 +1,7 @@
 #include "client/python/errors.hpp"
 
+#include <string>
+
 namespace py = pybind11;
 
 namespace multitetra {
@@ -18,11 +20,6 @@ PyObject* exception_class(py::module_& module, const char* name, const char* wha
 }
 
 }  // namespace
-
-void raise(PyObject* type, const std::string& text) {
-  PyErr_SetString(type, text.c_str());
-  throw py::error_already_set();
-}
 
 void raise(const ClientError& failure) {
   if (PyErr_Occurred() != nullptr) throw py::error_already_set();  // KeyboardInterrupt.

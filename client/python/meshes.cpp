@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "client/python/arrays.hpp"
 #include "client/python/errors.hpp"
+#include "common/python/arrays.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "common/wire/written_mesh.hpp"
 
@@ -78,30 +78,6 @@ void save_mesh(const std::string& path, const Rows<double>& vertices,
 }
 
 }  // namespace
-
-py::object mesh_of(const LatticeMesh& mesh, const Affine& grid_to_world,
-                   std::optional<double> error_bound, bool is_full_resolution) {
-  std::vector<Vec3> vertices;
-  vertices.reserve(mesh.vertices.size());
-  const double step = std::ldexp(1.0, -mesh.resolution);
-  for (const LatticePoint& v : mesh.vertices) {
-    vertices.push_back(grid_to_world({v.x * step, v.y * step, v.z * step}));
-  }
-  std::vector<TriangleIndices> faces = mesh.triangles;
-  if (grid_to_world.determinant() < 0) {
-    for (TriangleIndices& face : faces) std::swap(face[1], face[2]);
-  }
-  py::object normals = py::none();
-  if (!mesh.normals.empty()) normals = rows_of<float>(mesh.normals);
-  py::object scalars = py::none();
-  if (!mesh.scalars.empty()) {
-    scalars =
-        py::array_t<float>(static_cast<py::ssize_t>(mesh.scalars.size()), mesh.scalars.data());
-  }
-  return py::module_::import("multitetra.mesh")
-      .attr("Mesh")(rows_of<double>(vertices), rows_of<std::uint32_t>(faces), normals, scalars,
-                    error_bound, is_full_resolution);
-}
 
 void define_meshes(py::module_& module) { module.def("save_mesh", &save_mesh); }
 

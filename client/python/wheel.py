@@ -2,7 +2,7 @@
 
     python3 client/python/wheel.py build/release [FOLDER]      -> multitetra-0.2.0-cp311-cp311-manylinux_2_36_x86_64.whl
 
-The C++ client is inside, and, where the build has it, the server with its viewer and demo volume: `multitetra view FILE` is a command
+The C++ client and the engine are inside, and, where the build has it, the server with its viewer and demo volume: `multitetra view FILE` is a command
 of the wheel. The libraries of both are inside as well, with their licences and a bill of materials, so the wheel runs on every Linux
 with the C library of the build machine or a later one, for the Python of the build (-DPython_EXECUTABLE=...).
 """
@@ -34,7 +34,7 @@ def put_together(build, package):
     shutil.copytree(build / "python" / "multitetra", package, ignore=shutil.ignore_patterns("__pycache__"))
     programs = package / "programs_of_build"
     server = build / "bin" / "multitetra-server"
-    modules = list(package.glob("_client.*.so"))
+    modules = sorted(package.glob("_*.so"))
     linked = list(modules)
     if server.exists():
         (programs / "bin").mkdir(parents=True)
@@ -83,7 +83,7 @@ def main():
         files = dict(files_of(pathlib.Path(folder_of_files) / "multitetra"))
     files[f"{info}/METADATA"] = "".join([
         "Metadata-Version: 2.1\n", "Name: multitetra\n", f"Version: {version()}\n",
-        "Summary: Isosurfaces of remote volumes, with a certified error\n", "License: Apache-2.0\n",
+        "Summary: Crack-free isosurfaces with a certified error, of arrays, files and remote volumes\n", "License: Apache-2.0\n",
         "Requires-Python: >=3.9\n", *(f"Requires-Dist: {name}\n" for name in REQUIRES),
         "Description-Content-Type: text/markdown\n", "\n", (HERE / "README.md").read_text()]).encode()
     files[f"{info}/WHEEL"] = (f"Wheel-Version: 1.0\nGenerator: wheel.py\nRoot-Is-Purelib: false\nTag: {tag}\n").encode()

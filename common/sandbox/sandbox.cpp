@@ -46,6 +46,12 @@ std::map<std::string, SandboxTask::Body>& tasks() {
 std::atomic<bool> can_enter = false;
 std::atomic<bool> is_isolation_required = false;
 
+// The program that runs tasks; empty: this one. Set before the first task.
+std::string& sandbox_program() {
+  static std::string program;
+  return program;
+}
+
 std::array<int, 2> connected_ends() {
   std::array<int, 2> ends{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
@@ -119,8 +125,9 @@ pid_t spawn(const std::string& task, bool network, int descriptor) {
     posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", O_RDWR, 0);
   }
   pid_t id = 0;
+  const std::string executed = sandbox_program().empty() ? "/proc/self/exe" : sandbox_program();
   const int error =
-      ::posix_spawn(&id, "/proc/self/exe", &actions, &attributes, words.data(), pointers.data());
+      ::posix_spawn(&id, executed.c_str(), &actions, &attributes, words.data(), pointers.data());
   posix_spawn_file_actions_destroy(&actions);
   posix_spawnattr_destroy(&attributes);
   if (error != 0) {
@@ -133,6 +140,7 @@ pid_t spawn(const std::string& task, bool network, int descriptor) {
 // and from reading its memory. Leak checks trace the process.
 void hide_memory() {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  if (!sandbox_program().empty() && isolation_of_this_kernel().is_complete()) return;
   ::prctl(PR_SET_DUMPABLE, 0);
 #endif
 }
@@ -165,6 +173,11 @@ SandboxTask answering(const std::string& name,
 
 void enter_sandbox_if_asked(int argc, char** argv) {
   if (argc == 3 && std::string_view(argv[1]) == kOption) run_task(argv[2]);
+  can_enter = true;
+}
+
+void use_sandbox_program(std::string program) {
+  sandbox_program() = std::move(program);
   can_enter = true;
 }
 

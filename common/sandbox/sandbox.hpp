@@ -5,7 +5,8 @@
 //   std::string answer = run_in_sandbox(kCount, {.readable = {file}}, file.string(), {});
 //
 // The process is this program, executed again: it has neither the memory, the environment nor the
-// descriptors of its parent. So main() must begin with enter_sandbox_if_asked().
+// descriptors of its parent. So main() must begin with enter_sandbox_if_asked(). A library in a
+// program of somebody else names one that does.
 #pragma once
 
 #include <array>
@@ -47,6 +48,10 @@ class SandboxTask {
 
 // In a process that was started for a task: runs it, and does not return.
 void enter_sandbox_if_asked(int argc, char** argv);
+
+// From now on, tasks run in this program, which has them too. Leaves the memory of this process
+// readable by others of this user, as its program may need, where tasks are completely isolated.
+void use_sandbox_program(std::string program);
 
 // Refuses to run tasks where the kernel cannot isolate them completely.
 void require_isolation();

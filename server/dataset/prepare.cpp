@@ -61,7 +61,7 @@ DatasetInfo geometry_of(const VolumeHeader& header, const PrepareOptions& option
 }
 
 // The sections that do not go to the sink.
-struct InMemorySections {
+struct SmallParts {
   DatasetInfo info;
   std::unique_ptr<Scratch> coarse_scratch;
   std::unique_ptr<Scratch> ranges_scratch;
@@ -69,7 +69,7 @@ struct InMemorySections {
   CellRanges ranges;
   std::optional<IsovalueBins> bins = std::nullopt;
 
-  InMemorySections(const DatasetInfo& geometry, const PreparedSink& sink)
+  SmallParts(const DatasetInfo& geometry, const PreparedSink& sink)
       : info(geometry),
         coarse_scratch(sink.new_scratch()),
         ranges_scratch(sink.new_scratch()),
@@ -113,7 +113,7 @@ VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
 
 // Writes the samples to the sink, and collects their statistics and the small sections in `parts`.
 void first_pass(VolumeSource& source, const PrepareOptions& options, PreparedSink& sink,
-                InMemorySections& parts) {
+                SmallParts& parts) {
   SampleStatisticsBuilder builder(source.header().type);
   BrickLayers bricks(source.header(), sink);
   for_each_slab(source, options, "range", [&](const Samples& slab, std::int32_t slices) {
@@ -236,7 +236,7 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
                     const std::filesystem::path& output, const Provenance& note) {
   const DatasetInfo geometry = checked_geometry(source, options);
   FileSink sink(output, geometry);
-  InMemorySections parts(geometry, sink);
+  SmallParts parts(geometry, sink);
   first_pass(source, options, sink, parts);
   if (options.samples_only) {
     parts.info.missing = kMissingErrors;
@@ -254,6 +254,34 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
                         .ranges = SectionBytes(parts.ranges.bytes(), *parts.ranges_scratch),
                         .bins = std::as_bytes(std::span(parts.bins->edges()))});
   return parts.info;
+}
+
+DatasetPtr prepare_in_memory(VolumeSource& source, const PrepareOptions& options) {
+  struct Content {
+    explicit Content(const DatasetInfo& geometry) : samples(geometry) {}
+    MemorySink samples;
+    std::vector<std::byte> coarse;
+    std::vector<std::byte> ranges;
+  };
+  const DatasetInfo geometry = checked_geometry(source, options);
+  const auto content = std::make_shared<Content>(geometry);
+  SmallParts parts(geometry, content->samples);
+  first_pass(source, options, content->samples, parts);
+  parts.info.missing = kMissingErrors;
+  content->coarse.resize(static_cast<std::size_t>(parts.coarse.bytes()));
+  parts.coarse_scratch->get(0, content->coarse);
+  content->ranges.resize(static_cast<std::size_t>(parts.ranges.bytes()));
+  parts.ranges_scratch->get(0, content->ranges);
+  return std::make_shared<const PreparedVolume>(
+      PreparedVolume{.info = parts.info,
+                     .samples = std::shared_ptr<const BrickSource>(content, &content->samples),
+                     .coarse = std::span<const std::byte>(content->coarse),
+                     .ranges = std::span<const std::byte>(content->ranges),
+                     .spectrum = {.layout = SpectrumLayout(parts.info),
+                                  .bins = *std::move(parts.bins),
+                                  .voxel = static_cast<float>(voxel_length(parts.info)),
+                                  .bricks = nullptr},
+                     .owner = content});
 }
 
 DatasetInfo complete(const std::string& dataset, const PrepareOptions& options,

@@ -89,4 +89,8 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
 DatasetInfo complete(const std::string& dataset, const PrepareOptions& options,
                      const std::filesystem::path& output);
 
+// Prepares a dataset without errors in the memory of this process: a copy of the samples, and the
+// small sections. Throws as prepare() does.
+[[nodiscard]] DatasetPtr prepare_in_memory(VolumeSource& source, const PrepareOptions& options);
+
 }  // namespace multitetra

@@ -1,4 +1,5 @@
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,22 +11,24 @@
 #include "server/programs/commands.hpp"
 #include "server/programs/extract_folder.hpp"
 #include "server/programs/local_output.hpp"
-#include "server/programs/local_surface.hpp"
 #include "server/programs/thread_options.hpp"
+#include "server/service/caching_surface_provider.hpp"
+#include "server/service/surface_steps.hpp"
 
 namespace multitetra {
 namespace {
 
 LocalSurface extracted(const std::shared_ptr<const SurfaceExtractor>& extractor,
                        const IsosurfaceRequest& request) {
-  Surface made = local_surface(extractor, request);
-  LocalSurface surface{.request = std::move(made.request),
-                       .mesh = std::move(made.mesh),
-                       .whole = {.tetrahedra = made.tetrahedra,
-                                 .active_tetrahedra = made.active_tetrahedra,
-                                 .tiles = made.tiles,
-                                 .simplification_bound = made.simplification_bound,
-                                 .digest = made.digest}};
+  auto made = final_surface(std::make_shared<const CachingSurfaceProvider>(extractor), request);
+  if (!made) throw std::runtime_error(made.error().text);
+  LocalSurface surface{.request = std::move(made->request),
+                       .mesh = std::move(made->mesh),
+                       .whole = {.tetrahedra = made->tetrahedra,
+                                 .active_tetrahedra = made->active_tetrahedra,
+                                 .tiles = made->tiles,
+                                 .simplification_bound = made->simplification_bound,
+                                 .digest = made->digest}};
   if (request.normal_bits != 0) {  // Files store them in full precision.
     surface.mesh.normals = vertex_normals(extractor->dataset(), surface.mesh.vertices,
                                           surface.mesh.resolution, NormalSource::kSamples);

@@ -260,4 +260,12 @@ std::unique_ptr<VolumeSource> open_volume(const fs::path& path, const VolumeFile
   return opened_in_sandbox(path, options, Use::kSlabs);
 }
 
+std::unique_ptr<VolumeSource> volume_of_slices(const std::string& name, StoredVolume slices,
+                                               const VolumeFileOptions& options) {
+  slices.header.intercept -= options.choice.subtract;
+  check_header(name, slices.header);
+  check_right_angles(name, slices.header);
+  return streamed_volume(name, std::move(slices), {}, allowed_loss(options.choice), options.notice);
+}
+
 }  // namespace multitetra

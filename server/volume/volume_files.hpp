@@ -51,4 +51,12 @@ struct VolumeFileOptions {
 [[nodiscard]] std::unique_ptr<VolumeSource> open_volume(const std::filesystem::path& path,
                                                         const VolumeFileOptions& options = {});
 
+// Returns trusted slices of this process, such as those of an array, as a source, with the
+// conversions of files. Of the options it takes `notice`, and `subtract` and `allow_loss` of the
+// choice. `name` names the slices in texts. Throws VolumeFileError if a size is out of range or
+// axes are not at right angles.
+[[nodiscard]] std::unique_ptr<VolumeSource> volume_of_slices(const std::string& name,
+                                                             StoredVolume slices,
+                                                             const VolumeFileOptions& options = {});
+
 }  // namespace multitetra

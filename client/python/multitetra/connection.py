@@ -1,18 +1,13 @@
 """A connection with a server: lists, samples, and surfaces step by step."""
 
-import ast
-import inspect
 import warnings
 
 import numpy as np
 
 from . import _client
 from .addresses import stream_address
+from .requests import EmptySurfaceWarning, surface_request, takes_a_request
 from .samples import SampleArray
-
-
-class EmptySurfaceWarning(UserWarning):
-    """The requested surface has no triangles."""
 
 
 def connect(url, token="", ca=None, insecure=False, timeout=60.0):
@@ -21,36 +16,6 @@ def connect(url, token="", ca=None, insecure=False, timeout=60.0):
     `ca` is a PEM file to trust instead of the system's.
     """
     return Connection(_client.Connection(stream_address(url), token or "", ca or "", insecure, timeout))
-
-
-def default_of(text):
-    """The default of a keyword, which the table of fields has as text, as a value of Python."""
-    known = {"": None, "on": True, "off": False}
-    if text in known:
-        return known[text]
-    try:
-        return ast.literal_eval(text)
-    except (ValueError, SyntaxError):  # A name.
-        return text
-
-
-def takes_a_request(method):
-    """Lets help() show what `**request` of a method may be: the fields of a request, from the table that options and HTTP have."""
-    own = inspect.signature(method)
-    named = [one for one in own.parameters.values() if one.kind is not one.VAR_KEYWORD]
-    keywords = _client.request_keywords()
-    fields = [("threshold_grid", "", "", "Errors at the samples of an array, as multitetra.grid() makes them"), *keywords]
-    method.__signature__ = own.replace(
-        parameters=named
-        + [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default_of(usual)) for name, _, usual, _ in fields]
-    )
-    method.__doc__ += "\n" + "".join(f"\n        {name}: {help} ({form or 'on|off'})" for name, form, _, help in fields)
-    return method
-
-
-def surface_request(isovalue, threshold_grid=None, **fields):
-    """A request and what colors its surface."""
-    return _client.surface_request(isovalue, threshold_grid, fields)
 
 
 class Connection:

@@ -35,6 +35,49 @@ def _bends(mesh):
     return bends[is_convex].sum(), bends[~is_convex].sum()
 
 
+@dataclass(frozen=True)
+class Certificate:
+    """What is certain of a surface: it was computed with it, and checked on the mesh.
+
+    `multitetra.certify` measures the same for any mesh.
+
+    Attributes
+    ----------
+    error_bound : float or None
+        Bounds the two-sided distance to the full-resolution surface, in world units, rounding included. None: nothing bounds it.
+    topology_kept : bool
+        Whether components, holes and handles are those of the full-resolution surface.
+    euler_characteristic, components : int
+    border_edges : int
+        Edges of one triangle; all of them lie where the data ends.
+    open_edges, nonmanifold_edges, degenerate_triangles : int
+        Faults. Always 0, as meshes with any are refused.
+    self_intersecting_triangles : int or None
+        None: not counted. 0 with `intersection_free`.
+    lattice : int
+        Vertices are at multiples of 2**-lattice steps of the grid.
+    content_digest : str
+        The digest of all triangles, as in the reports of programs.
+    """
+
+    error_bound: Optional[float]
+    topology_kept: bool
+    euler_characteristic: int
+    components: int
+    border_edges: int
+    open_edges: int
+    nonmanifold_edges: int
+    degenerate_triangles: int
+    self_intersecting_triangles: Optional[int]
+    lattice: int
+    content_digest: str
+
+    @property
+    def is_watertight(self) -> bool:
+        """Whether every edge has two triangles: the surface ends nowhere."""
+        return self.border_edges == self.open_edges == self.nonmanifold_edges == 0
+
+
 @dataclass
 class Mesh:
     """An isosurface in world coordinates. Triangles face the side of low values."""
@@ -45,6 +88,7 @@ class Mesh:
     scalars: Optional[np.ndarray] = None  # (n,) float32, the values of the color_by dataset; NaN where it has none.
     error_bound: Optional[float] = None  # Bounds the distance to the full-resolution surface, rounding included; None: no bound.
     is_full_resolution: bool = False  # Whether this is the full-resolution surface, as at error 0; then `area` is exact.
+    certificate: Optional[Certificate] = None  # None: the mesh is a part of a surface, or was made otherwise.
 
     def __repr__(self):
         within = "" if self.error_bound is None else f", within {self.error_bound:.3g}"

@@ -5,8 +5,15 @@ import pathlib
 import sys
 
 
+def server_program():
+    """The path of multitetra-server: in the wheel, or in the build that the package is in. None if it was not built."""
+    package = pathlib.Path(__file__).parent
+    places = (package / "programs_of_build" / "bin", package.parent.parent / "bin")
+    return next((place / "multitetra-server" for place in places if (place / "multitetra-server").exists()), None)
+
+
 def main():
-    server = pathlib.Path(__file__).with_name("programs_of_build") / "bin" / "multitetra-server"
-    if not server.exists():
+    server = server_program()
+    if server is None:
         sys.exit("This wheel was made from a build without the server; build multitetra_server_program and build the wheel again.")
     os.execv(server, ["multitetra", *sys.argv[1:]])

@@ -16,7 +16,7 @@ def half_space(normal, offset, error):
     return f"halfspace:{numbers(*normal, offset)}={numbers(error)}"
 
 
-def view(eye, field_of_view, height_pixels, tolerance_pixels=1.0):
+def camera(eye, field_of_view, height_pixels, tolerance_pixels=1.0):
     """A screen-space error: `field_of_view` is vertical, in degrees."""
     return f"eye={numbers(*eye)},fov={numbers(field_of_view)},height={numbers(height_pixels)},pixels={numbers(tolerance_pixels)}"
 

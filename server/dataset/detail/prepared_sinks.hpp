@@ -44,4 +44,23 @@ class FileSink final : public PreparedSink {
   std::filesystem::path folder_;
 };
 
+// Keeps the samples in memory, for a dataset without errors.
+class MemorySink final : public PreparedSink, public BrickSource {
+ public:
+  explicit MemorySink(const DatasetInfo& info);
+  void add_samples(std::span<const std::byte> bytes) override;
+  void read_samples(std::size_t first, std::span<std::byte> bytes) const override;
+  [[nodiscard]] std::unique_ptr<Scratch> new_scratch() const override;
+  // Must not be called.
+  void add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes) override;
+  [[nodiscard]] RetainedBytes brick(std::size_t index) const override;
+
+ private:
+  [[nodiscard]] std::size_t offset_of(std::size_t brick) const;
+
+  BrickLayout layout_;
+  std::size_t sample_bytes_;
+  std::vector<std::byte> samples_;
+};
+
 }  // namespace multitetra

@@ -8,8 +8,8 @@
 #include "common/base/number_text.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
-#include "server/core/thresholds/threshold_map.hpp"
 #include "server/service/catch_as_error.hpp"
+#include "server/service/surface_steps.hpp"
 
 namespace multitetra {
 namespace {
@@ -35,26 +35,6 @@ Result<StepResult> with_scalars(StepResult made, const DatasetInfo& surface,
 bool has_large_map(const IsosurfaceRequest* request) {
   constexpr std::size_t kMany = 64;
   return request && (request->thresholds.regions.size() > kMany || request->thresholds.grid);
-}
-
-ReceivedSurface tiles_of(StepResult step, const DatasetInfo& info,
-                         std::optional<ScalarRange> range) {
-  ReceivedSurface tiles{.begin = {.request = step.step.request,
-                                  .error_bound_world = largest_threshold(step.step.request, info),
-                                  .finest_spacing = step.step.finest_spacing,
-                                  .tetrahedra = step.encoded.tetrahedra,
-                                  .active_tetrahedra = step.encoded.active_tetrahedra,
-                                  .tiles = {},
-                                  .crossed_octants = step.encoded.crossed_octants,
-                                  .scalars = range},
-                        .meshes = std::move(step.encoded.meshes)};
-  for (const EncodedTile& tile : step.encoded.tiles) {
-    tiles.begin.tiles.push_back(tile.summary);
-    tiles.payloads.push_back(tile.payload);
-    tiles.digest += tile.summary.digest;
-  }
-  for (const ScalarsOfTile& scalars : step.scalars) tiles.scalars.push_back(scalars.codes);
-  return tiles;
 }
 
 Result<StepResult> make_step(const ValidatedStream& action, const StreamState& state,

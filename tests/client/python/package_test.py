@@ -509,7 +509,7 @@ class Package(unittest.TestCase):
                 len(server.isosurface("gyroid", 0.1, error=4, **request).faces)
                 for request in (
                     {},
-                    {"view": multitetra.view([-20, 16, 16], 40, 600, 2)},
+                    {"view": multitetra.camera([-20, 16, 16], 40, 600, 2)},
                     {"threshold_grid": multitetra.grid(np.full((1, 2, 1), 0.25), spacing=[40, 16, 40], origin=[16, 8, 16])},
                 )
             ]

@@ -101,6 +101,33 @@ TEST(Complete, WritesTheBytesOfOnePreparation) {
   }
 }
 
+TEST(PrepareInMemory, EqualsTheFileWithoutErrors) {
+  const TemporaryFolder folder;
+  std::vector<PreparedSetting> settings = prepared_settings();
+  settings.push_back({"tiny", fields::noise({3, 5, 4}, 5)});
+  settings.push_back({"point", fields::noise({1, 1, 1}, 5)});
+  for (const PreparedSetting& setting : settings) {
+    SCOPED_TRACE(setting.name);
+    const PrepareOptions options = {.name = setting.name,
+                                    .outside = setting.outside,
+                                    .margin = setting.margin,
+                                    .samples_only = true};
+    const std::filesystem::path path = folder.path() / "samples.mtd";
+    prepare(*source_of(setting.volume), options, path, {.file = setting.name, .digest = {}});
+    const DatasetPtr file = open_dataset(path);
+    const DatasetPtr memory = prepare_in_memory(*source_of(setting.volume), options);
+    DatasetInfo info = file->info;
+    info.content_id = 0;
+    EXPECT_EQ(memory->info, info);
+    EXPECT_TRUE(equal(memory->coarse.bytes(), file->coarse.bytes()));
+    EXPECT_TRUE(equal(memory->ranges.bytes(), file->ranges.bytes()));
+    EXPECT_EQ(memory->spectrum.bins.edges(), file->spectrum.bins.edges());
+    for (std::size_t i = 0; i < BrickLayout(info.dims).size(); ++i) {
+      EXPECT_TRUE(equal(memory->samples->brick(i), file->samples->brick(i)));
+    }
+  }
+}
+
 TEST(Prepare, PacksConstantRegionsIntoAlmostNoBytes) {
   const TemporaryFolder folder;
   Volume volume = fields::ball({96, 96, 96}, 9);

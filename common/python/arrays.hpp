@@ -9,18 +9,25 @@
 #include <string>
 #include <vector>
 
-#include "client/python/errors.hpp"
+#include "common/python/raise.hpp"
 
 namespace multitetra {
 
-// Returns an array of shape (n, 3).
+// Returns an array of shape (count, 3) with the rows row(0), row(1), ...
+template <typename T, typename Row>
+pybind11::object new_rows(std::size_t count, const Row& row) {
+  pybind11::array_t<T> array({static_cast<pybind11::ssize_t>(count), pybind11::ssize_t{3}});
+  T* out = array.mutable_data();
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto numbers = row(i);
+    out = std::copy(numbers.begin(), numbers.end(), out);
+  }
+  return array;
+}
+
 template <typename T, typename Rows>
 pybind11::object rows_of(const Rows& rows) {
-  const pybind11::array_t<T> array(
-      {static_cast<pybind11::ssize_t>(rows.size()), pybind11::ssize_t{3}});
-  T* out = const_cast<T*>(array.data());
-  for (const auto& row : rows) out = std::copy(row.begin(), row.end(), out);
-  return array;
+  return new_rows<T>(rows.size(), [&](std::size_t i) { return rows[i]; });
 }
 
 template <typename T>

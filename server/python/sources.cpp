@@ -1,0 +1,137 @@
+#include "server/python/sources.hpp"
+
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "common/base/address_text.hpp"
+#include "common/python/raise.hpp"
+#include "server/python/array_slices.hpp"
+#include "server/python/engine_definitions.hpp"
+#include "server/volume/volume_files.hpp"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace multitetra {
+namespace {
+
+using StoredSlicesPtr = std::unique_ptr<StoredSlices>;
+using Notify = std::function<void(const std::string&)>;
+
+Notify to(const std::shared_ptr<NoticeList>& notices) {
+  return [notices](const std::string& text) { notices->add(text); };
+}
+
+// `shape` is that of the slices, `steps` the world steps along its axes.
+std::unique_ptr<PythonSource> array_source(const std::string& name, py::function fill,
+                                           const std::array<std::int64_t, 3>& shape,
+                                           const std::string& type,
+                                           const std::array<Vec3, 3>& steps, const Vec3& origin,
+                                           const std::string& space, const std::string& unit,
+                                           const std::string& value_unit, double subtract,
+                                           bool allow_loss) {
+  const auto stored = stored_type_from(type);
+  if (!stored) raise(PyExc_TypeError, "Samples of type " + type + " are no numbers.");
+  for (const std::string& text : {unit, value_unit}) {
+    if (!is_unit_text(text)) {
+      raise(PyExc_ValueError, "A unit has at most " + std::to_string(kMaxUnitBytes) +
+                                  " bytes of UTF-8 without control characters.");
+    }
+  }
+  ImageHeader header{.dims = {shape[2], shape[1], shape[0]}, .type = *stored};
+  header.meaning = {.space = world_space_from(space).value_or(WorldSpace::kUnnamed),
+                    .length_unit = unit,
+                    .value_unit = value_unit};
+  set_axes(header, {steps[2], steps[1], steps[0]}, stated(origin));
+  const auto notices = std::make_shared<NoticeList>();
+  const auto slices = std::make_shared<StoredSlicesPtr>(
+      std::make_unique<ArraySlices>(std::move(fill), shape, *stored));
+  return std::make_unique<PythonSource>(PythonSource{
+      .open =
+          [=] {
+            return volume_of_slices(name, {.header = header, .slices = std::move(*slices)},
+                                    {.choice = {.subtract = subtract, .allow_loss = allow_loss},
+                                     .notice = to(notices)});
+          },
+      .provenance = [=] { return Provenance{.file = name, .digest = {}}; },
+      .name = name,
+      .notices = notices});
+}
+
+template <typename Parsed>
+Parsed parsed(std::optional<Parsed> value, const std::string& option, const std::string& text) {
+  if (!value) raise(PyExc_ValueError, option + ": \"" + text + "\" is invalid.");
+  return *std::move(value);
+}
+
+VolumeChoice choice_from(const py::dict& options) {
+  VolumeChoice choice;
+  const auto take = [&](const char* name, auto& into) {
+    using Value = std::decay_t<decltype(into)>;
+    if (options.contains(name)) into = options[name].cast<Value>();
+  };
+  take("array", choice.array);
+  take("level", choice.level);
+  take("time", choice.time);
+  take("channel", choice.channel);
+  take("series", choice.series);
+  take("resample", choice.resample);
+  take("subtract", choice.subtract);
+  take("allow_loss", choice.allow_loss);
+  if (options.contains("component")) {
+    const auto text = py::str(options["component"]).cast<std::string>();
+    choice.component = parsed(ComponentChoice::from(text), "component", text);
+  }
+  return choice;
+}
+
+Placement placement_from(const py::dict& options) {
+  Placement placement;
+  if (options.contains("spacing")) placement.spacing = options["spacing"].cast<Vec3>();
+  if (options.contains("origin")) placement.origin = options["origin"].cast<Vec3>();
+  if (options.contains("unit")) placement.length_unit = options["unit"].cast<std::string>();
+  if (options.contains("orient")) {
+    const auto text = options["orient"].cast<std::string>();
+    placement.orient = parsed(axis_directions_from(text), "orient", text);
+  }
+  if (options.contains("space")) {
+    const auto text = options["space"].cast<std::string>();
+    placement.space = parsed(world_space_from(text), "space", text);
+  }
+  return placement;
+}
+
+std::unique_ptr<PythonSource> file_source(const std::string& path, const std::string& name,
+                                          const py::dict& options) {
+  const auto notices = std::make_shared<NoticeList>();
+  const VolumeFileOptions how = {
+      .choice = choice_from(options), .placement = placement_from(options), .notice = to(notices)};
+  return std::make_unique<PythonSource>(PythonSource{
+      .open = [=] { return open_volume(path, how); },
+      .provenance =
+          [=] {
+            return is_address(path) ? Provenance{.file = without_password(path), .digest = {}}
+                                    : provenance(path);
+          },
+      .name = name.empty() ? default_dataset_name(path) : name,
+      .notices = notices});
+}
+
+}  // namespace
+
+void define_sources(py::module_& module) {
+  py::class_<PythonSource>(module, "Source")
+      .def_property_readonly("notices",
+                             [](const PythonSource& source) { return source.notices->texts(); });
+  module.def("array_source", &array_source, "name"_a, "fill"_a, "shape"_a, "type"_a, "steps"_a,
+             "origin"_a, "space"_a, "unit"_a, "value_unit"_a, "subtract"_a, "allow_loss"_a);
+  module.def("file_source", &file_source, "path"_a, "name"_a, "options"_a);
+}
+
+}  // namespace multitetra
