@@ -16,6 +16,12 @@ describe("Address", () => {
 
   test("RestoresEverySetting", () => {
     const settings: Settings = {
+      volume: "maximum",
+      opacities: [
+        { value: -150.5, opacity: 0 },
+        { value: 300, opacity: 0.25 },
+      ],
+      volumeShading: false,
       dataset: "a head & more",
       t: 0.25,
       isovalue: -300.5,

@@ -161,26 +161,30 @@ export class HistogramView {
   }
 
   private draw(): void {
-    const { canvas, info } = this;
-    const width = canvas.clientWidth;
-    const height = canvas.clientHeight;
-    if (!info || width === 0) return;
-    const ratio = window.devicePixelRatio;
-    canvas.width = Math.round(width * ratio);
-    canvas.height = Math.round(height * ratio);
-    // Draws on the CPU: a GPU busy with surfaces would block the page.
-    const context = canvas.getContext("2d", { willReadFrequently: true })!;
-    context.fillStyle = getComputedStyle(canvas).color;
-    const heights = columns(info, this.range, canvas.width, this.isLog);
-    context.beginPath();
-    context.moveTo(0, canvas.height);
-    heights.forEach((value, x) => {
-      context.lineTo(x, canvas.height * (1 - 0.94 * value));
-      context.lineTo(x + 1, canvas.height * (1 - 0.94 * value));
-    });
-    context.lineTo(canvas.width, canvas.height);
-    context.fill();
+    drawHistogram(this.canvas, this.info, this.range, this.isLog);
   }
+}
+
+// Draws at the canvas's size on the screen; nothing while it is hidden.
+export function drawHistogram(canvas: HTMLCanvasElement, info: DatasetInfo | null, range: ValueRange, isLog: boolean): void {
+  const width = canvas.clientWidth;
+  const height = canvas.clientHeight;
+  if (!info || width === 0) return;
+  const ratio = window.devicePixelRatio;
+  canvas.width = Math.round(width * ratio);
+  canvas.height = Math.round(height * ratio);
+  // Draws on the CPU: a GPU busy with surfaces would block the page.
+  const context = canvas.getContext("2d", { willReadFrequently: true })!;
+  context.fillStyle = getComputedStyle(canvas).color;
+  const heights = columns(info, range, canvas.width, isLog);
+  context.beginPath();
+  context.moveTo(0, canvas.height);
+  heights.forEach((value, x) => {
+    context.lineTo(x, canvas.height * (1 - 0.94 * value));
+    context.lineTo(x + 1, canvas.height * (1 - 0.94 * value));
+  });
+  context.lineTo(canvas.width, canvas.height);
+  context.fill();
 }
 
 function isInteger(info: DatasetInfo): boolean {

@@ -22,6 +22,7 @@ import { regionPart } from "./region_section";
 import { type SeriesPart, seriesPart } from "./series_section";
 import { type SlicePart, slicePart } from "./slice_section";
 import { type SurfacesPart, surfacesPart } from "./surfaces_section";
+import { type VolumePart, volumePart } from "./volume_section";
 
 export interface PanelEvents extends DownloadsEvents, BookmarksEvents, LabelsEvents {
   reset: () => void;
@@ -41,6 +42,7 @@ export class Panel {
   private readonly labels: LabelsPart;
   private readonly downloads: DownloadsPart;
   private readonly slice: SlicePart;
+  private readonly volume: VolumePart;
   private readonly cut: CutPart;
   private list: readonly DatasetInfo[] = [];
   private readonly ofValues: HTMLElement; // Does not apply to labels alone.
@@ -82,11 +84,12 @@ export class Panel {
     const region = regionPart(change);
     const field = (this.field = fieldPart(change));
     const slice = (this.slice = slicePart(change));
+    const volume = (this.volume = volumePart(change));
     const cut = (this.cut = cutPart(change, events.shownBox));
     const look = lookPart(change, events.roll);
     this.downloads = downloadsPart(events);
     this.histogram = isovalue.histogram;
-    this.parts = [series, isovalue, surfaces, labels, accuracy, region, field, cut, slice, look];
+    this.parts = [series, isovalue, surfaces, labels, accuracy, region, field, cut, slice, volume, look];
     this.element = h(
       "aside",
       { class: "panel", "aria-label": "Controls" },
@@ -100,6 +103,7 @@ export class Panel {
       foldedSection("Color by a field", settings.get().colorBy !== "", ...field.elements),
       foldedSection("Clip and crop", settings.get().clip !== "off" || settings.get().crop !== null, ...cut.elements),
       foldedSection("Slices", settings.get().slice !== "off", ...slice.elements),
+      foldedSection("Volume", settings.get().volume !== "off", ...volume.elements),
       foldedSection("Appearance", false, ...look.elements),
       foldedSection("Bookmarks", false, ...bookmarksPart(events)),
       foldedSection("Export", false, ...this.downloads.elements),
@@ -130,8 +134,9 @@ export class Panel {
   showDatasets(list: readonly DatasetInfo[], permitsSamples: boolean): void {
     this.list = list;
     this.slice.showPermission(permitsSamples);
+    this.volume.showPermission(permitsSamples);
     this.cut.showPermission(permitsSamples);
-    for (const part of [this.isovalue, this.field, this.series, this.labels, this.surfaces, this.slice]) part.showDatasets(list);
+    for (const part of [this.isovalue, this.field, this.series, this.labels, this.surfaces, this.slice, this.volume]) part.showDatasets(list);
     this.show();
   }
 

@@ -1,10 +1,13 @@
 // All views of sample values: a slice in the scene, three linked slices beside it, and the color legends of samples and
 // of a field on the surfaces.
 import type * as THREE from "three";
+import { isWeak, thisDevice } from "../embed/weak_device";
 import { Legend, type LegendValues } from "../panel/legend";
 import type { DatasetInfo } from "../protocol/messages";
 import type { Picked } from "../scene/picking";
 import type { Stage } from "../scene/stage";
+import { volumeWindow } from "../scene/volume/opacities";
+import { Volume } from "../scene/volume/volume";
 import type { LegendText } from "../shared/color_maps";
 import { h } from "../shared/elements";
 import { defaultWindow, isCt } from "../shared/sample_window";
@@ -25,6 +28,7 @@ export class SampleViews {
   readonly legends: HTMLElement;
   private readonly slices: Slices;
   private readonly views: SliceViews;
+  private readonly volume: Volume;
   private readonly ofSamples: Legend;
   private readonly ofField: Legend;
 
@@ -41,6 +45,7 @@ export class SampleViews {
       settings: this.sources.settings(),
       rangeOfSamples: () => this.sampleRange(),
     });
+    this.volume = new Volume(stage, sources, isWeak(thisDevice(stage.renderer.getContext())));
     this.slices = new Slices(stage, sources, current);
     this.views = new SliceViews(
       stage,
@@ -94,6 +99,7 @@ export class SampleViews {
   // Call when the settings or the dataset may have changed.
   update(): void {
     this.updateSlices();
+    this.updateVolume(this.sources.settings());
     this.showLegends(this.sources.settings());
   }
 
@@ -101,6 +107,14 @@ export class SampleViews {
   updateSlices(): void {
     this.slices.update();
     this.views.update();
+  }
+
+  private updateVolume(now: Settings): void {
+    const { info } = this.world();
+    const { sampled } = this;
+    const range = now.volume === "off" ? null : this.sampleRange();
+    const scale = range && { map: now.sliceColors, ...scaleOf(now.level, now.windowWidth, now.samplesLog, range) };
+    this.volume.update(now, info, sampled && scale && { info: sampled, scale });
   }
 
   close(): void {
@@ -122,11 +136,13 @@ export class SampleViews {
     const { sampled } = this;
     const range = this.rangeOf(sampled);
     const isOneOfTimes = sampled !== null && timesOf(this.world().list, sampled).length > 1;
-    return sampled && range && (isOneOfTimes && !isCt(sampled) && !sampled.displayWindow ? range : { ...range, usual: defaultWindow(sampled) });
+    if (!sampled) return null;
+    const usual = (this.sources.settings().volume !== "off" && volumeWindow(sampled)) || defaultWindow(sampled);
+    return range && (isOneOfTimes && !isCt(sampled) && !sampled.displayWindow ? range : { ...range, usual });
   }
 
   private showLegends(now: Settings): void {
-    const hasSlices = slicePosition(now) !== null || (now.crop !== null && now.filled) || now.layout === "four";
+    const hasSlices = slicePosition(now) !== null || (now.crop !== null && now.filled) || now.layout === "four" || now.volume !== "off";
     this.ofSamples.show(now, hasSlices ? this.sampleRange() : null, now.colorBy ? "samples" : "");
     const field = now.colorBy ? findByName(this.world().list, now.colorBy) : null;
     const by = this.rangeOf(field);

@@ -109,7 +109,7 @@ export type ValueRange = Pick<DatasetInfo, "min" | "max"> & { usual?: { level: n
 
 // Returns the settings without slices and filled cuts where the server permits surfaces only.
 export function permittedSettings(settings: Settings, { permitsSamples }: ServedDatasets): Settings {
-  return permitsSamples ? settings : { ...settings, slice: "off", layout: "surface", filled: false };
+  return permitsSamples ? settings : { ...settings, slice: "off", layout: "surface", filled: false, volume: "off" };
 }
 
 interface Place {

@@ -1,8 +1,8 @@
-// Draws a frame, normally in one pass to the canvas. Translucent surfaces and ambient occlusion need more passes:
+// Draws a frame, normally in one pass to the canvas. Translucent surfaces, a volume and ambient occlusion need more passes:
 //
 //   solid things, marks -> colors, depths ------------->+
 //   solid things -> normals, depths -> occlusion ------->+-> canvas -> overlay
-//   translucent surfaces, layer by layer --------------->+
+//   translucent surfaces and a volume, layer by layer -->+
 import * as THREE from "three";
 import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 
@@ -10,10 +10,12 @@ import { exactDepths } from "./exact_depths";
 import { layers } from "./layers";
 import { Occlusion, type OcclusionOptions, type SceneCamera } from "./occlusion";
 import { Translucency } from "./translucency";
+import type { VolumePass, VolumeQuality } from "./volume/volume_pass";
 
 export interface FrameOptions {
   occlusion: OcclusionOptions | null; // Null: none.
   peels: number; // Passes for translucent surfaces; 0: there are none.
+  volume: { pass: VolumePass; quality: VolumeQuality } | null; // Null: none.
   hasHandles: boolean; // Whether to draw the layer `overlay`.
 }
 
@@ -105,7 +107,7 @@ export class SceneRenderer {
 
   draw(scene: THREE.Scene, camera: SceneCamera, options: FrameOptions): void {
     const { renderer } = this;
-    if (options.occlusion === null && options.peels === 0) {
+    if (options.occlusion === null && options.peels === 0 && options.volume === null) {
       camera.layers.enableAll();
       if (!options.hasHandles) camera.layers.disable(layers.overlay);
       renderer.setRenderTarget(null);
@@ -125,13 +127,16 @@ export class SceneRenderer {
     uniforms.solid.value = this.solid.texture;
     uniforms.depths.value = depths;
     uniforms.hasOcclusion.value = options.occlusion !== null;
-    uniforms.hasTranslucent.value = options.peels > 0;
+    uniforms.hasTranslucent.value = options.peels > 0 || options.volume !== null;
     if (options.occlusion !== null) {
       uniforms.shape.value = this.occlusion.depths;
       uniforms.occlusion.value = this.occlusion.texture(renderer, scene, camera, options.occlusion, this.solid);
     }
-    if (options.peels > 0) {
-      uniforms.translucent.value = this.translucency.texture(renderer, scene, camera, depths, options.peels);
+    if (uniforms.hasTranslucent.value) {
+      const pass = options.volume?.pass ?? null;
+      pass?.begin(camera, size, options.volume!.quality);
+      uniforms.translucent.value = this.translucency.texture(renderer, scene, camera, depths, options.peels, pass);
+      pass?.end();
     }
     renderer.setRenderTarget(null);
     renderer.clear();

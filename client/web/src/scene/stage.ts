@@ -14,7 +14,8 @@ import { gpuFinished } from "./gpu_fence";
 import { Lights } from "./lights";
 import type { SceneCamera } from "./occlusion";
 import { Programs } from "./programs";
-import { SceneRenderer } from "./scene_renderer";
+import { type FrameOptions, SceneRenderer } from "./scene_renderer";
+import type { VolumePass, VolumeQuality } from "./volume/volume_pass";
 
 export interface StageLook {
   isOrthographic: boolean;
@@ -40,6 +41,7 @@ export class Stage {
   private readonly lights = new Lights();
   private readonly sceneRenderer: SceneRenderer;
   readonly programs: Programs;
+  volume: VolumePass | null = null;
   private look: StageLook = { isOrthographic: false, hasOcclusion: false, translucent: 0, clip: [] };
   private occlusionCost: number | null = null; // Milliseconds of a frame with occlusion; null: unknown.
   private restTimer = 0;
@@ -265,7 +267,7 @@ export class Stage {
     const ratio = this.renderer.getPixelRatio();
     const maxEnlargement = this.renderer.capabilities.maxTextureSize / Math.max(1, this.canvas.width, this.canvas.height);
     if (enlargement !== 1) this.renderer.setPixelRatio(ratio * Math.min(enlargement, Math.max(1, maxEnlargement)));
-    this.draw(true, false);
+    this.draw("picture", false);
     const copy = document.createElement("canvas");
     copy.width = this.canvas.width;
     copy.height = this.canvas.height;
@@ -312,7 +314,7 @@ export class Stage {
     clearTimeout(this.pictureTimer);
     this.pictureTimer = 0;
     this.isChanged = isMoving;
-    this.draw(false);
+    this.draw("moving");
     for (const listener of this.afterFrame) listener();
     clearTimeout(this.restTimer);
     if (!isMoving && !this.isQuick()) this.scheduleRest();
@@ -321,7 +323,7 @@ export class Stage {
   // Returns whether frames during motion have full quality.
   private isQuick(): boolean {
     const { hasOcclusion, translucent } = this.look;
-    return translucent === 0 && (!hasOcclusion || (this.occlusionCost ?? Infinity) <= maxMotionCost);
+    return translucent === 0 && (this.volume?.isQuick ?? true) && (!hasOcclusion || (this.occlusionCost ?? Infinity) <= maxMotionCost);
   }
 
   private scheduleRest(): void {
@@ -334,13 +336,14 @@ export class Stage {
     if (this.isChanged || timer !== this.restTimer) return; // Another frame or another rest follows.
     if (this.isDataPending() || this.isDue) return this.scheduleRest();
     const begin = performance.now();
-    this.draw(true);
+    this.draw("resting");
     if (!this.look.hasOcclusion) return;
     await gpuFinished(this.renderer, 4);
     this.occlusionCost = performance.now() - begin;
   }
 
-  private draw(isAtRest: boolean, hasHandles = true): void {
+  private draw(quality: VolumeQuality, hasHandles = true): void {
+    const isAtRest = quality !== "moving";
     const distance = this.camera.position.distanceTo(this.sphere.center);
     const { radius } = this.sphere;
     this.camera.near = Math.max(distance - 2.5 * radius, 0.0015 * radius);
@@ -354,8 +357,14 @@ export class Stage {
     this.sceneRenderer.draw(this.scene, this.activeCamera, {
       occlusion: isOccluded ? { radius: Math.min(0.12 * radius, this.worldLengthOf(90)), clip: this.look.clip } : null,
       peels: this.peels(isAtRest),
+      volume: this.volumeToDraw(quality),
       hasHandles,
     });
+  }
+
+  private volumeToDraw(quality: VolumeQuality): FrameOptions["volume"] {
+    const { volume: pass, programs } = this;
+    return pass?.isShown && programs.areReady("volume", pass.object) ? { pass, quality } : null;
   }
 
   // Returns the number of passes: most pixels have few overlapping surfaces, even if there are many.
@@ -390,7 +399,7 @@ export class Stage {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    if (this.programs.areReady("scene", this.scene)) this.draw(false);
+    if (this.programs.areReady("scene", this.scene)) this.draw("moving");
     this.invalidate();
   }
 }

@@ -9,6 +9,7 @@ import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 import { exactDepths } from "./exact_depths";
 import { layers } from "./layers";
 import type { SceneCamera } from "./occlusion";
+import type { VolumePass } from "./volume/volume_pass";
 
 const passthrough = "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }";
 
@@ -57,8 +58,15 @@ export class Translucency {
     }),
   );
 
-  // Draws all translucent surfaces in front of `solid`: premultiplied, linear.
-  texture(renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: SceneCamera, solid: THREE.DepthTexture, passes: number): THREE.Texture {
+  // Draws all translucent surfaces, and the parts of a volume between them, in front of `solid`: premultiplied, linear.
+  texture(
+    renderer: THREE.WebGLRenderer,
+    scene: THREE.Scene,
+    camera: SceneCamera,
+    solid: THREE.DepthTexture,
+    passes: number,
+    volume: VolumePass | null,
+  ): THREE.Texture {
     const { width, height } = solid.image as { width: number; height: number };
     for (const target of [...this.targets, this.sum]) target.setSize(width, height);
     renderer.setRenderTarget(this.sum);
@@ -66,6 +74,8 @@ export class Translucency {
     renderer.autoClear = false; // Passes accumulate.
     peel.solid.value = solid;
     camera.layers.set(layers.translucent);
+    let before: THREE.Texture | null = null;
+    const isOrdered = volume !== null && !volume.isMaximum; // The largest value has no order: it lies behind all layers.
     for (let pass = 0; pass < passes; ++pass) {
       const now = this.targets[pass % 2];
       peel.isFirst.value = pass === 0;
@@ -73,12 +83,21 @@ export class Translucency {
       renderer.setRenderTarget(now);
       renderer.clear();
       renderer.render(scene, camera);
-      (this.blendUnder.material as THREE.ShaderMaterial).uniforms.layer.value = now.texture;
-      renderer.setRenderTarget(this.sum);
-      this.blendUnder.render(renderer);
+      const after = now.depthTexture!;
+      if (isOrdered) this.blend(renderer, volume.texture({ solid, before, after }));
+      this.blend(renderer, now.texture);
+      before = isOrdered ? after : null;
     }
+    if (volume) this.blend(renderer, volume.texture({ solid, before, after: null }));
     renderer.autoClear = true;
     return this.sum.texture;
+  }
+
+  // Adds a layer behind all before.
+  private blend(renderer: THREE.WebGLRenderer, layer: THREE.Texture): void {
+    (this.blendUnder.material as THREE.ShaderMaterial).uniforms.layer.value = layer;
+    renderer.setRenderTarget(this.sum);
+    this.blendUnder.render(renderer);
   }
 }
 

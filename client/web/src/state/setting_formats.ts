@@ -12,7 +12,9 @@ import {
   maxLabels,
   maxMinComponent,
   maxNoteLength,
+  maxOpacityPoints,
   maxPlaces,
+  type OpacityPoint,
   type Place,
   type Region,
 } from "./setting_types";
@@ -128,6 +130,20 @@ export const hiddenParts = nonempty(parts(";", ","));
 const hiddenPartsOfSurface = parts("/", ":");
 
 export const labels: Format<string> = { read: (written) => (parseLabels(written) ? written : undefined), write: (value) => value };
+
+// "150:0,400:0.1": opacities by ascending value.
+export const opacities: Format<readonly OpacityPoint[]> = {
+  read: (written) => {
+    const points = written.split(",").map((part) => {
+      const [value, opacity] = part.split(":").map((one) => one.trim());
+      return { value: anyNumber.read(value), opacity: number(0, 1).read(opacity ?? "") };
+    });
+    const isAscending = points.every(({ value = NaN }, at) => at === 0 || value >= (points[at - 1].value ?? NaN));
+    const isValid = isAscending && points.every(({ value, opacity }) => value !== undefined && opacity !== undefined);
+    return isValid && points.length <= maxOpacityPoints ? (points as OpacityPoint[]) : undefined;
+  },
+  write: (points) => points.map(({ value, opacity }) => `${value}:${short(opacity)}`).join(","),
+};
 
 // "3:liver", with separators percent-encoded.
 export const labelNames = listOf<LabelName>(

@@ -50,6 +50,13 @@ export interface AdditionalSurface {
   material?: Material; // Default: neutral.
 }
 
+// The opacity of one voxel with this value, 0 to 1.
+export interface OpacityPoint {
+  value: number;
+  opacity: number;
+}
+export const maxOpacityPoints = 16;
+
 export interface LabelName {
   label: number;
   name: string;

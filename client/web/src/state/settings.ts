@@ -79,6 +79,9 @@ export const settingTable = {
   level: optional(format.anyNumber), // The center and the length of the sample colors' range; null: a range that shows most of the data.
   windowWidth: optional(format.number(0, Number.MAX_VALUE)),
   samplesLog: onOff(false),
+  volume: setting(format.oneOf("off", "on", "maximum"), "off"), // The samples as a volume, or the largest value along each ray.
+  opacities: setting(format.opacities, []), // Of the volume by value; empty: those usual for the data.
+  volumeShading: onOff(true), // Lights the volume by its gradients.
   axes: onOff(true),
   projection: setting(format.oneOf("perspective", "orthographic"), "perspective"),
   occlusion: onOff(true), // Darkens hollows.

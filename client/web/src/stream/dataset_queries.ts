@@ -1,7 +1,7 @@
 // Queries for samples: a slice, or the field at places. They use a connection of their own, opened with the first
 // query, so that tiles do not delay replies. Queries without a reply are repeated after a lost connection, also if the
 // server closed it because the page was too busy to send its first message in time.
-import { create, type ProbedPlace, ProbeSchema, type ServerKind, SliceSchema } from "../protocol/messages";
+import { CoordinateSystem, create, Interpolation, type ProbedPlace, ProbeSchema, type ServerKind, SliceSchema } from "../protocol/messages";
 import { firstRetry, isTemporary, maxRetry } from "./conversation";
 import type { Vec3 } from "./dataset";
 import { helloFrom } from "./hello";
@@ -14,6 +14,18 @@ export interface SliceGrid {
   down: Vec3; // From a row to the next.
   width: number;
   height: number;
+}
+
+export interface SliceOptions {
+  coordinates?: CoordinateSystem; // Those of the grid; default: the world's.
+  interpolation?: Interpolation;
+}
+
+// Samples in a box of the grid.
+export interface SampleBox {
+  first: Vec3; // The indices of the first one.
+  step: number; // Every step-th sample along each axis.
+  counts: Vec3; // Samples along each axis.
 }
 
 export interface SliceValues {
@@ -57,9 +69,9 @@ export class DatasetQueries {
   }
 
   // Rejects with a one-sentence error.
-  async slice(dataset: string, grid: SliceGrid): Promise<SliceValues> {
+  async slice(dataset: string, grid: SliceGrid, options: SliceOptions = {}): Promise<SliceValues> {
     const answer = await this.query((requestId) => {
-      const value = create(SliceSchema, { requestId, dataset, ...grid });
+      const value = create(SliceSchema, { requestId, dataset, ...grid, ...options });
       this.link.send({ case: "slice", value });
     });
     if (answer.case !== "sliceReply") throw new Error("The server sent a reply to another query.");
@@ -69,6 +81,19 @@ export class DatasetQueries {
     }
     // Copies, because the bytes may be unaligned in their message. The wire format is little-endian.
     return { grid, values: new Float32Array(values.slice().buffer), sampleSpacing };
+  }
+
+  // Returns the values of a box, x fastest; NaN where the field has none.
+  async box(dataset: string, { first, step, counts }: SampleBox): Promise<Float32Array> {
+    const [width, height, layers] = counts;
+    const values = new Float32Array(width * height * layers);
+    for (let i = 0; i < layers; ++i) {
+      const origin: Vec3 = [first[0], first[1], first[2] + i * step];
+      const grid = { origin, right: [step, 0, 0] as Vec3, down: [0, step, 0] as Vec3, width, height };
+      const layer = await this.slice(dataset, grid, { coordinates: CoordinateSystem.INDEX, interpolation: Interpolation.NEAREST });
+      values.set(layer.values, i * width * height);
+    }
+    return values;
   }
 
   async probe(dataset: string, place: Vec3): Promise<ProbedPlace> {

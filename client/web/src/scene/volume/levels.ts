@@ -1,0 +1,95 @@
+// The levels of a volume: every eighth sample along each axis at first, then every fourth, every second and all, as far
+// as the budget allows.
+import type { DatasetInfo } from "../../protocol/messages";
+import type { Vec3 } from "../../stream/dataset";
+import type { SampleBox } from "../../stream/dataset_queries";
+
+export interface Level {
+  step: number; // Every step-th sample along each axis, from the first on.
+  counts: Vec3; // Samples along each axis.
+}
+
+export const blockSide = 8; // Cells of a block, the unit in which empty space is skipped.
+const firstStep = 8;
+const soon = 1 << 16; // So few samples need no coarser ones before them.
+const slabSamples = 1 << 20;
+
+export interface VolumeBudget {
+  samples: number;
+  side: number; // The longest side of a texture.
+}
+
+export function levelOf({ dims }: Pick<DatasetInfo, "dims">, step: number): Level {
+  return { step, counts: dims.map((n) => Math.floor((n - 1) / step) + 1) as Vec3 };
+}
+
+// Returns the levels to show, coarsest first; the last is the finest within the budget.
+export function levelsOf(info: Pick<DatasetInfo, "dims">, budget: VolumeBudget): Level[] {
+  const fits = ({ counts }: Level) => samplesOf(counts) <= budget.samples && Math.max(...counts) <= budget.side;
+  let coarsest = firstStep;
+  while (!fits(levelOf(info, coarsest))) coarsest *= 2;
+  const all: Level[] = [];
+  for (let step = coarsest; step >= 1 && fits(levelOf(info, step)); step /= 2) all.push(levelOf(info, step));
+  return all.filter((_, at) => at + 1 >= all.length || samplesOf(all[at + 1].counts) > soon);
+}
+
+// Returns boxes of whole layers, about a million samples each, that together are the level.
+export function slabsOf({ step, counts: [width, height, depth] }: Level): SampleBox[] {
+  const layers = Math.max(1, Math.floor(slabSamples / (width * height)));
+  return Array.from({ length: Math.ceil(depth / layers) }, (_, i) => ({
+    first: [0, 0, i * layers * step],
+    step,
+    counts: [width, height, Math.min(layers, depth - i * layers)],
+  }));
+}
+
+export function samplesOf(counts: Vec3): number {
+  return counts[0] * counts[1] * counts[2];
+}
+
+// The ranges of values in the cells of blocks: of block (i, j, k), the cells 8 i to 8 i + 7 along x, and so on. A cell has
+// the samples at its ends.
+export class BlockRanges {
+  readonly blocks: Vec3;
+  readonly low: Float32Array;
+  readonly high: Float32Array;
+
+  constructor(private readonly counts: Vec3) {
+    this.blocks = counts.map((n) => Math.max(1, Math.ceil((n - 1) / blockSide))) as Vec3;
+    this.low = new Float32Array(samplesOf(this.blocks)).fill(Infinity);
+    this.high = new Float32Array(samplesOf(this.blocks)).fill(-Infinity);
+  }
+
+  // Adds the values of layers from `first` on, which may be NaN.
+  add(first: number, values: Float32Array): void {
+    const [width, height] = this.counts;
+    const [across, down] = this.blocks;
+    for (let row = 0; row * width < values.length; ++row) {
+      const z = first + Math.floor(row / height);
+      for (const k of blocksAt(z, this.blocks[2])) {
+        for (const j of blocksAt(row % height, down)) this.addRow(across * (j + down * k), values, row * width);
+      }
+    }
+  }
+
+  private addRow(block: number, values: Float32Array, begin: number): void {
+    const [width] = this.counts;
+    for (let i = 0; i < this.blocks[0]; ++i) {
+      let [low, high] = [this.low[block + i], this.high[block + i]];
+      const end = begin + Math.min(width, (i + 1) * blockSide + 1);
+      for (let at = begin + i * blockSide; at < end; ++at) {
+        const value = values[at];
+        if (value < low) low = value;
+        if (value > high) high = value;
+      }
+      this.low[block + i] = low;
+      this.high[block + i] = high;
+    }
+  }
+}
+
+// A sample between two blocks belongs to both.
+function blocksAt(at: number, count: number): number[] {
+  const after = Math.min(count - 1, Math.floor(at / blockSide));
+  return at % blockSide === 0 && at > 0 && after === at / blockSide ? [after - 1, after] : [after];
+}

@@ -1,0 +1,104 @@
+// The samples of a dataset as a volume in the scene: fetches its levels, coarsest first, and shows each when it is complete.
+import type { DatasetInfo } from "../../protocol/messages";
+import type { ColorScale } from "../../shared/color_maps";
+import { isSameData } from "../../state/series";
+import type { Settings } from "../../state/settings";
+import type { DatasetQueries } from "../../stream/dataset_queries";
+import { clipPlanes } from "../crop";
+import type { Stage } from "../stage";
+import { type Level, levelsOf, slabsOf, type VolumeBudget } from "./levels";
+import { opacitiesOf } from "./opacities";
+import { VolumePass } from "./volume_pass";
+import { VolumeTexture } from "./volume_texture";
+
+export interface ShownVolume {
+  info: DatasetInfo; // The dataset of the samples.
+  scale: ColorScale;
+}
+
+export interface VolumeSources {
+  queries: Pick<DatasetQueries, "box">;
+  failed: (text: string) => void; // Called with a sentence.
+}
+
+const concurrent = 3; // Queries; another one is left for slices.
+
+export class Volume {
+  private readonly pass: VolumePass;
+  private readonly budget: VolumeBudget;
+  private wanted: DatasetInfo | null = null;
+  private shown: VolumeTexture | null = null;
+
+  constructor(
+    private readonly stage: Stage,
+    private readonly sources: VolumeSources,
+    isWeak: boolean,
+  ) {
+    const gl = stage.renderer.getContext() as WebGL2RenderingContext;
+    this.budget = { samples: isWeak ? 1 << 26 : 1 << 28, side: gl.getParameter(gl.MAX_3D_TEXTURE_SIZE) as number };
+    this.pass = new VolumePass(stage.renderer);
+    stage.volume = this.pass;
+    stage.renderer.domElement.addEventListener("webglcontextrestored", () => this.restart());
+  }
+
+  // Call when the settings or the dataset may have changed. `info`: the dataset of the first surface; null: no volume.
+  update(settings: Settings, info: DatasetInfo | null, shown: ShownVolume | null): void {
+    if (!shown) {
+      if (this.wanted) this.show((this.wanted = null));
+      return;
+    }
+    const { info: sampled, scale } = shown;
+    this.pass.setLook({
+      points: opacitiesOf(settings, sampled),
+      scale,
+      isMaximum: settings.volume === "maximum",
+      isShaded: settings.volumeShading,
+      clip: clipPlanes(settings, info),
+    });
+    this.stage.invalidate();
+    if (isSameData(this.wanted, sampled)) return;
+    this.wanted = sampled;
+    void this.fetch(sampled);
+  }
+
+  private restart(): void {
+    const { wanted } = this;
+    this.show(null);
+    if (!wanted) return;
+    this.wanted = { ...wanted };
+    void this.fetch(this.wanted);
+  }
+
+  private async fetch(info: DatasetInfo): Promise<void> {
+    try {
+      for (const level of levelsOf(info, this.budget)) {
+        const texture = await this.level(info, level);
+        if (this.wanted !== info) return texture.dispose();
+        this.show(texture);
+      }
+    } catch (error) {
+      if (this.wanted === info) this.sources.failed(`Cannot show the volume: ${(error as Error).message}`);
+    }
+  }
+
+  private async level(info: DatasetInfo, level: Level): Promise<VolumeTexture> {
+    const texture = new VolumeTexture(this.stage.renderer, info, level);
+    const waiting = slabsOf(level);
+    const fetchNext = async (): Promise<void> => {
+      const slab = waiting.shift();
+      if (!slab || this.wanted !== info) return;
+      const values = await this.sources.queries.box(info.name, slab);
+      if (this.wanted === info) texture.put(slab, values);
+      return fetchNext();
+    };
+    await Promise.all(Array.from({ length: concurrent }, fetchNext));
+    return texture;
+  }
+
+  private show(texture: VolumeTexture | null): void {
+    this.shown?.dispose();
+    this.shown = texture;
+    this.pass.setSamples(texture, this.wanted);
+    this.stage.invalidate();
+  }
+}

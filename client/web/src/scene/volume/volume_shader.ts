@@ -1,0 +1,154 @@
+// Marches rays through the samples of a volume, between depths of surfaces. Places are in coordinates of the texture; a
+// ray's parameter is the length in the world from the near plane.
+import { fractionInShader } from "../../shared/color_maps";
+import { blockSide } from "./levels";
+
+export const maxPlanes = 7; // A cut and the faces of a crop.
+
+export const vertex = "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }";
+
+export const fragment = /* glsl */ `
+  uniform highp sampler3D samples; // 0 to 1 over \`range\`; far below 0 where there is no value.
+  uniform highp sampler3D blocks; // Of each block of cells: whether it is visible, and its largest value.
+  uniform highp sampler2D solid; // Depths at which rays end, of opaque surfaces
+  uniform highp sampler2D after; // and of the translucent layer behind this part, if any;
+  uniform highp sampler2D before; // and at which they begin: of the layer in front of it, if any.
+  uniform bool hasBefore;
+  uniform bool hasAfter;
+  uniform mat4 clipToTexture;
+  uniform mat3 textureToWorld; // Of directions.
+  uniform mat3 gradientToWorld;
+  uniform vec3 counts; // Samples along each axis.
+  uniform vec4 planes[${maxPlanes}]; // Half-spaces that are visible, as vec4(normal, distance).
+  uniform int planeCount;
+  uniform float stride; // Samples from one place on a ray to the next.
+  uniform float voxel; // The thickness that opacities apply to, in the world.
+  uniform vec2 range;
+  uniform sampler2D opacities;
+  uniform vec2 opacityEnds; // The values of the first and last opacity.
+  uniform sampler2D colors;
+  uniform vec2 ends;
+  uniform bool isLog;
+  uniform bool isMaximum;
+  uniform bool isShaded;
+  varying vec2 vUv;
+  ${fractionInShader}
+
+  vec3 placeAt(float depth) {
+    vec4 place = clipToTexture * vec4(2.0 * vec3(vUv, depth) - 1.0, 1.0);
+    return place.xyz / place.w;
+  }
+
+  vec3 colorOf(float value) {
+    float share = fractionOf(mix(range.x, range.y, value), ends, isLog);
+    return texture2D(colors, vec2((share * 255.0 + 0.5) / 256.0, 0.5)).rgb;
+  }
+
+  float opacityOf(float value) {
+    float share = (mix(range.x, range.y, value) - opacityEnds.x) / (opacityEnds.y - opacityEnds.x);
+    float last = float(textureSize(opacities, 0).x - 1);
+    return texture2D(opacities, vec2((clamp(share, 0.0, 1.0) * last + 0.5) / (last + 1.0), 0.5)).r;
+  }
+
+  float sampleAt(vec3 place) {
+    return texture(samples, place).r;
+  }
+
+  // Lit from the camera, slightly from above; without a slope, as it is.
+  vec3 shaded(vec3 color, vec3 place, vec3 ray) {
+    vec3 by = 1.0 / counts;
+    vec3 slope = vec3(
+      sampleAt(place + vec3(by.x, 0.0, 0.0)) - sampleAt(place - vec3(by.x, 0.0, 0.0)),
+      sampleAt(place + vec3(0.0, by.y, 0.0)) - sampleAt(place - vec3(0.0, by.y, 0.0)),
+      sampleAt(place + vec3(0.0, 0.0, by.z)) - sampleAt(place - vec3(0.0, 0.0, by.z)));
+    vec3 gradient = gradientToWorld * (slope * counts);
+    float steepness = length(gradient);
+    if (steepness < 1e-12) return color;
+    float facing = abs(dot(gradient, ray)) / steepness;
+    return color * (0.3 + 0.75 * facing) + 0.18 * pow(facing, 24.0);
+  }
+
+  // Returns where the ray leaves the block that it is in.
+  float endOfBlock(vec3 place, vec3 block, vec3 direction, float at) {
+    vec3 border = ((block + step(vec3(0.0), direction)) * ${blockSide}.0 + 0.5) / counts;
+    vec3 ahead = (border - place) / direction;
+    return at + max(0.0, min(ahead.x, min(ahead.y, ahead.z)));
+  }
+
+  void main() {
+    gl_FragColor = vec4(0.0);
+    ivec2 pixel = ivec2(vUv * vec2(textureSize(solid, 0)));
+    float nearDepth = hasBefore ? texelFetch(before, pixel, 0).r : 0.0;
+    float farDepth = texelFetch(solid, pixel, 0).r;
+    if (hasAfter) farDepth = min(farDepth, texelFetch(after, pixel, 0).r);
+    if (nearDepth >= farDepth) return;
+    vec3 origin = placeAt(0.0);
+    vec3 whole = placeAt(1.0) - origin;
+    float worldLength = length(textureToWorld * whole);
+    vec3 direction = whole / worldLength;
+    direction += vec3(lessThan(abs(direction), vec3(1e-12))) * 1e-12;
+    float perUnit = worldLength / dot(whole, whole);
+    float first = nearDepth > 0.0 ? dot(placeAt(nearDepth) - origin, whole) * perUnit : 0.0;
+    float last = farDepth < 1.0 ? dot(placeAt(farDepth) - origin, whole) * perUnit : worldLength;
+
+    vec3 low = (0.5 / counts - origin) / direction;
+    vec3 high = (1.0 - 0.5 / counts - origin) / direction;
+    vec3 enter = min(low, high);
+    vec3 leave = max(low, high);
+    float entered = max(max(enter.x, enter.y), enter.z);
+    first = max(first, entered);
+    last = min(last, min(min(leave.x, leave.y), leave.z));
+    for (int i = 0; i < planeCount; ++i) {
+      float here = dot(planes[i].xyz, origin) + planes[i].w;
+      float growth = dot(planes[i].xyz, direction);
+      if (growth > 0.0) first = max(first, -here / growth);
+      else if (growth < 0.0) last = min(last, -here / growth);
+      else if (here < 0.0) return;
+    }
+
+    vec3 inSamples = abs(direction * counts);
+    float spacing = stride / max(inSamples.x, max(inSamples.y, inSamples.z));
+    // The same places in all parts of a ray. Noise replaces rings; the largest value is at a sample.
+    float noise = isMaximum ? 0.0 : fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+    float phase = entered + noise * spacing;
+    float number = ceil((first - phase) / spacing - 1e-3);
+    float thickness = spacing / voxel;
+    vec3 ray = textureToWorld * direction;
+    vec3 lastBlock = vec3(textureSize(blocks, 0) - 1);
+    float largest = -1.0;
+    vec4 sum = vec4(0.0);
+    float at = phase + number * spacing;
+    last += 1e-3 * spacing;
+    while (at <= last) {
+      vec3 place = origin + at * direction;
+      vec3 block = clamp(floor((place * counts - 0.5) / ${blockSide}.0 + 1e-4 * sign(direction)), vec3(0.0), lastBlock);
+      vec2 found = texelFetch(blocks, ivec3(block), 0).rg;
+      float until = min(last, endOfBlock(place, block, direction, at));
+      if (found.r == 0.0 || (isMaximum && found.g <= largest)) {
+        number += max(1.0, ceil((until - at) / spacing));
+        at = phase + number * spacing;
+        continue;
+      }
+      do {
+        place = origin + at * direction;
+        float value = sampleAt(place);
+        if (isMaximum) {
+          largest = max(largest, value);
+        } else if (value > -1e-3) {
+          float opacity = opacityOf(value);
+          if (opacity > 0.0) {
+            vec3 color = colorOf(value);
+            if (isShaded) color = shaded(color, place, ray);
+            float part = (1.0 - sum.a) * (1.0 - pow(1.0 - min(opacity, 0.9999), thickness));
+            sum += vec4(part * color, part);
+            if (sum.a > 0.996) break;
+          }
+        }
+        number += 1.0;
+        at = phase + number * spacing;
+      } while (at < until);
+      if (sum.a > 0.996) break;
+    }
+    if (isMaximum && largest > -1e-3) sum = vec4(colorOf(max(largest, 0.0)), 1.0);
+    gl_FragColor = sum;
+  }`;

@@ -1,0 +1,117 @@
+import { SampleType } from "../../../client/web/src/protocol/messages";
+import { BlockRanges, levelsOf, samplesOf, slabsOf } from "../../../client/web/src/scene/volume/levels";
+import { isVisible, opacityAt, opacityTable, tableLength, volumePresets } from "../../../client/web/src/scene/volume/opacities";
+import { blockTexture, texelRange, type VolumeTexture } from "../../../client/web/src/scene/volume/volume_texture";
+import { fromAddress } from "../../../client/web/src/state/url_state";
+import type { Vec3 } from "../../../client/web/src/stream/dataset";
+import { plain as named } from "./made_datasets";
+
+const plain = named("head");
+
+const points = (...pairs: [number, number][]) => pairs.map(([value, opacity]) => ({ value, opacity }));
+
+describe("Opacities", () => {
+  test("AreLinearBetweenPointsAndConstantBeyond", () => {
+    const ramp = points([100, 0.2], [200, 0.6]);
+    expect([0, 100, 150, 200, 999].map((value) => opacityAt(ramp, value))).toEqual([0.2, 0.2, 0.4, 0.6, 0.6]);
+  });
+
+  test("StepAtOneValue", () => {
+    const step = points([100, 0], [100, 1]);
+    expect([99.9, 100, 101].map((value) => opacityAt(step, value))).toEqual([0, 1, 1]);
+    const table = opacityTable(step);
+    expect([table[0], table[1], table[tableLength - 1]]).toEqual([0, 1, 1]);
+  });
+
+  test("AreVisibleWherePointsBetweenTheEndsAre", () => {
+    const peak = points([0, 0], [10, 0], [11, 0.5], [12, 0], [20, 0]);
+    expect(isVisible(peak, 0, 10)).toBe(false);
+    expect(isVisible(peak, 2, 18)).toBe(true);
+    expect(isVisible(peak, 10.5, 10.6)).toBe(true);
+    expect(isVisible(peak, 12, 30)).toBe(false);
+    expect(isVisible(points([0, 1]), Infinity, -Infinity)).toBe(false); // A block without values.
+  });
+
+  test("PresetsAreByUnit", () => {
+    const names = (info: typeof plain) => volumePresets(info).map(({ name }) => name);
+    expect(names({ ...plain, min: -1024, max: 3000, valueUnit: "HU" })).toEqual(["CT bone", "CT soft tissue", "Maximum"]);
+    expect(names({ ...plain, valueUnit: "" })).toEqual(["MR", "Fluorescence", "Maximum"]);
+    for (const { changes } of volumePresets(plain)) {
+      const values = changes.opacities.map(({ value }) => value);
+      expect(values).toEqual([...values].sort((a, b) => a - b));
+    }
+  });
+
+  test("AreRejectedOutOfOrderOrRange", () => {
+    expect(fromAddress("volume=on&opacities=-5:0,5:0.5,5:1").opacities).toEqual(points([-5, 0], [5, 0.5], [5, 1]));
+    for (const bad of ["5:0,4:1", "1:2", "1", "1:x,2:0", "a:0.5", Array(17).fill("1:0").join()]) {
+      expect(fromAddress(`opacities=${bad}`).opacities).toBeUndefined();
+    }
+  });
+});
+
+describe("Levels", () => {
+  const ct = { dims: [512, 512, 134] };
+  const steps = (samples: number, side = 2048) => levelsOf(ct, { samples, side }).map(({ step }) => step);
+
+  test("EndAtTheBudget", () => {
+    expect(steps(1 << 28)).toEqual([8, 4, 2, 1]);
+    expect(steps(5_000_000)).toEqual([8, 4, 2]);
+    expect(steps(1 << 28, 256)).toEqual([8, 4, 2]);
+    expect(steps(20_000)).toEqual([16]);
+  });
+
+  test("BeginFinerWhereThatIsSmall", () => {
+    expect(levelsOf({ dims: [33, 33, 33] }, { samples: 1 << 28, side: 2048 })).toEqual([{ step: 1, counts: [33, 33, 33] }]);
+  });
+
+  test("SlabsCoverALevelOnce", () => {
+    for (const level of levelsOf(ct, { samples: 1 << 28, side: 2048 })) {
+      const slabs = slabsOf(level);
+      expect(slabs.reduce((sum, { counts }) => sum + samplesOf(counts), 0)).toBe(samplesOf(level.counts));
+      const last = slabs[slabs.length - 1];
+      expect(last.first[2] + (last.counts[2] - 1) * level.step).toBe((level.counts[2] - 1) * level.step);
+    }
+  });
+});
+
+describe("BlockRanges", () => {
+  // The values of layers of a grid, added in parts.
+  function rangesOf(counts: Vec3, values: Float32Array, layersAtOnce: number): BlockRanges {
+    const ranges = new BlockRanges(counts);
+    const layer = counts[0] * counts[1];
+    for (let z = 0; z < counts[2]; z += layersAtOnce) ranges.add(z, values.subarray(z * layer, (z + layersAtOnce) * layer));
+    return ranges;
+  }
+
+  test("HoldTheSamplesAtBothEndsOfTheirCells", () => {
+    const counts: Vec3 = [19, 9, 17];
+    const values = Float32Array.from({ length: samplesOf(counts) }, (_, i) => Math.sin(i * 12.9898) * 100);
+    for (const layersAtOnce of [1, 3, 17]) {
+      const { blocks, low, high } = rangesOf(counts, values, layersAtOnce);
+      expect(blocks).toEqual([3, 1, 2]);
+      for (let block = 0; block < samplesOf(blocks); ++block) {
+        const at = [block % 3, 0, Math.floor(block / 3)];
+        let [least, greatest] = [Infinity, -Infinity];
+        for (let i = 0; i < values.length; ++i) {
+          const place = [i % 19, Math.floor(i / 19) % 9, Math.floor(i / 171)];
+          if (!place.every((p, axis) => p >= 8 * at[axis] && p <= 8 * at[axis] + 8)) continue;
+          [least, greatest] = [Math.min(least, values[i]), Math.max(greatest, values[i])];
+        }
+        expect([low[block], high[block]]).toEqual([least, greatest]);
+      }
+    }
+  });
+
+  test("AreInvisibleWithoutValues", () => {
+    const ranges = rangesOf([9, 9, 9], new Float32Array(729).fill(NaN), 9);
+    const { image } = blockTexture({ ranges, range: [0, 1] } as VolumeTexture, (low, high) => high >= low);
+    expect([...(image.data as unknown as Uint8Array)]).toEqual([0, 0]);
+  });
+});
+
+test("TexelRange.IsThatOfTheTypeForBytes", () => {
+  expect(texelRange({ type: SampleType.U8, min: 7, max: 90 })).toEqual([0, 255]);
+  expect(texelRange({ type: SampleType.I8, min: 7, max: 90 })).toEqual([-128, 127]);
+  expect(texelRange({ type: SampleType.I16, min: -1000, max: 3000 })).toEqual([-1000, 3000]);
+});
