@@ -75,6 +75,13 @@ struct SmallParts {
         ranges_scratch(sink.new_scratch()),
         coarse(geometry, *coarse_scratch),
         ranges(geometry, *ranges_scratch) {}
+
+  // Returns the ranges of all cells, after the first pass.
+  [[nodiscard]] std::vector<std::byte> all_ranges() const {
+    std::vector<std::byte> all(static_cast<std::size_t>(ranges.bytes()));
+    ranges_scratch->get(0, all);
+    return all;
+  }
 };
 
 // Returns bins with these edges, limited to the range of values in `info`.
@@ -127,7 +134,14 @@ void first_pass(VolumeSource& source, const PrepareOptions& options, PreparedSin
   parts.bins = std::move(found.bins);
 }
 
-// Returns the box outside of which all samples are equal to those of the first cell.
+// The box in which samples vary: all samples outside of it are equal to `elsewhere`.
+struct NonconstantBox {
+  std::array<std::int32_t, 3> least = {};     // Least sample indices.
+  std::array<std::int32_t, 3> greatest = {};  // Greatest sample indices, at least `least`.
+  float elsewhere = 0;
+};
+
+// Returns that box of a volume whose first cell is constant.
 template <typename Sample>
 std::optional<NonconstantBox> nonconstant_box(const DatasetInfo& info,
                                               std::span<const std::byte> ranges) {
@@ -160,9 +174,13 @@ std::optional<NonconstantBox> nonconstant_box(const DatasetInfo& info,
 
 // Returns the cells whose errors depend on samples in the box; nullopt means all of them, when the
 // value beyond the data differs from `elsewhere`.
-std::optional<CellBox> nonconstant_cells(const DatasetInfo& info, const PrepareOptions& options) {
-  if (!options.varied) return std::nullopt;
-  const auto& [least, greatest, elsewhere] = *options.varied;
+std::optional<CellBox> nonconstant_cells(const DatasetInfo& info,
+                                         std::span<const std::byte> ranges) {
+  const auto box = visit_type(info.type, [&]<typename Sample>(const Sample*) {
+    return nonconstant_box<Sample>(info, ranges);
+  });
+  if (!box) return std::nullopt;
+  const auto& [least, greatest, elsewhere] = *box;
   if (info.outside && *info.outside != static_cast<double>(elsewhere)) return std::nullopt;
   const CellBox all = spectrum_cells(info);
   const auto begin = [&](std::size_t axis, std::int32_t first_cell) {
@@ -180,8 +198,8 @@ std::optional<CellBox> nonconstant_cells(const DatasetInfo& info, const PrepareO
 
 // Computes the errors.
 void second_pass(const DatasetInfo& info, const IsovalueBins& bins, const CoarseVolume& coarse,
-                 const BrickedSamples::ReadBricks& read, const PrepareOptions& options,
-                 PreparedSink& sink) {
+                 std::span<const std::byte> ranges, const BrickedSamples::ReadBricks& read,
+                 const PrepareOptions& options, PreparedSink& sink) {
   const BrickedSamples samples(info.dims, info.type,
                                [&](std::size_t first, std::span<std::byte> bytes) {
                                  throw_if_stopped(options.stop);
@@ -209,7 +227,7 @@ void second_pass(const DatasetInfo& info, const IsovalueBins& bins, const Coarse
        .sink = [&](std::size_t brick,
                    std::span<const std::byte> bytes) { sink.add_spectrum_brick(brick, bytes); },
        .progress = progress,
-       .nonconstant_cells = nonconstant_cells(info, options)});
+       .nonconstant_cells = nonconstant_cells(info, ranges)});
   progress(all - done);  // Counts the samples of skipped cells as done.
 }
 
@@ -242,7 +260,7 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
     parts.info.missing = kMissingErrors;
   } else {
     second_pass(
-        parts.info, *parts.bins, parts.coarse,
+        parts.info, *parts.bins, parts.coarse, parts.all_ranges(),
         [&](std::size_t first, std::span<std::byte> bytes) { sink.read_samples(first, bytes); },
         options, sink);
   }
@@ -270,8 +288,7 @@ DatasetPtr prepare_in_memory(VolumeSource& source, const PrepareOptions& options
   parts.info.missing = kMissingErrors;
   content->coarse.resize(static_cast<std::size_t>(parts.coarse.bytes()));
   parts.coarse_scratch->get(0, content->coarse);
-  content->ranges.resize(static_cast<std::size_t>(parts.ranges.bytes()));
-  parts.ranges_scratch->get(0, content->ranges);
+  content->ranges = parts.all_ranges();
   return std::make_shared<const PreparedVolume>(
       PreparedVolume{.info = parts.info,
                      .samples = std::shared_ptr<const BrickSource>(content, &content->samples),
@@ -291,10 +308,6 @@ DatasetInfo complete(const std::string& dataset, const PrepareOptions& options,
   DatasetMetadata metadata = file.metadata();
   DatasetInfo& info = metadata.info;
   info.missing.clear();
-  PrepareOptions how = options;
-  how.varied = visit_type(info.type, [&]<typename Sample>(const Sample*) {
-    return nonconstant_box<Sample>(info, file.ranges());
-  });
   FileSink sink(output, info);
   const std::unique_ptr<Scratch> coarse = sink.new_scratch();
   (void)coarse->put(file.coarse());
@@ -306,8 +319,8 @@ DatasetInfo complete(const std::string& dataset, const PrepareOptions& options,
       bytes = bytes.subspan(brick.size());
     }
   };
-  second_pass(info, open_dataset(dataset)->spectrum.bins, CoarseVolume(info, *coarse), read, how,
-              sink);
+  second_pass(info, open_dataset(dataset)->spectrum.bins, CoarseVolume(info, *coarse),
+              file.ranges(), read, options, sink);
   sink.writer().finish(metadata,
                        {.coarse = file.coarse(), .ranges = file.ranges(), .bins = file.bins()},
                        [&](std::size_t brick) { return samples->packed(brick); });

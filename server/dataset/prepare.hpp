@@ -32,13 +32,6 @@
 
 namespace multitetra {
 
-// The box in which samples vary: all samples outside of it are equal to `elsewhere`.
-struct NonconstantBox {
-  std::array<std::int32_t, 3> least = {};     // Least sample indices.
-  std::array<std::int32_t, 3> greatest = {};  // Greatest sample indices, at least `least`.
-  float elsewhere = 0;
-};
-
 struct PrepareOptions {
   std::string name = {};
   std::optional<double> outside = std::nullopt;  // The value beyond the data; absent means void.
@@ -51,8 +44,6 @@ struct PrepareOptions {
   // strictly; those outside the range of values are dropped.
   std::vector<double> suggested_isovalues = {};
   std::vector<float> bin_edges = {};
-  // Saves time if known; does not affect the result.
-  std::optional<NonconstantBox> varied = std::nullopt;
   // Leaves out the errors.
   bool samples_only = false;
   // Runs the computation of the errors; null: on all threads.

@@ -194,8 +194,9 @@ constexpr std::array kFormats = {
                  .has_levels = true},
     VolumeFormat{.name = "BigDataViewer",
                  .files = ".xml",
-                 .notes = "HDF5 and N5 that the XML leads to, placed by its registrations; --series, "
-                          "--level, --time",
+                 .notes =
+                     "HDF5 and N5 that the XML leads to, placed by its registrations; --series, "
+                     "--level, --time",
                  .open = open_bdv,
                  .is_beginning = is_bdv_xml,
                  .has_arrays = true,

@@ -237,6 +237,16 @@ void smooth(const std::array<std::int32_t, 3>& dims, const SampleBox& box, Smoot
   }
 }
 
+// Returns the box outside of which the field of a label is 0, in a map of `dims` samples.
+SampleBox field_box(const LabelSummary& label, const std::array<std::int32_t, 3>& dims) {
+  SampleBox box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.least[axis] = std::max(0, label.least[axis] - kSmoothingReach);
+    box.greatest[axis] = std::min(dims[axis] - 1, label.greatest[axis] + kSmoothingReach);
+  }
+  return box;
+}
+
 }  // namespace
 
 class LabelMap::Field : public VolumeSource {
@@ -339,15 +349,6 @@ bool meets_end(const LabelSummary& label, const std::array<std::int32_t, 3>& dim
     if (label.least[axis] == 0 || label.greatest[axis] == dims[axis] - 1) return true;
   }
   return false;
-}
-
-SampleBox field_box(const LabelSummary& label, const std::array<std::int32_t, 3>& dims) {
-  SampleBox box;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    box.least[axis] = std::max(0, label.least[axis] - kSmoothingReach);
-    box.greatest[axis] = std::min(dims[axis] - 1, label.greatest[axis] + kSmoothingReach);
-  }
-  return box;
 }
 
 LabelMap::LabelMap(const std::filesystem::path& name, VolumeSource& source,

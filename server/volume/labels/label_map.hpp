@@ -72,10 +72,6 @@ struct SampleBox {
 // Returns whether the label reaches the ends of a map of `dims` samples.
 [[nodiscard]] bool meets_end(const LabelSummary& label, const std::array<std::int32_t, 3>& dims);
 
-// Returns the box outside of which the field of a label is 0, in a map of `dims` samples.
-[[nodiscard]] SampleBox field_box(const LabelSummary& label,
-                                  const std::array<std::int32_t, 3>& dims);
-
 // Copies share the samples.
 class LabelMap {
  public:

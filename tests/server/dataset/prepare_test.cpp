@@ -177,43 +177,6 @@ TEST(Prepare, WritesTheSameBytesWithAnyMemory) {
   }
 }
 
-// A ball in a volume that is 0 elsewhere.
-Volume ball_at(const std::array<std::int32_t, 3>& dims, const std::array<double, 3>& center) {
-  return fields::sampled<float>(dims, [&](int x, int y, int z) {
-    const double distance = std::hypot(x - center[0], y - center[1], z - center[2]);
-    return static_cast<float>(std::clamp(0.5 + (5 - distance) / 4, 0.0, 1.0));
-  });
-}
-
-TEST(Prepare, WritesTheSameBytesWithKnownVariedSamples) {
-  const TemporaryFolder folder;
-  for (const std::array<double, 3>& center :
-       {std::array{16.2, 30.7, 24.1}, std::array{2.5, 3.0, 66.0}, std::array{50.0, 48.3, 8.9}}) {
-    const PreparedSetting inside = {"ball", ball_at({60, 52, 70}, center)};
-    for (const PreparedSetting& setting :
-         {inside, PreparedSetting{"closed", inside.volume, 0.0, 1},
-          PreparedSetting{"other outside", inside.volume, 2.0, 3}}) {
-      PrepareOptions options{
-          .name = setting.name, .outside = setting.outside, .margin = setting.margin};
-      options.varied = NonconstantBox{};
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        options.varied->least[axis] = std::max(0, static_cast<int>(center[axis]) - 7);
-        options.varied->greatest[axis] =
-            std::min(setting.volume.dims[axis] - 1, static_cast<int>(center[axis]) + 8);
-      }
-      std::uint64_t done_of_errors = 0;
-      options.progress = [&](const char* pass, std::uint64_t done, std::uint64_t) {
-        if (std::string(pass) == "errors") done_of_errors = done;
-      };
-      const std::filesystem::path known = folder.path() / "known.mtd";
-      prepare(*source_of(setting.volume), options, known, {.file = setting.name, .digest = {}});
-      EXPECT_TRUE(bytes_of_file(known) == bytes_of_file(prepare_file(folder, setting)))
-          << setting.name << " at " << center[0];
-      EXPECT_EQ(done_of_errors, setting.volume.size());
-    }
-  }
-}
-
 TEST(Prepare, ReportsProgress) {
   const TemporaryFolder folder;
   std::vector<std::string> passes;

@@ -59,7 +59,6 @@ bool is_microscopic(std::string_view length_unit) {
 struct OpenedJob {
   std::unique_ptr<VolumeSource> source;
   std::optional<LabelVolume> label_volume = std::nullopt;
-  std::optional<NonconstantBox> varied = std::nullopt;
   double beyond_ends = kBeyondEnds;  // The value of a label's margin.
 };
 
@@ -78,12 +77,7 @@ OpenedJob open_job(const PrepareJob& job, const VolumeFileOptions& options, Late
                                .place = LabelExtent::Place{.least = found->least,
                                                            .greatest = found->greatest,
                                                            .centroid = found->centroid}}};
-  const auto& dims = opened.source->header().dims;
-  if (!meets_end(*found, dims)) {
-    const SampleBox box = field_box(*found, dims);
-    opened.varied = NonconstantBox{.least = box.least, .greatest = box.greatest};
-    opened.beyond_ends = 0;
-  }
+  if (!meets_end(*found, opened.source->header().dims)) opened.beyond_ends = 0;
   return opened;
 }
 
@@ -237,7 +231,6 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
   if (is_label) {
     how.suggested_isovalues = {kLabelBoundary};
     how.bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()};
-    how.varied = opened.varied;
   }
   how.progress = shown_in(progress, stop_);
   PrepareResult prepared;

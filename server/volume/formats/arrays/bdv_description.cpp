@@ -188,15 +188,17 @@ bool place_bdv_view(const BdvDescription& description, std::int64_t time, std::i
     constexpr double kStretch = 1.1;
     if (!(*most <= kStretch * *least)) {
       header.contradictions.push_back(
-          {Fact::kSpacing, "its registrations give a voxel other proportions than its voxelSize; "
-                           "the registrations are used, in a unit that is unknown"});
+          {Fact::kSpacing,
+           "its registrations give a voxel other proportions than its voxelSize; "
+           "the registrations are used, in a unit that is unknown"});
       unit.clear();
     } else if (!(ratio < kStretch && ratio > 1 / kStretch)) {
       for (Vec3& column : map.columns) column = scaled(column, ratio);
       map.translation = scaled(map.translation, ratio);
       header.contradictions.push_back(
-          {Fact::kSpacing, "its registrations count voxels; their lengths are those of voxelSize, " +
-                               rounded_text(ratio) + " " + unit});
+          {Fact::kSpacing,
+           "its registrations count voxels; their lengths are those of voxelSize, " +
+               rounded_text(ratio) + " " + unit});
     }
   }
   std::array<Vec3, 3> steps{};
@@ -224,8 +226,7 @@ StoredVolume open_bdv(const fs::path& xml, const VolumeChoice& choice) {
   inside.described_by = xml;
   const BdvSetup& setup = chosen_setup(xml, description, choice);
   const auto times = std::ssize(description.times);
-  const auto time =
-      description.times[static_cast<std::size_t>(chosen_time(xml, times, choice))];
+  const auto time = description.times[static_cast<std::size_t>(chosen_time(xml, times, choice))];
   const std::int64_t level = choice.level.value_or(0);
   if (choice.array.empty()) {
     inside.array = is_hdf5 ? "/t" + padded(time, 5) + "/s" + padded(setup.id, 2) + "/" +
@@ -236,8 +237,7 @@ StoredVolume open_bdv(const fs::path& xml, const VolumeChoice& choice) {
   const fs::path samples =
       named_data_place(xml, fs::relative(description.samples, xml.parent_path()).string(),
                        choice.allow_external_files);
-  StoredVolume volume =
-      is_hdf5 ? open_hdf5(samples, inside) : open_zarr(samples.string(), inside);
+  StoredVolume volume = is_hdf5 ? open_hdf5(samples, inside) : open_zarr(samples.string(), inside);
   volume.contents.times = {.count = times};
   volume.series = std::ssize(description.setups);
   for (std::size_t i = 0; i < description.setups.size() && volume.series > 1; ++i) {

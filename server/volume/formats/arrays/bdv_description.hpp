@@ -18,8 +18,8 @@ namespace multitetra {
 
 struct BdvSetup {
   std::int64_t id = 0;
-  std::string name = {};            // May be empty.
-  std::vector<double> voxel = {};   // Lengths along x, y, z; empty if not stated.
+  std::string name = {};           // May be empty.
+  std::vector<double> voxel = {};  // Lengths along x, y, z; empty if not stated.
   std::string unit = {};
 };
 
@@ -36,8 +36,8 @@ struct BdvDescription {
 // VolumeFileError.
 [[nodiscard]] BdvDescription bdv_description(const std::filesystem::path& xml);
 
-// Returns the description beside the samples at `file`: the XML file of the same name, or the one in
-// the same folder that refers to them. Returns nullopt if there is none.
+// Returns the description beside the samples at `file`: the XML file of the same name, or the one
+// in the same folder that refers to them. Returns nullopt if there is none.
 [[nodiscard]] std::optional<BdvDescription> bdv_description_beside(
     const std::filesystem::path& file);
 

@@ -155,7 +155,8 @@ Result<TiffDescription> described(const XmlElement& pixels, std::int64_t compone
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::string name = std::string("PhysicalSize") + "XYZ"[axis];
     description.spacing[axis] = length_of(pixels.attributes, name);
-    if (description.spacing[axis]) description.units[axis] = pixels_text(pixels, name + "Unit", "µm");
+    if (description.spacing[axis])
+      description.units[axis] = pixels_text(pixels, name + "Unit", "µm");
   }
   return description;
 }

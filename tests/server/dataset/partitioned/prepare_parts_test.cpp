@@ -67,6 +67,32 @@ std::vector<PreparedSetting> settings() {
           {"small", fields::ball({9, 9, 9}, 3), 0.0, 1}};
 }
 
+// A ball in a volume that is 0 elsewhere.
+Volume ball_at(const std::array<std::int32_t, 3>& dims, const std::array<double, 3>& center) {
+  return fields::sampled<float>(dims, [&](int x, int y, int z) {
+    const double distance = std::hypot(x - center[0], y - center[1], z - center[2]);
+    return static_cast<float>(std::clamp(0.5 + (5 - distance) / 4, 0.0, 1.0));
+  });
+}
+
+// One process computes no errors far from where samples vary; parts do.
+TEST(PrepareParts, WriteTheErrorsOfConstantSurroundings) {
+  for (const std::array<double, 3>& center :
+       {std::array{16.2, 30.7, 24.1}, std::array{2.5, 3.0, 66.0}, std::array{50.0, 48.3, 8.9}}) {
+    const PreparedSetting inside = {"ball", ball_at({60, 52, 70}, center)};
+    for (const PreparedSetting& setting :
+         {inside, PreparedSetting{"closed", inside.volume, 0.0, 1},
+          PreparedSetting{"other outside", inside.volume, 2.0, 3}}) {
+      SCOPED_TRACE(setting.name + " at " + std::to_string(center[0]));
+      const TemporaryFolder folder;
+      plan(setting, folder.path() / "all.mtd", 1);
+      make_part(setting, folder.path() / "all.mtd", 0);
+      merge_parts(folder.path() / "all.mtd");
+      EXPECT_EQ(content_of(folder.path()), by_one_process(setting));
+    }
+  }
+}
+
 TEST(PrepareParts, WriteTheSameDatasetForAnyNumberOfParts) {
   std::mt19937 random(7);
   for (const PreparedSetting& setting : settings()) {

@@ -44,9 +44,9 @@ std::optional<ViewPath> view_path(std::string_view array) {
 // How many finest samples a sample of the level stands for, along x, y, z; nothing if unknown.
 std::optional<std::array<double, 3>> factors_of(const ArrayContainer& file,
                                                 const std::string& array, const ViewPath& path) {
-  const std::vector<double> all =
-      path.is_hdf5 ? file.values("/" + path.setup_group + "/resolutions")
-                   : file.numbers(array, "downsamplingFactors");
+  const std::vector<double> all = path.is_hdf5
+                                      ? file.values("/" + path.setup_group + "/resolutions")
+                                      : file.numbers(array, "downsamplingFactors");
   const std::size_t at = path.is_hdf5 ? 3 * static_cast<std::size_t>(path.level) : 0;
   if (all.empty() && path.level == 0) return std::array<double, 3>{1, 1, 1};
   if (all.size() < at + 3) return std::nullopt;
