@@ -212,6 +212,7 @@ Json json_of(const VolumeSource& source) {
           {"value_unit", header.meaning.value_unit},
           {"geometry", name(header.meaning.geometry)},
           {"assumed", header.meaning.assumed},
+          {"values", header.values},
           {"times", contents.times.count},
           {"fields", std::move(fields)},
           {"labels", std::move(labels)},
@@ -225,7 +226,8 @@ void print_source(const std::string& place, const VolumeSource& source) {
       {"  samples", sides_text(header.dims) + " " + std::string(name(header.type))},
       {"  spacing", with_unit(vector_text(header.spacing), header.meaning.length_unit)},
       {"  origin", vector_text(header.index_to_world.translation)},
-      {"  geometry", geometry_text(header.meaning)}};
+      {"  geometry", geometry_text(header.meaning)},
+      {"  values", header.values}};
   if (contents.times.count > 1) {
     rows.push_back({"  times", std::to_string(contents.times.count) + " (--time, --all-times)"});
   }

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <span>
 #include <utility>
 
 #include "common/base/address_text.hpp"
+#include "common/base/number_text.hpp"
 
 namespace multitetra {
 namespace {
@@ -107,9 +109,40 @@ void place(ImageHeader& header, const Placement& placement) {
   });
 }
 
+namespace {
+
+// "times 0.5 plus 10 (stated), unsigned (by format), 50 is missing (stated)"
+std::string values_text(const ImageHeader& header) {
+  const auto with = [](const std::string& text, Basis basis) {
+    return text + " (" + std::string(name(basis)) + ")";
+  };
+  const bool is_scaled = header.slope != 1 || header.intercept != 0;
+  std::string text = with(is_scaled ? "times " + shortest_text(header.slope) + " plus " +
+                                          shortest_text(header.intercept)
+                                    : "as stored",
+                          header.values.scaling);
+  const char kind = name(header.type)[0];
+  if (kind != 'f') text += ", " + with(kind == 'u' ? "unsigned" : "signed", header.values.sign);
+  std::string missing;
+  constexpr std::size_t kListed = 8;
+  for (const double number :
+       std::span(header.missing).first(std::min(kListed, header.missing.size()))) {
+    missing += (missing.empty() ? "" : ", ") + shortest_text(number);
+  }
+  if (header.valid_range) {
+    missing += (missing.empty() ? "" : ", ") +
+               ("outside of " + shortest_text((*header.valid_range)[0])) + " to " +
+               shortest_text((*header.valid_range)[1]);
+  }
+  return text + ", " +
+         with(missing.empty() ? "none missing" : "missing: " + missing, header.values.missing);
+}
+
+}  // namespace
+
 VolumeHeader settled(const ImageHeader& header) {
   const StatedGeometry& geometry = header.geometry;
-  VolumeHeader settled{.meaning = header.meaning};
+  VolumeHeader settled{.meaning = header.meaning, .values = values_text(header)};
   bool has_spacing = false;
   bool has_origin = true;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -139,6 +172,16 @@ std::vector<std::string> fact_notices(const std::filesystem::path& file,
         source + "the file states no spacing along " + axes + "; " +
         (header.meaning.length_unit.empty() ? "1" : "1 " + header.meaning.length_unit) +
         " is assumed. Give it with --spacing.");
+  }
+  if (header.values.scaling == Basis::kAssumed && !header.meaning.value_unit.empty()) {
+    notices.push_back(source + "the file states no scaling; its numbers are read as " +
+                      header.meaning.value_unit + ".");
+  }
+  if (header.values.sign == Basis::kAssumed) {
+    const bool is_unsigned = name(header.type).starts_with('u');
+    notices.push_back(source +
+                      "the file does not state whether its integers have a sign; they are " +
+                      (is_unsigned ? "read as unsigned." : "read as signed."));
   }
   for (const Contradiction& about : header.contradictions) {
     notices.push_back(source + about.text + ".");

@@ -28,6 +28,8 @@ struct VolumeHeader {
   Vec3 spacing = {1, 1, 1};            // World units between samples, > 0.
   Affine index_to_world = {};          // Sample index -> world, including the spacing.
   PhysicalMeaning meaning = {};
+  // Scaling, sign and missing values of the file, each with how it is known; for people.
+  std::string values = {};
 
   [[nodiscard]] std::size_t samples_per_slice() const {
     return static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]);

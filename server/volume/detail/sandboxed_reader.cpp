@@ -38,11 +38,12 @@ constexpr std::chrono::hours kSamplesTime{1};
 constexpr std::chrono::hours kIdleTime{24 * 20};
 constexpr int kMaxNotices = 10'000;
 constexpr int kMaxGrants = 16;
+constexpr std::size_t kMaxValuesText = 1000;
 
 std::string message_of(const VolumeHeader& header) {
   return packed_values(header.dims, header.type, header.spacing, header.index_to_world,
                        header.meaning.space, header.meaning.length_unit, header.meaning.value_unit,
-                       header.meaning.geometry, header.meaning.assumed);
+                       header.meaning.geometry, header.meaning.assumed, header.values);
 }
 
 bool is_valid(const VolumeHeader& header) {
@@ -60,7 +61,8 @@ bool is_valid(const VolumeHeader& header) {
          header.meaning.space <= WorldSpace::kRas && is_unit_text(header.meaning.length_unit) &&
          is_unit_text(header.meaning.value_unit) &&
          header.meaning.geometry >= GeometryBasis::kUnknown &&
-         header.meaning.geometry <= GeometryBasis::kAssumed && is_unit_text(header.meaning.assumed);
+         header.meaning.geometry <= GeometryBasis::kAssumed &&
+         is_unit_text(header.meaning.assumed) && header.values.size() <= kMaxValuesText;
 }
 
 struct Wanted {
@@ -126,8 +128,8 @@ class SandboxedVolume : public VolumeSource {
     }
     if (!unpack_all(message.bytes, header_.dims, header_.type, header_.spacing,
                     header_.index_to_world, header_.meaning.space, header_.meaning.length_unit,
-                    header_.meaning.value_unit, header_.meaning.geometry,
-                    header_.meaning.assumed) ||
+                    header_.meaning.value_unit, header_.meaning.geometry, header_.meaning.assumed,
+                    header_.values) ||
         !is_valid(header_)) {
       refuse_answer();
     }

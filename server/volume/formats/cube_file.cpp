@@ -91,6 +91,7 @@ StoredVolume open_cube(const fs::path& path) {
   }
   ImageHeader header{
       .type = StoredType::kF32,
+      .values = {Basis::kByFormat, Basis::kByFormat, Basis::kByFormat},
       .meaning = {.length_unit = grid->counts[0] < 0 ? "Å" : "bohr", .value_unit = {}},
       .components = components};
   for (std::size_t axis = 0; axis < 3; ++axis) header.dims[axis] = std::abs(grid->counts[2 - axis]);

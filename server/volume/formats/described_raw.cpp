@@ -170,7 +170,7 @@ std::optional<DescribedRaw> layout_from_name(const fs::path& file) {
 }  // namespace
 
 StoredVolume open_raw(const fs::path& file, const RawLayout& layout) {
-  ImageHeader header{.type = layout.type};
+  ImageHeader header{.type = layout.type, .values = kNumbersAsStored};
   for (std::size_t axis = 0; axis < 3; ++axis) header.dims[axis] = layout.dims[axis];
   check_header(file, header);
   const std::uint64_t found = InputFile(file).size();

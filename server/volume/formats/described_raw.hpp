@@ -35,7 +35,7 @@ struct DescribedRaw {
   // A gzip stream of samples begins at `offset`.
   bool begins_packed = false;
   Endian endian = Endian::kLittle;
-  ImageHeader header = {};
+  ImageHeader header = {.values = kNumbersAsStored};
 };
 
 // Returns whether a text with this beginning describes raw samples: a .dat header of volvis.org,

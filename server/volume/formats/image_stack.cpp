@@ -130,11 +130,18 @@ std::vector<std::int64_t> missing_in(const std::set<std::int64_t>& numbers) {
 std::vector<std::string> numbering_notices(const fs::path& path,
                                            const std::vector<fs::path>& files) {
   std::vector<std::set<std::int64_t>> numbers;
-  std::string text;
+  std::map<std::string, std::vector<fs::path>> kinds;  // By the text around the numbers.
+  for (const fs::path& file : files) kinds[numbered_name_of(file).text].push_back(file);
+  if (kinds.size() > 1) {
+    if (kinds.size() == files.size()) return {};  // The files are not numbered.
+    return {"'" + path.string() + "': the names of its images are of " +
+            std::to_string(kinds.size()) + " kinds, such as '" +
+            kinds.begin()->second.front().filename().string() + "' and '" +
+            kinds.rbegin()->second.front().filename().string() +
+            "'; all are slices of one volume. Give a pattern for the images of one."};
+  }
   for (const fs::path& file : files) {
     const NumberedName name = numbered_name_of(file);
-    if (&file == &files.front()) text = name.text;
-    if (name.text != text) return {};  // The files are not numbered.
     numbers.resize(name.numbers.size());
     for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i].insert(name.numbers[i]);
   }

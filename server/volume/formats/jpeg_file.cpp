@@ -57,7 +57,9 @@ class JpegReading {
   }
 
   [[nodiscard]] ImageHeader header() const {
-    ImageHeader header{.type = StoredType::kU8, .components = jpeg_.out_color_components};
+    ImageHeader header{.type = StoredType::kU8,
+                       .values = {Basis::kByFormat, Basis::kByFormat, Basis::kByFormat},
+                       .components = jpeg_.out_color_components};
     header.dims = {jpeg_.image_width, jpeg_.image_height, 1};
     return header;
   }

@@ -113,6 +113,15 @@ void place_meta_image(const fs::path& file, const MetaHeader& header, std::size_
   if (orientation.size() == 3 && orientation.find_first_not_of("RLAPIS") == std::string::npos) {
     image.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}};
   }
+  const std::string unit = header.value({"DistanceUnits"});
+  if (!unit.empty() && unit != "?") image.meaning.length_unit = unit_from(unit);
+  const std::string slope = header.value({"ElementToIntensityFunctionSlope"});
+  const std::string offset = header.value({"ElementToIntensityFunctionOffset"});
+  if (finite_number(slope).value_or(1) != 1 || finite_number(offset).value_or(0) != 0) {
+    image.contradictions.push_back({Fact::kScaling,
+                                    "its ElementToIntensityFunction is not applied, as in ITK; its "
+                                    "numbers are read as stored"});
+  }
 }
 
 std::vector<fs::path> meta_data_files(const fs::path& file, const MetaHeader& header,
@@ -195,8 +204,8 @@ StoredVolume open_meta_image(const fs::path& path, const VolumeChoice& choice) {
   const auto origin = numbers_of(path, header, {"Offset", "Position", "Origin"}, count);
   if (!sizes) fail_reading(path, "it has no DimSize", "Correct the header");
 
-  StoredVolume volume;
-  volume.header.type = meta_type(path, header.value({"ElementType"}));
+  StoredVolume volume{.header = {.type = meta_type(path, header.value({"ElementType"})),
+                                 .values = kNumbersAsStored}};
   volume.header.components = integer(header.value({"ElementNumberOfChannels"})).value_or(1);
   std::array<std::int64_t, 4> dims = {1, 1, 1, 1};
   for (std::size_t axis = 0; axis < count; ++axis) {

@@ -49,6 +49,7 @@ StoredVolume open_mgh(const std::filesystem::path& path, const VolumeChoice& cho
   const auto real = [&](std::size_t at) { return static_cast<double>(bytes.at<float>(at)); };
   ImageHeader header{.dims = {integer(4), integer(8), integer(12)},
                      .type = *mgh_type(bytes.at<std::int32_t>(20)),
+                     .values = kNumbersAsStored,
                      .meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}}};
   // Voxel size, directions of the three axes, and center of the volume. Without them FreeSurfer
   // takes coronal slices of 1 mm.

@@ -59,6 +59,7 @@ void set_sign(const MrcHeader& mrc, ImageHeader& header) {
   const double most = are_bytes ? 127 : 32767;
   const bool needs_unsigned = low >= 0 && high > most && high <= 2 * most + 1;
   if (are_bytes && mrc.integer(152) == kImodStamp) {
+    header.values.sign = Basis::kStated;
     const bool is_signed = (mrc.integer(156) & kImodSignedBytes) != 0;
     if (!is_signed) header.type = without_sign;
     if (is_signed ? !needs_unsigned : !(low < 0 && low <= high)) return;
@@ -133,6 +134,11 @@ void place_mrc(const fs::path& file, const MrcHeader& mrc, ImageHeader& header) 
 std::int64_t volumes_in(const MrcHeader& mrc, ImageHeader& header) {
   const std::int32_t group = mrc.integer(88);
   const std::int64_t sections = mrc.integer(36);
+  if (group == 0 && sections == 1 && header.dims[2] > 1) {
+    header.contradictions.push_back(
+        {Fact::kAxes, "its header says that it is a stack of " + std::to_string(header.dims[2]) +
+                          " images (ISPG 0, MZ 1); they are read as slices of a volume"});
+  }
   if (group < 401 || group > 630 || sections < 1) return 1;
   if (header.dims[2] % sections != 0) {
     header.contradictions.push_back(
@@ -157,9 +163,10 @@ StoredVolume open_mrc(const fs::path& path, const VolumeChoice& choice) {
   if (beginning.size() < kMrcHeaderBytes) fail_damaged(path, "it ends within its header");
   const MrcHeader mrc(beginning);
   const std::int32_t mode = mrc.integer(12);
-  StoredVolume volume;
+  StoredVolume volume{.header = {.type = type_of_mode(path, mode),
+                                 .values = {Basis::kByFormat, Basis::kByFormat, Basis::kByFormat},
+                                 .meaning = {.length_unit = "Å", .value_unit = {}}}};
   ImageHeader& header = volume.header;
-  header = {.type = type_of_mode(path, mode), .meaning = {.length_unit = "Å", .value_unit = {}}};
   for (std::size_t axis = 0; axis < 3; ++axis) header.dims[axis] = mrc.integer(4 * axis);
   set_sign(mrc, header);
   place_mrc(path, mrc, header);

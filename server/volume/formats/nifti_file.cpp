@@ -283,13 +283,14 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
     fail_reading(path, "it has " + std::to_string(nifti.dim[0]) + " dimensions", "Give 2 to 5");
   }
   const NumberType type = number_type(path, nifti.type);
-  ImageHeader header{.type = type.type, .components = type.components};
+  ImageHeader header{.type = type.type, .values = kNumbersAsStored, .components = type.components};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     header.dims[axis] = static_cast<std::int64_t>(axis) < nifti.dim[0] ? nifti.dim[axis + 1] : 1;
   }
   if (std::isfinite(nifti.slope) && nifti.slope != 0 && type.components == 1) {
     header.slope = nifti.slope;
     header.intercept = nifti.intercept;
+    header.values.scaling = Basis::kStated;
   }
   place(nifti, choice.resample, header);
   for (const std::int64_t dimension : {6, 7}) {

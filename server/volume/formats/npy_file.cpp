@@ -83,7 +83,7 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
       found = &type;
   }
   if (found == nullptr) {
-    fail_reading(path, "its numbers have the type " + std::string(descr.substr(0, 40)),
+    fail_reading(path, "its numbers have the type " + std::string(descr.substr(0, descr.find(','))),
                  "Save integers of 8 to 64 bits or floats of 16 to 64");
   }
   if (shape.size() < 2 || shape.size() > 4) {
@@ -94,7 +94,7 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
     fail_reading(path, "its four dimensions are in Fortran order",
                  "Save numpy.ascontiguousarray(array)");
   }
-  ImageHeader header{.type = found->type};
+  ImageHeader header{.type = found->type, .values = kNumbersAsStored};
   const std::size_t spatial = std::min<std::size_t>(shape.size(), 3);
   for (std::size_t axis = 0; axis < spatial; ++axis) {
     const std::size_t d = is_fortran ? axis : shape.size() - 1 - axis;

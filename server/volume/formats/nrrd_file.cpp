@@ -187,16 +187,23 @@ std::unique_ptr<StoredSlices> slices_behind(const fs::path& file, const NrrdHead
 StoredVolume open_nrrd(const fs::path& path, const VolumeChoice& choice) {
   const NrrdHeader header = read_nrrd_header(path);
   const std::vector<std::int64_t> sizes = sizes_of(path, header);
-  StoredVolume volume;
+  StoredVolume volume{.header = {.values = kNumbersAsStored}};
   volume.contents.labels = segments_in(header.text);
   // The components of a segmentation are layers, which overlap.
   const bool has_layers = have_layers(volume.contents.labels);
   const bool chooses_component = !choice.time && choice.component != ComponentChoice();
   const NrrdAxes axes = nrrd_axes(path, header, sizes, has_layers || chooses_component);
 
-  ImageHeader one{.type = nrrd_type(path, header)};
+  ImageHeader one{.type = nrrd_type(path, header), .values = kNumbersAsStored};
   for (std::size_t i = 0; i < axes.space.size(); ++i) one.dims[i] = sizes[axes.space[i]];
   place_nrrd(path, header, axes, sizes, one);
+  const std::string old_min = header.field("old min");
+  const std::string old_max = header.field("old max");
+  if (!old_min.empty() && !old_max.empty()) {
+    one.contradictions.push_back(
+        {Fact::kScaling, "its numbers stand for " + old_min + " to " + old_max +
+                             " (old min, old max); they are read as stored"});
+  }
   const std::optional<std::size_t> other = axes.time ? axes.time : axes.component;
   const std::int64_t others = other ? sizes[*other] : 1;
   const std::int64_t time = [&]() -> std::int64_t {

@@ -47,6 +47,7 @@ class PngReading {
   [[nodiscard]] ImageHeader header() const {
     ImageHeader header{
         .type = png_get_bit_depth(png_, info_) == 16 ? StoredType::kU16 : StoredType::kU8,
+        .values = {Basis::kByFormat, Basis::kByFormat, Basis::kByFormat},
         .components = png_get_channels(png_, info_)};
     header.dims = {png_get_image_width(png_, info_), png_get_image_height(png_, info_), 1};
     return header;

@@ -19,6 +19,7 @@
 #include "common/image/stored_type.hpp"
 #include "server/volume/formats/slice_places.hpp"
 #include "server/volume/formats/stated_geometry.hpp"
+#include "server/volume/formats/stated_values.hpp"
 #include "server/volume/formats/volume_contents.hpp"
 
 namespace multitetra {
@@ -39,6 +40,7 @@ class VolumeFileError : public std::runtime_error {
 struct ImageHeader {
   std::array<std::int64_t, 3> dims = {1, 1, 1};  // The file's, not validated.
   StoredType type = StoredType::kU8;
+  ValueBasis values;  // No default: each reader says what it knows.
   StatedGeometry geometry = {};
   PhysicalMeaning meaning = {};  // `geometry` and `assumed` are set when the volume is settled.
   std::int64_t components = 1;   // Interleaved numbers per sample.
@@ -78,7 +80,7 @@ class StoredSlices {
 };
 
 struct StoredVolume {
-  ImageHeader header = {};
+  ImageHeader header;
   std::unique_ptr<StoredSlices> slices = nullptr;
   std::vector<std::string> notices = {};  // Notices about opening the volume.
   VolumeContents contents = {};

@@ -120,13 +120,21 @@ void place_pages(const TiffPages& tiff, const TiffDescription& description, Imag
   const std::array<double, 2> pixels = {resolution.x, resolution.y};
   StatedNumbers spacing = description.spacing;
   std::array<std::string, 3> units = description.units;
+  const TiffPages::Placement& by_tags = tiff.placement();
+  if (spacing == kNotStated) {
+    spacing = by_tags.spacing;
+    units = by_tags.units;
+  }
+  if (by_tags.missing) {
+    header.missing.push_back(*by_tags.missing);
+    header.values.missing = Basis::kStated;
+  }
   const bool is_screen = resolution.unit_mm == 25.4 && (pixels[0] == 72 || pixels[0] == 96);
-  const bool has_unit = units != std::array<std::string, 3>();
   for (std::size_t axis = 0; axis < 2; ++axis) {
     if (spacing[axis] || !std::isfinite(pixels[axis]) || pixels[axis] <= 0) continue;
     if (description.resolution_is_spacing) {
-      if (has_unit) spacing[axis] = 1 / pixels[axis];
-    } else if (!has_unit && resolution.unit_mm > 0 && !is_screen) {
+      if (!units[axis].empty()) spacing[axis] = 1 / pixels[axis];
+    } else if (units[axis].empty() && resolution.unit_mm > 0 && !is_screen) {
       spacing[axis] = resolution.unit_mm / pixels[axis];
       units[axis] = "mm";
     }

@@ -14,7 +14,8 @@ namespace {
 
 // Spacings of 2 and 3 mm along axes that are rotated by a quarter turn around z, in LPS.
 ImageHeader turned_header() {
-  ImageHeader header{.meaning = {.space = WorldSpace::kLps, .length_unit = "mm"}};
+  ImageHeader header{.values = kNumbersAsStored,
+                     .meaning = {.space = WorldSpace::kLps, .length_unit = "mm"}};
   set_axes(header, {Vec3{0, 2, 0}, Vec3{-3, 0, 0}, Vec3{0, 0, 1}}, stated({10, 20, 30}));
   return header;
 }
@@ -42,7 +43,7 @@ TEST(Placement, KeepsDirectionsAndOriginWithASpacing) {
 }
 
 TEST(Placement, SuppliesAMissingSpacing) {
-  ImageHeader header;
+  ImageHeader header{.values = kNumbersAsStored};
   EXPECT_EQ(header.geometry.spacing, kNotStated);
   place(header, {.spacing = Vec3{1, 2, 3}});
   EXPECT_NO_THROW(check_header("lacking", header));
@@ -86,7 +87,7 @@ TEST(AxisDirections, MirrorAfterAnOddNumberOfFlipsAndSwaps) {
 }
 
 TEST(Placement, ConvertsRasToLpsIncludingTheOrigin) {
-  ImageHeader header;
+  ImageHeader header{.values = kNumbersAsStored};
   place(header, {.origin = Vec3{1, 2, 3}, .space = WorldSpace::kRas});
   EXPECT_EQ(header.meaning.space, WorldSpace::kLps);
   EXPECT_EQ(header.geometry.axes[0], (Vec3{-1, 0, 0}));
@@ -94,7 +95,8 @@ TEST(Placement, ConvertsRasToLpsIncludingTheOrigin) {
 }
 
 TEST(Placement, SettlesWhatNobodyStatesAndNamesIt) {
-  ImageHeader header{.dims = {4, 3, 2}, .meaning = {.length_unit = "mm"}};
+  ImageHeader header{
+      .dims = {4, 3, 2}, .values = kNumbersAsStored, .meaning = {.length_unit = "mm"}};
   EXPECT_EQ(settled(header).meaning.geometry, GeometryBasis::kAssumed);
   EXPECT_EQ(settled(header).meaning.assumed, "spacing along x, y and z, origin");
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -109,13 +111,13 @@ TEST(Placement, SettlesWhatNobodyStatesAndNamesIt) {
   place(header, {.spacing = Vec3{2, 2, 2}, .origin = Vec3{0, 0, 0}});
   EXPECT_EQ(geometry_text(settled(header).meaning), "stated");
   EXPECT_TRUE(fact_notices("v.x", header).empty());
-  ImageHeader one_slice{.dims = {4, 3, 1}};
+  ImageHeader one_slice{.dims = {4, 3, 1}, .values = kNumbersAsStored};
   set_box_axes(one_slice, {0, 0, std::nullopt}, {1, 1, std::nullopt});
   EXPECT_EQ(settled(one_slice).meaning.geometry, GeometryBasis::kStated) << "one slice has no step";
 }
 
 TEST(Placement, TellsContradictionsUnlessTheFactIsGiven) {
-  ImageHeader header{.dims = {1, 1, 1}};
+  ImageHeader header{.dims = {1, 1, 1}, .values = kNumbersAsStored};
   header.contradictions = {{Fact::kSpacing, "it says 1 and 2"}, {Fact::kSign, "it says both"}};
   EXPECT_EQ(fact_notices("v.x", header).size(), 2U);
   place(header, {.spacing = Vec3{1, 1, 1}});
@@ -123,7 +125,7 @@ TEST(Placement, TellsContradictionsUnlessTheFactIsGiven) {
 }
 
 TEST(Placement, ConvertsAxesOfDifferentUnitsToOne) {
-  ImageHeader header{.dims = {2, 2, 2}};
+  ImageHeader header{.dims = {2, 2, 2}, .values = kNumbersAsStored};
   set_box_axes(header, {1, 1, 1}, {2, 2, 2});
   set_units_of_axes(header, {"um", "nanometer", ""});
   EXPECT_EQ(header.meaning.length_unit, "µm");

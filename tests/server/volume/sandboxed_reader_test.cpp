@@ -140,7 +140,7 @@ TEST(SandboxedVolume, RefusesAnswersThatNoReaderGives) {
   const auto message = [](const VolumeHeader& of) {
     return "o" + packed_values(of.dims, of.type, of.spacing, of.index_to_world, of.meaning.space,
                                of.meaning.length_unit, of.meaning.value_unit, of.meaning.geometry,
-                               of.meaning.assumed);
+                               of.meaning.assumed, of.values);
   };
   EXPECT_EQ(opened("a", kLie, message(header))->header().dims, header.dims);
   std::vector<std::string> lies = {"o", "k", "kfar too long", "m", "m{}", "m[", "nagain", "x"};
@@ -158,6 +158,7 @@ TEST(SandboxedVolume, RefusesAnswersThatNoReaderGives) {
   add([](VolumeHeader& h) { h.meaning.length_unit = "\x1b[2J"; });
   add([](VolumeHeader& h) { h.meaning.geometry = static_cast<GeometryBasis>(4); });
   add([](VolumeHeader& h) { h.meaning.assumed = "\x1b[2J"; });
+  add([](VolumeHeader& h) { h.values.assign(5000, 'x'); });
   for (const std::string& lie : lies) {
     expect_contains(sentence_of([&] { (void)opened("a", kLie, lie); }),
                     "does not answer as a reader does");

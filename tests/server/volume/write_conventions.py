@@ -69,6 +69,20 @@ def vtkhdf():
     steps = ((0, 0.5, 0), (-1.5, 0, 0), (0, 0, 2))
     read("vtkhdf-points", f"{folder}/image.vtkhdf:/VTKHDF/PointData/s", volume, origin=(1, 3, 3), steps=steps)
     read("vtkhdf-cells", f"{folder}/image.vtkhdf:/VTKHDF/CellData/c", volume[1:, 1:, 1:], origin=(0.25, 3.25, 4), steps=steps)
+    with hdf5_file("steps.vtkhdf") as file:
+        group = file.create_group("VTKHDF")
+        group.attrs.update({"Type": numpy.bytes_(b"ImageData"), "Version": [2, 0], "Origin": [1.0, 2, 3], "Spacing": [0.5, 1.5, 2.0],
+                            "WholeExtent": [0, 7, 0, 5, 0, 4]})
+        group["PointData/s"] = numpy.stack([volume, volume + 1000])
+        group["PointData/joined"] = numpy.concatenate([volume, volume + 1000])
+        group["Steps/Values"] = [0.0, 1.5]
+    path = f"{folder}/steps.vtkhdf:/VTKHDF/PointData/"
+    read("vtkhdf-steps", path + "s", volume + 1000, options="time=1", **PLACE)
+    refuse("vtkhdf-joined-steps", path + "joined", "are not those of its WholeExtent")
+    with hdf5_file("amr.vtkhdf") as file:
+        file.create_group("VTKHDF").attrs.update({"Type": numpy.bytes_(b"OverlappingAMR")})
+        file["VTKHDF/Level0/PointData/s"] = volume
+    read("vtkhdf-other-type", folder / "amr.vtkhdf", volume, notice="this is VTKHDF of type OverlappingAMR; its geometry is not read")
     refuse("vtkhdf-several", folder / "image.vtkhdf", "2 arrays: /VTKHDF/PointData/s, /VTKHDF/CellData/c")
 
 
@@ -86,6 +100,15 @@ def nexus():
                 data[axis] = values
                 data[axis].attrs["units"] = unit
         read(f"nexus-{name}", folder / f"{name}.nxs", volume, unit="mm", **PLACE)
+    for name, prefix in (("named", "d_"), ("of-signal", "")):
+        with hdf5_file(f"scaled-{name}.nxs") as file:
+            data = file.create_group("entry/data")
+            data.attrs.update({"NX_class": "NXdata", "signal": "d", "axes": [".", "y", "x"]})
+            data["d"], data[prefix + "scaling_factor"], data[prefix + "offset"] = volume, 0.5, 10.0
+            for axis in "xy":
+                data[axis] = AXES[axis][0]
+        read(f"nexus-scaled-{name}", folder / f"scaled-{name}.nxs", volume / 2 + 10, origin=(1, 2, 0), steps=diagonal(0.5, 1.5, 1),
+             notice="states no spacing along z")
     with hdf5_file("old.nxs") as file:  # Before 2014; edges of bins, two units of length.
         data = file.create_group("entry/data")
         data.attrs["NX_class"] = "NXdata"
@@ -322,6 +345,18 @@ def xarray():
     expected[volume == 7] = numpy.nan
     read("xarray", folder / "packed.zarr", expected, unit="mm", **PLACE)
     read("xarray-array", folder / "packed.zarr", expected, options="array=v", unit="mm", **PLACE)
+    write("depth.zarr/.zgroup", b'{"zarr_format": 2}')
+    for name, axis in (("depth", "z"), ("y", "y"), ("x", "x")):
+        zarr_array(f"depth.zarr/{name}", AXES[axis][0], {"_ARRAY_DIMENSIONS": [name], "units": "mm"})
+    zarr_array("depth.zarr/v", volume, {"_ARRAY_DIMENSIONS": ["depth", "y", "x"]})
+    metadata = json.loads((folder / "depth.zarr/v/.zarray").read_text())
+    write("depth.zarr/v/.zarray", json.dumps({**metadata, "fill_value": 7}).encode())
+    read("xarray-other-name-of-z", folder / "depth.zarr", numpy.where(volume == 7, numpy.nan, volume), unit="mm", **PLACE)
+    zarr_array("delta.zarr/v", volume)
+    metadata = json.loads((folder / "delta.zarr/v/.zarray").read_text())
+    write("delta.zarr/v/.zarray", json.dumps({**metadata, "filters": [{"id": "delta", "dtype": "<i2"}]}).encode())
+    write("delta.zarr/.zgroup", b'{"zarr_format": 2}')
+    refuse("zarr-filter-of-only-array", folder / "delta.zarr", "its chunks use the filters")
     write("hexadecimal.zarr/zarr.json", json.dumps({
         "zarr_format": 3, "node_type": "array", "shape": SHAPE, "data_type": "float32", "fill_value": "0x40490fdb",
         "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": SHAPE}}, "codecs": [{"name": "bytes", "configuration": {"endian": "little"}}],

@@ -41,6 +41,10 @@ def slices(name, change=None, syntax="1.2.840.10008.1.2.1", pixels=volume):
 
 
 def spacing():
+    def table(_, data):
+        data.ModalityLUTSequence = items(LUTDescriptor=[240, 0, 16], ModalityLUTType="HU", LUTData=bytes(480))
+    read("value-table", slices("table", table), volume, notice="a table (ModalityLUTSequence), which is not read", **PLACE)
+    read("no-rescale", slices("no-rescale"), volume, notice="states no scaling; its numbers are read as HU", **PLACE)
     # Nuclear medicine: the sign of the spacing tells on which side of the first slice the others lie.
     def nuclear(step, **more):
         def change(data):

@@ -79,12 +79,16 @@ def tiff():
     tifffile.imwrite(folder / "depth-tiles.tif", numpy.zeros((16, 32, 32), "u1"), volumetric=True, tile=(16, 16, 16), compression="zlib",
                      metadata=None, photometric="minisblack")
     refuse("image-depth-tiles", folder / "depth-tiles.tif", "compressed or in tiles")
-    stk("stack.stk.tif", volume)
-    read("metamorph", folder / "stack.stk.tif", volume)
+    for name, distances in (("from-first", (0, 2)), ("from-last", (2, 0))):
+        read(f"metamorph-{name}", stk(f"{name}.stk.tif", volume, distances=distances), volume, steps=diagonal(0.5, 1.5, 2), unit="µm")
+    read("metamorph-pixels", stk("pixels.stk.tif", volume, unit="pixel", distances=(0, 0)), volume, notice="states no spacing along x, y and z")
+    tags = [(33550, "d", 3, (0.5, 1.5, 2.0), True), (42113, "s", 0, "50", True)]
+    tifffile.imwrite(folder / "geo.tif", volume, metadata=None, photometric="minisblack", extratags=tags)
+    read("geotiff", folder / "geo.tif", numpy.where(volume == 50, numpy.nan, volume), steps=diagonal(0.5, 1.5, 2))
     path = stk("short.stk.tif", volume)
     path.write_bytes(path.read_bytes()[:-1])
     refuse("metamorph-short", path, "its images end at byte")
-    data = bytearray(stk("unknown.tif", numpy.tile(volume, (12, 1, 1))).read_bytes())
+    data = bytearray(stk("unknown.tif", numpy.tile(volume, (12, 1, 1)), unit="pixel").read_bytes())
     at = data.index(struct.pack("<HH", 33629, 5))
     data[at:at + 4] = struct.pack("<HH", 65000, 5)  # Another tag.
     path = write("unknown.tif", bytes(data))
@@ -100,17 +104,24 @@ def one_directory(path, order):
     path.write_bytes(data)
 
 
-def stk(name, data):
-    """A stack of MetaMorph: its tag UIC2 has six numbers for each plane."""
+def stk(name, data, unit="um", distances=(0, 2)):
+    """A stack of MetaMorph: its tag UIC2 has six numbers for each plane, UIC1 pairs of a kind and a value, or an offset of a value."""
     planes, rows, columns = data.shape
     entries = [(256, 4, 1, columns), (257, 4, 1, rows), (258, 3, 1, 16), (259, 3, 1, 1), (262, 3, 1, 1), (273, 4, 1, 0), (277, 3, 1, 1),
-               (278, 4, 1, rows), (279, 4, 1, rows * columns * 2), (33629, 5, planes, 0)]
+               (278, 4, 1, rows), (279, 4, 1, rows * columns * 2),
+               (33628, 4, 12, 0), (33629, 5, planes, 0)]
     end = 8 + 2 + 12 * len(entries) + 4
-    uic2 = b"".join(struct.pack("<6I", 2 * i, 1, 2450000, 0, 2450000, 0) for i in range(planes))
+    first, step = distances
+    uic2 = b"".join(struct.pack("<6I", first + step * i, 1, 2450000, 0, 2450000, 0) for i in range(planes))
+    uic1_at = end + len(uic2)
+    values_at = uic1_at + 12 * 8
+    text = unit.encode() + b"\0"
+    pairs = [(1, 0), (2, 300), (3, 1), (4, values_at), (5, values_at + 8), (6, values_at + 16)] + [(1, 0)] * 6
+    behind = b"".join(struct.pack("<2I", *pair) for pair in pairs) + struct.pack("<5I", 1, 2, 3, 2, len(text)) + text
     out = b"II*\0" + struct.pack("<IH", 8, len(entries))
     for tag, kind, count, value in entries:
-        out += struct.pack("<HHII", tag, kind, count, {273: end + len(uic2), 33629: end}.get(tag, value))
-    return write(name, out + bytes(4) + uic2 + data.tobytes())
+        out += struct.pack("<HHII", tag, kind, count, {273: uic1_at + len(behind), 33628: uic1_at, 33629: end}.get(tag, value))
+    return write(name, out + bytes(4) + uic2 + behind + data.tobytes())
 
 
 # ---- MRC
@@ -164,6 +175,8 @@ def mrc():
         read(f"mrc-stack-{time}", path, stack[2 * time:2 * time + 2], options=f"time={time}", **place)
     zero = mrc_file("zero.mrc", stack, lambda raw: put(raw, 40, "<3f", 4, 0, 0))
     read("mrc-no-cell", zero, stack, notice="states no spacing along y and z", steps=diagonal(0.5, 1, 1), unit="Å")
+    images = mrc_file("images.mrc", stack, lambda raw: put(raw, 36, "<i", 1) or put(raw, 88, "<i", 0) or put(raw, 48, "<f", 2.0))
+    read("mrc-images", images, stack, notice="a stack of 4 images (ISPG 0, MZ 1)", **place)
     longer = mrc_file("longer.mrc", stack, lambda raw: raw.extend(b"tail"))
     read("mrc-longer", longer, stack, notice="4 bytes more", **place)
 
@@ -267,6 +280,23 @@ def detached():
     read("nhdr-gzip-members", write("gz3.nhdr", nrrd.format("gzip", "", "members.gz").encode()), volume, notice="4 bytes more", **place)
 
 
+def further_fields():
+    """Fields of NRRD and MetaImage beside the spacings."""
+    nrrd = "NRRD0004\ntype: uint16\ndimension: 3\nsizes: 8 6 5\nendian: little\nencoding: raw\n{}\n"
+    meta = "NDims = 3\nDimSize = 8 6 5\nElementSpacing = 0.5 1.5 2\nElementType = MET_USHORT\n{}ElementDataFile = LOCAL\n"
+    place = {"origin": (1, 2, 3), "steps": diagonal(0.5, 1.5, 2)}
+
+    def file(name, head, fields):
+        return write(name, head.format(fields).encode() + volume.tobytes())
+
+    read("nrrd-ends", file("ends.nrrd", nrrd, "axis mins: 1 2 3\naxis maxs: 4.5 9.5 11\ncenters: node node node\n"), volume, **place)
+    read("nrrd-ends-cells", file("cells.nrrd", nrrd, "axis mins: 0.75 1.25 2\naxis maxs: 4.75 10.25 12\n"), volume, **place)
+    read("nrrd-quantized", file("old.nrrd", nrrd, "old min: -1\nold max: 1\nspacings: 1 1 1\n"), volume, notice="stand for -1 to 1")
+    read("mha-function", file("slope.mha", meta, "ElementToIntensityFunctionSlope = 0.5\n"), volume, steps=diagonal(0.5, 1.5, 2),
+         notice="ElementToIntensityFunction is not applied")
+    read("mha-unit", file("unit.mha", meta, "DistanceUnits = um\n"), volume, steps=diagonal(0.5, 1.5, 2), unit="µm")
+
+
 def numbered_images():
     from PIL import Image
     images = [Image.fromarray(one) for one in volume[0:4].astype("u1")]
@@ -281,6 +311,7 @@ def numbered_images():
         read(f"gap-{suffix}", stack(f"gap-{suffix}", *(f"s{i}.{suffix}" for i in (1, 2, 3, 6))), volume[:4], notice="4, 5 are missing")
     read("steps", stack("steps", "s010.png", "s020.png", "s030.png", "s050.png"), volume[:4], notice="40 is missing")
     read("no-gap", stack("no-gap", "s7.png", "s8.png", "s9.png", "s10.png"), volume[:4], notice="!missing")
+    read("two-kinds", stack("kinds", "ct1.png", "ct2.png", "mask1.png", "mask2.png"), volume[:4], notice="'ct1.png' and 'mask1.png'")
     read("two-numbers", stack("two", "z1c1.png", "z1c2.png", "z2c1.png", "z2c2.png"), volume[:4], notice="have two numbers, 2 by 2")
 
 
@@ -292,5 +323,6 @@ def json_shape():
 
 
 detached()
+further_fields()
 vtk()
 run_with_packages(tiff, json_shape, mrc, numbered_images)

@@ -1,5 +1,5 @@
-"""Writes a volume in each format that states no spacing, and prints the name of the format and its path, or why a
-file of this format cannot be without."""
+"""Writes a volume in each format that states no spacing, and prints the name of the format, its path and what is known of values, or
+why a file of this format cannot be without."""
 import json
 import struct
 
@@ -92,15 +92,51 @@ def raw():
     return write("v_4x3x2_int16.raw", samples)
 
 
+def dicom():
+    from volume_writing import dicom_image, dicom_save
+    data = dicom_image(1, 3, 4)
+    data.PixelData = volume[0].tobytes()
+    return dicom_save(data, "v.dcm")
+
+
+def vti():
+    return write("v.vti", b"""<VTKFile type="ImageData" byte_order="LittleEndian"><ImageData WholeExtent="0 3 0 2 0 1" Origin="0 0 0"
+        Spacing="1 1 1"><Piece Extent="0 3 0 2 0 1"><PointData><DataArray type="Int16" Name="v" format="ascii">"""
+                 + " ".join(map(str, volume.ravel())).encode() + b"</DataArray></PointData></Piece></ImageData></VTKFile>")
+
+
+def vtk():
+    return write("v.vtk", b"# vtk DataFile Version 3.0\n\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 4 3 2\nORIGIN 0 0 0\nSPACING 1 1 1\n"
+                 b"POINT_DATA 24\nSCALARS v short\nLOOKUP_TABLE default\n" + " ".join(map(str, volume.ravel())).encode() + b"\n")
+
+
+def big_data_viewer():
+    import h5py
+    with h5py.File(folder / "bdv.h5", "w") as file:
+        file["s00/resolutions"] = numpy.array([[1.0, 1, 1]])
+        file["t00000/s00/0/cells"] = volume
+    return write("bdv.xml", b"""<SpimData><SequenceDescription><ImageLoader format="bdv.hdf5"><hdf5>bdv.h5</hdf5></ImageLoader>
+        <ViewSetups><ViewSetup><id>0</id></ViewSetup></ViewSetups></SequenceDescription></SpimData>""")
+
+
+def cube():
+    return write("v.cube", b"a\nb\n0 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n" + " ".join(map(str, volume.ravel())).encode() + b"\n")
+
+
+# How scaling, sign and missing values are known; "values" for files that cannot be without a spacing.
+DEFINED, TYPED, OPEN = ("by format",) * 3, ("by format", "stated", "by format"), ("assumed", "stated", "assumed")
 FORMATS = [
-    ("NRRD", nrrd), ("MetaImage", meta_image), ("NIfTI 1 and 2, Analyze", nifti), ("MGH", mgh), ("DICOM", "has tests of its own"),
-    ("OME-Zarr 0.1 to 0.6", zarr), ("Zarr 2 and 3, N5", "is recognized as OME-Zarr"), ("VTK image data", "means 1 without a spacing"),
-    ("legacy VTK", "means 1 without a spacing"), ("TIFF", tiff), ("PNG, JPEG", image_stack), ("HDF5", hdf5),
-    ("Imaris", "states its extent"), ("BigDataViewer", "has tests of its own"), ("NetCDF 3 and 4", netcdf), ("NumPy", npy), ("MRC and CCP4", mrc), ("cube", "has steps"),
-    ("raw", raw_description), ("raw", raw)]
-for name, writer in FORMATS:
+    ("file", "NRRD", nrrd, TYPED), ("file", "MetaImage", meta_image, TYPED), ("file", "NIfTI 1 and 2, Analyze", nifti, TYPED),
+    ("file", "MGH", mgh, TYPED), ("values", "DICOM", dicom, ("assumed", "stated", "by format")), ("file", "OME-Zarr 0.1 to 0.6", zarr, OPEN),
+    ("reason", "Zarr 2 and 3, N5", "is recognized as OME-Zarr", ()), ("values", "VTK image data", vti, TYPED),
+    ("values", "legacy VTK", vtk, TYPED), ("file", "TIFF", tiff, DEFINED), ("file", "PNG, JPEG", image_stack, DEFINED),
+    ("file", "HDF5", hdf5, OPEN), ("reason", "Imaris", "states its extent", ()),
+    ("file", "BigDataViewer", big_data_viewer, ("by format", "assumed", "by format")), ("file", "NetCDF 3 and 4", netcdf, OPEN),
+    ("file", "NumPy", npy, TYPED), ("file", "MRC and CCP4", mrc, DEFINED), ("values", "cube", cube, DEFINED),
+    ("file", "raw", raw_description, TYPED), ("file", "raw", raw, TYPED)]
+for kind, name, writer, values in FORMATS:
     try:
-        print("reason" if isinstance(writer, str) else "file", name, writer if isinstance(writer, str) else writer(), sep="\t")
+        print(kind, name, writer if kind == "reason" else writer(), *values, sep="\t")
     except ImportError as problem:
         print("missing", problem.name, sep="\t")
         print("reason", name, "not tested", sep="\t")

@@ -272,11 +272,17 @@ std::string chosen_array(const ArrayContainer& file, const VolumeChoice& choice)
   for (const std::string& name : found) {
     if (list.size() < 600) list += (list.empty() ? "" : ", ") + name;
   }
-  fail_reading(file.file(),
-               found.empty() ? "it has no array of numbers with two or more dimensions"
-                             : "it has " + std::to_string(found.size()) + " arrays: " + list,
-               "Give one, as in '" + file.file().filename().string() +
-                   ":/path', or prepare several of one shape with --field");
+  const std::string example = "'" + file.file().filename().string() + ":/path'";
+  if (found.empty()) {
+    for (const std::string& name : file.children("")) {
+      if (list.size() < 600) list += (list.empty() ? "; it holds " : ", ") + name;
+    }
+    fail_reading(file.file(),
+                 "it has no array of integers or floats with two or more dimensions" + list,
+                 "If one of these leads to another file, give its path, as in " + example);
+  }
+  fail_reading(file.file(), "it has " + std::to_string(found.size()) + " arrays: " + list,
+               "Give one, as in " + example + ", or prepare several of one shape with --field");
 }
 
 StoredVolume described_volume(const ArrayContainer& file, const std::string& array,
@@ -286,7 +292,8 @@ StoredVolume described_volume(const ArrayContainer& file, const std::string& arr
   const std::vector<std::int64_t> shape = file.shape(array);
   const std::optional<StoredType> type = file.type(array);
   if (!type || shape.size() < 2 || shape.size() > 8) {
-    fail_reading(path, "its '" + array + "' is not an array of numbers with 2 to 5 dimensions",
+    fail_reading(path,
+                 "its '" + array + "' is not an array of integers or floats with 2 to 5 dimensions",
                  "Choose another array");
   }
   if (meaning.roles.size() != shape.size()) meaning.roles = roles_by_place(shape);

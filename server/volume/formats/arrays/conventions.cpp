@@ -10,15 +10,19 @@
 namespace multitetra {
 namespace {
 
+// Values may be scaled or missing by attributes.
+constexpr ValueBasis kWithoutStatements = {Basis::kAssumed, Basis::kStated, Basis::kAssumed};
+
 constexpr std::array kConventions = {
-    ArrayConvention{"MINC", &minc_arrays, &describe_minc},
-    ArrayConvention{"VTKHDF", &vtkhdf_arrays, &describe_vtkhdf},
-    ArrayConvention{"openPMD", &openpmd_arrays, &describe_openpmd},
-    ArrayConvention{"NeXus NXdata", &nexus_arrays, &describe_nexus},
-    ArrayConvention{"EMD", &emd_arrays, &describe_emd},
-    ArrayConvention{"BigDataViewer", &big_data_viewer_arrays, &describe_big_data_viewer},
-    ArrayConvention{"axistags", &axistags_arrays, &describe_axistags},
-    ArrayConvention{"DREAM.3D", &dream3d_arrays, &describe_dream3d},
+    ArrayConvention{"MINC", kNumbersAsStored, &minc_arrays, &describe_minc},
+    ArrayConvention{"VTKHDF", kNumbersAsStored, &vtkhdf_arrays, &describe_vtkhdf},
+    ArrayConvention{"openPMD", kWithoutStatements, &openpmd_arrays, &describe_openpmd},
+    ArrayConvention{"NeXus NXdata", kWithoutStatements, &nexus_arrays, &describe_nexus},
+    ArrayConvention{"EMD", kNumbersAsStored, &emd_arrays, &describe_emd},
+    ArrayConvention{"BigDataViewer", kNumbersAsStored, &big_data_viewer_arrays,
+                    &describe_big_data_viewer},
+    ArrayConvention{"axistags", kNumbersAsStored, &axistags_arrays, &describe_axistags},
+    ArrayConvention{"DREAM.3D", kNumbersAsStored, &dream3d_arrays, &describe_dream3d},
 };
 
 // Returns the distance of evenly spaced values; nullopt for others.
@@ -79,10 +83,11 @@ std::vector<std::string> offered_arrays(const ArrayContainer& file, const Volume
 
 ArrayMeaning meaning_of(const ArrayContainer& file, const std::string& array) {
   for (const ArrayConvention& convention : kConventions) {
-    ArrayMeaning meaning{.name = std::string(convention.name)};
+    ArrayMeaning meaning{.name = std::string(convention.name),
+                         .header = {.values = convention.values}};
     if (convention.describe(file, array, meaning)) return meaning;
   }
-  ArrayMeaning meaning;
+  ArrayMeaning meaning{.header = {.values = kWithoutStatements}};
   describe_plainly(file, array, meaning);
   unpack_by_attributes(file, array, meaning);
   return meaning;
@@ -93,8 +98,28 @@ StoredType unsigned_type(StoredType type) {
   return name[0] == 'i' ? stored_type_from("u" + name.substr(1)).value_or(type) : type;
 }
 
+namespace {
+
+// Makes the dimension z that has another name, as "depth" or ".": the nearest one before y and x,
+// or behind them if they come in this order.
+void name_z(std::vector<DimensionRole>& roles) {
+  const auto x = std::find(roles.begin(), roles.end(), DimensionRole::kX);
+  const auto y = std::find(roles.begin(), roles.end(), DimensionRole::kY);
+  if (x == roles.end() || y == roles.end()) return;
+  if (x < y) {
+    const auto behind = std::find(y, roles.end(), DimensionRole::kOther);
+    if (behind != roles.end()) *behind = DimensionRole::kZ;
+    return;
+  }
+  const auto before = std::find(std::make_reverse_iterator(y), roles.rend(), DimensionRole::kOther);
+  if (before != roles.rend()) *before = DimensionRole::kZ;
+}
+
+}  // namespace
+
 std::vector<DimensionRole> roles_from(const std::vector<std::string>& names) {
   std::vector<DimensionRole> roles;
+  roles.reserve(names.size());
   for (const std::string& written : names) {
     const std::string name = lower_case(written);
     roles.push_back(name == "x"                        ? DimensionRole::kX
@@ -107,6 +132,7 @@ std::vector<DimensionRole> roles_from(const std::vector<std::string>& names) {
   const auto count = [&](DimensionRole role) {
     return std::count(roles.begin(), roles.end(), role);
   };
+  if (count(DimensionRole::kZ) == 0) name_z(roles);
   const bool is_complete = count(DimensionRole::kX) == 1 && count(DimensionRole::kY) == 1 &&
                            count(DimensionRole::kZ) <= 1 && count(DimensionRole::kTime) <= 1 &&
                            count(DimensionRole::kChannel) <= 1;
@@ -153,8 +179,11 @@ void unpack_by_attributes(const ArrayContainer& file, const std::string& array,
                           ArrayMeaning& meaning) {
   ImageHeader& header = meaning.header;
   header.meaning.value_unit = unit_from(file.text(array, "units"));
-  header.slope = file.number(array, "scale_factor", 1);
-  header.intercept = file.number(array, "add_offset", 0);
+  const std::vector<double> factor = file.numbers(array, "scale_factor");
+  const std::vector<double> offset = file.numbers(array, "add_offset");
+  if (!factor.empty()) header.slope = factor[0];
+  if (!offset.empty()) header.intercept = offset[0];
+  if (!factor.empty() || !offset.empty()) header.values.scaling = Basis::kStated;
   meaning.is_unsigned = lower_case(file.text(array, "_Unsigned")) == "true";
   // Attributes have the stored type: -1 is 255 of unsigned bytes.
   const StoredType type = file.type(array).value_or(StoredType::kF64);
@@ -175,6 +204,7 @@ void unpack_by_attributes(const ArrayContainer& file, const std::string& array,
   if (range[0] <= range[1] && (range[0] > -kInfinity || range[1] < kInfinity)) {
     header.valid_range = {range[0], range[1]};
   }
+  if (header.has_void()) header.values.missing = Basis::kStated;
 }
 
 }  // namespace multitetra

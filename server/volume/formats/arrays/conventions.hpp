@@ -24,7 +24,7 @@ struct ArrayMeaning {
   // No name says what the dimensions are: a first one may be channels rather than times.
   bool are_roles_by_place = false;
   // Geometry, units, scaling and missing values; dims and type are not set.
-  ImageHeader header = {};
+  ImageHeader header;
   SourceTimes times = {};
   bool is_unsigned = false;  // Integers are unsigned, whatever their type.
   // Slope and intercept: one, or one for each entry of the first dimensions.
@@ -36,6 +36,8 @@ struct ArrayMeaning {
 
 struct ArrayConvention {
   std::string_view name;
+  // What is known of values before describe(), which may know more.
+  ValueBasis values;
   // Returns the arrays that this convention offers as volumes, none if the file does not follow it.
   std::vector<std::string> (*arrays)(const ArrayContainer& file, const VolumeChoice& choice);
   // Sets what it says about an array; returns false if the array does not follow it.
@@ -63,8 +65,9 @@ struct AxisCoordinates {
   std::string unit = {};
 };
 
-// Returns the roles of dimensions that are named x, y, z (or t, time, c, channel; other letters are
-// kOther); empty unless x and y occur once each, and z at most once.
+// Returns the roles of dimensions that are named x, y, z (or t, time, c, channel; other names are
+// kOther); empty unless x and y occur once each, and z at most once. Without a z, the other name
+// next to them is z: "depth", "lev".
 [[nodiscard]] std::vector<DimensionRole> roles_from(const std::vector<std::string>& names);
 
 // Returns the roles of unnamed dimensions: the last ones are z, y, x, the first of four or more is

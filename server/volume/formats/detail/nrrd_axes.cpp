@@ -81,29 +81,27 @@ Vec3 turned(const Vec3& vector, const std::optional<Vec3>& signs) {
   return {vector[0] * (*signs)[0], vector[1] * (*signs)[1], vector[2] * (*signs)[2]};
 }
 
-// Returns the center of the first sample from the minima of the axes, if all have one.
-StatedNumbers origin_by_mins(const NrrdHeader& header, const NrrdAxes& axes,
-                             const std::vector<std::int64_t>& sizes,
-                             const std::array<Vec3, 3>& steps) {
-  const auto words = [&](std::string_view field) { return header.axis_words(field, sizes.size()); };
-  const std::vector<std::string> mins = words("axis mins");
-  const std::vector<std::string> maxs = words("axis maxs");
-  const std::vector<std::string> spacings = words("spacings");
-  const std::vector<std::string> centers = words("centers");
-  StatedNumbers origin = kNotStated;
-  if (mins.empty()) return origin;
-  for (std::size_t i = 0; i < axes.space.size(); ++i) {
-    const std::size_t axis = axes.space[i];
-    const bool is_node = !centers.empty() && lower_case(centers[axis]) == "node";
-    const std::optional<double> min = finite_number(mins[axis]);
-    const std::optional<double> max = maxs.empty() ? std::nullopt : finite_number(maxs[axis]);
-    const bool has_spacing = !spacings.empty() && finite_number(spacings[axis]);
-    if (!min || (!max && !has_spacing)) return {};
-    const auto intervals = static_cast<double>(is_node ? sizes[axis] - 1 : sizes[axis]);
-    const double step = has_spacing ? steps[i][i] : (*max - *min) / intervals;
-    origin[i] = is_node ? *min : *min + step / 2;
+// An axis without a direction in space: its spacing, or else its ends, say where samples are.
+struct NrrdAxis {
+  double step = 0;                             // 0 if it is not stated.
+  std::optional<double> first = std::nullopt;  // The center of the first sample.
+};
+
+NrrdAxis axis_of(const NrrdHeader& header, const std::vector<std::int64_t>& sizes,
+                 std::size_t axis) {
+  const auto word = [&](std::string_view field) {
+    const std::vector<std::string> words = header.axis_words(field, sizes.size());
+    return words.empty() ? std::string() : words[axis];
+  };
+  const std::optional<double> min = finite_number(word("axis mins"));
+  const std::optional<double> max = finite_number(word("axis maxs"));
+  const bool is_node = lower_case(word("centers")) == "node";
+  NrrdAxis result{.step = finite_number(word("spacings")).value_or(0)};
+  if (result.step == 0 && min && max && sizes[axis] > 1) {
+    result.step = (*max - *min) / static_cast<double>(is_node ? sizes[axis] - 1 : sizes[axis]);
   }
-  return origin;
+  if (min && result.step != 0) result.first = is_node ? *min : *min + result.step / 2;
+  return result;
 }
 
 }  // namespace
@@ -162,24 +160,26 @@ void place_nrrd(const fs::path& file, const NrrdHeader& header, const NrrdAxes& 
                 const std::vector<std::int64_t>& sizes, ImageHeader& image) {
   const auto words = [&](std::string_view field) { return header.axis_words(field, sizes.size()); };
   const std::vector<std::string> directions = words("space directions");
-  const std::vector<std::string> spacings = words("spacings");
   const std::optional<Vec3> signs = patient_signs(file, header.field("space"));
-  const bool only_spacings = directions.empty() && !spacings.empty();
+  const bool only_spacings = directions.empty() && !words("spacings").empty();
   std::array<Vec3, 3> steps{};
+  StatedNumbers first = kNotStated;
   for (std::size_t i = 0; i < axes.space.size(); ++i) {
     const std::size_t axis = axes.space[i];
     if (!directions.empty()) {
       const std::optional<Vec3> direction = vector_from(directions[axis]);
       if (direction) steps[i] = turned(*direction, signs);
-    } else if (!spacings.empty()) {
-      steps[i][i] = finite_number(spacings[axis]).value_or(0);
+    } else {
+      const NrrdAxis own = axis_of(header, sizes, axis);
+      steps[i][i] = own.step;
+      first[i] = own.first;
     }
   }
   const std::optional<Vec3> origin = vector_from(header.field("space origin"));
   if (origin && !only_spacings) {
     set_axes(image, steps, stated(turned(*origin, signs)));
   } else {
-    set_axes(image, steps, origin_by_mins(header, axes, sizes, steps));
+    set_axes(image, steps, first);
   }
   if (signs && !only_spacings) {
     image.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}};

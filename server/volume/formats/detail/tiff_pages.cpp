@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -12,8 +13,11 @@
 #include <span>
 #include <utility>
 
+#include "common/base/text.hpp"
 #include "server/volume/formats/detail/half_floats.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/numbered_files.hpp"
+#include "server/volume/formats/endian.hpp"
 
 namespace multitetra {
 namespace {
@@ -150,10 +154,86 @@ std::optional<std::uint64_t> plain_offset_of(TIFF* tiff) {
   return offsets[0];
 }
 
+// Returns the values of a tag that libtiff does not know; empty if the directory does not have it.
+template <typename Number>
+std::span<const Number> values_of(TIFF* tiff, std::uint32_t tag) {
+  std::uint32_t count = 0;
+  const Number* values = nullptr;
+  if (TIFFGetField(tiff, tag, &count, &values) != 1 || values == nullptr) return {};
+  return {values, count};
+}
+
+bool has_type(TIFF* tiff, std::uint32_t tag, TIFFDataType type) {
+  const TIFFField* const field = TIFFFindField(tiff, tag, TIFF_ANY);
+  return field != nullptr && TIFFFieldDataType(field) == type;
+}
+
+// MetaMorph: pairs of a kind and a value, which is an offset for fractions and texts; three
+// fractions for each image of a stack, of which the first is a distance.
+constexpr std::uint32_t kUic1Tag = 33628;
+constexpr std::uint32_t kUic2Tag = 33629;
+
+void add_metamorph(const InputFile& file, TIFF* tiff, TiffPages::Placement& placement) {
+  const Endian endian = TIFFIsBigEndian(tiff) != 0 ? Endian::kBig : Endian::kLittle;
+  const auto number_at = [&](std::uint64_t at) -> std::uint32_t {
+    std::array<std::byte, 4> bytes{};
+    if (at + bytes.size() > file.size()) return 0;
+    file.read(at, bytes);
+    to_host_order(bytes, bytes.size(), endian);
+    return std::bit_cast<std::uint32_t>(bytes);
+  };
+  if (!has_type(tiff, kUic1Tag, TIFF_LONG)) return;
+  constexpr std::uint32_t kXCalibration = 4;
+  constexpr std::uint32_t kYCalibration = 5;
+  constexpr std::uint32_t kCalibrationUnits = 6;
+  const std::span<const std::uint32_t> pairs = values_of<std::uint32_t>(tiff, kUic1Tag);
+  for (std::size_t i = 0; i + 1 < pairs.size(); i += 2) {
+    const std::uint32_t kind = pairs[i];
+    const std::uint64_t at = pairs[i + 1];
+    if (kind == kXCalibration || kind == kYCalibration) {
+      placement.spacing[kind - kXCalibration] = stated_spacing(
+          static_cast<double>(number_at(at)) / static_cast<double>(number_at(at + 4)));
+    } else if (kind == kCalibrationUnits) {
+      constexpr std::uint32_t kMaxUnit = 64;
+      std::array<std::byte, kMaxUnit> text{};
+      const std::uint32_t length = std::min(number_at(at), kMaxUnit);
+      if (at + 4 + length > file.size()) continue;
+      file.read(at + 4, std::span(text).first(length));
+      const std::string unit(reinterpret_cast<const char*>(text.data()), length);
+      placement.units[0] = placement.units[1] = unit.substr(0, unit.find('\0'));
+    }
+  }
+  const std::string& unit = placement.units[0];
+  if (unit.empty() || unit.starts_with("pixel")) placement = {};  // It is not calibrated.
+  if (!has_type(tiff, kUic2Tag, TIFF_RATIONAL)) return;
+  // Programs write the distance from the image before, or from the first.
+  const std::span<const float> numbers = values_of<float>(tiff, kUic2Tag);
+  if (numbers.empty()) return;
+  const double first = static_cast<double>(numbers[0]);
+  const double second = numbers.size() > 3 ? static_cast<double>(numbers[3]) : first;
+  placement.spacing[2] = stated_spacing(first == second ? first : std::abs(second - first));
+  if (placement.spacing[2]) placement.units[2] = "µm";
+}
+
+void add_geotiff(TIFF* tiff, TiffPages::Placement& placement) {
+  constexpr std::uint32_t kPixelScaleTag = 33550;
+  constexpr std::uint32_t kNoDataTag = 42113;
+  if (has_type(tiff, kPixelScaleTag, TIFF_DOUBLE)) {
+    const std::span<const double> scale = values_of<double>(tiff, kPixelScaleTag);
+    for (std::size_t axis = 0; axis < std::min<std::size_t>(scale.size(), 3); ++axis) {
+      placement.spacing[axis] = stated_spacing(scale[axis]);
+    }
+  }
+  if (!has_type(tiff, kNoDataTag, TIFF_ASCII)) return;
+  const std::span<const char> text = values_of<char>(tiff, kNoDataTag);
+  placement.missing =
+      finite_number(trimmed(std::string_view(text.data(), text.size())
+                                .substr(0, std::string_view(text.data(), text.size()).find('\0'))));
+}
+
 // MetaMorph's tag UIC2 has as many entries as the stack has images, of which the strips are the
 // first; a directory with a depth has the images of a volume.
 std::int64_t images_in_directory(TIFF* tiff) {
-  constexpr std::uint32_t kUic2Tag = 33629;
   std::uint32_t count = 0;
   void* values = nullptr;
   if (TIFFGetField(tiff, kUic2Tag, &count, &values) == 1 && count > 1) return count;
@@ -189,6 +269,8 @@ TiffPages::TiffPages(std::filesystem::path file) : file_(std::move(file)) {
   resolution_.y = static_cast<double>(tiff_field<float>(tiff, TIFFTAG_YRESOLUTION, 0));
   const auto unit = tiff_field<std::uint16_t>(tiff, TIFFTAG_RESOLUTIONUNIT, RESUNIT_INCH);
   resolution_.unit_mm = unit == RESUNIT_INCH ? 25.4 : unit == RESUNIT_CENTIMETER ? 10 : 0;
+  add_metamorph(InputFile(file_), tiff, placement_);
+  add_geotiff(tiff, placement_);
   plain_offset_ = plain_offset_of(tiff);
   images_in_first_ = images_in_directory(tiff);
   std::uint16_t count = 0;
@@ -219,7 +301,12 @@ ImageHeader TiffPages::header(std::size_t page) const {
     fail_reading(file_, "its samples have " + std::to_string(format.bits) + " bits",
                  "Save them as integers or floating-point numbers of 8, 16, 32 or 64 bits");
   }
-  ImageHeader header{.type = *type, .components = format.components};
+  std::uint16_t unused = 0;
+  const bool has_sign = TIFFGetField(reader_->tiff, TIFFTAG_SAMPLEFORMAT, &unused) == 1;
+  ImageHeader header{
+      .type = *type,
+      .values = {Basis::kByFormat, has_sign ? Basis::kStated : Basis::kByFormat, Basis::kByFormat},
+      .components = format.components};
   header.dims = {format.width, format.height, 1};
   if (format.kind != SAMPLEFORMAT_IEEEFP) header.stored_bits = format.bits;
   return header;

@@ -1,6 +1,7 @@
 // Reads the pages of a TIFF file by libtiff, which only tiff_pages.cpp includes.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -37,6 +38,14 @@ class TiffPages {
   [[nodiscard]] const Resolution& resolution() const { return resolution_; }
   // Offset of the samples of the first page, if they are uncompressed and contiguous.
   [[nodiscard]] std::optional<std::uint64_t> plain_offset() const { return plain_offset_; }
+  // Where samples are, as tags of MetaMorph (stacks) and GeoTIFF state it.
+  struct Placement {
+    std::array<std::optional<double>, 3> spacing = {};
+    std::array<std::string, 3> units = {};  // Empty if unknown.
+    // The number of missing samples, by GDAL.
+    std::optional<double> missing = std::nullopt;
+  };
+  [[nodiscard]] const Placement& placement() const { return placement_; }
   // Images that the first directory has by its tags: of MetaMorph stacks, or its ImageDepth.
   [[nodiscard]] std::int64_t images_in_first() const { return images_in_first_; }
   // Whether the file has directories that are not pages: reduced copies, or those of other tags.
@@ -56,6 +65,7 @@ class TiffPages {
   std::vector<std::uint64_t> pages_;  // Offsets of their directories.
   std::string description_;
   Resolution resolution_;
+  Placement placement_;
   std::optional<std::uint64_t> plain_offset_;
   std::int64_t images_in_first_ = 1;
   bool has_other_directories_ = false;

@@ -356,7 +356,7 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
       series.push_back(std::move(image));
     }
   }
-  StoredVolume volume;
+  StoredVolume volume{.header = {.values = kNumbersAsStored}};
   std::vector<DicomImage> images = chosen_series(place, all, choice.series);
   if (images.front().segmentation != Segmentation::kNone) {
     return open_dicom_segmentation(place, std::move(images), choice);
@@ -383,6 +383,13 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
   header.type = rescale ? StoredType::kF32 : first.type;
   header.components = first.components;
   header.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = first.value_unit};
+  header.values.scaling = first.has_rescale ? Basis::kStated : Basis::kAssumed;
+  if (first.has_value_table) {
+    header.contradictions.push_back({Fact::kScaling,
+                                     "its values are given by a table (ModalityLUTSequence), which "
+                                     "is not read; its numbers are "
+                                     "read as stored"});
+  }
   if (!rescale && first.components == 1) {
     header.slope = first.slope;
     header.intercept = first.intercept;

@@ -30,7 +30,8 @@ bool is_netcdf4(const fs::path& path) {
 
 StoredVolume open_imaris(const fs::path& path, Hdf5Id file, ImarisVolume imaris,
                          const VolumeChoice& choice) {
-  StoredVolume volume{.contents = std::move(imaris.contents)};
+  StoredVolume volume{.header = {.values = kNumbersAsStored},
+                      .contents = std::move(imaris.contents)};
   volume.channels = std::max<std::int64_t>(1, std::ssize(volume.contents.fields));
   const Hdf5Container container(path, file.get(), choice.allow_external_files);
   ImageHeader& header = volume.header;

@@ -12,6 +12,7 @@ StoredVolume open_legacy_vtk(const std::filesystem::path& path, const VolumeChoi
   const VtiArray& array = chosen_array(path, vtk.arrays, {}, choice.array);
   StoredVolume volume{.header = {.dims = array.of_cells ? vtk.cells() : vtk.points,
                                  .type = array.type,
+                                 .values = kNumbersAsStored,
                                  .components = array.components},
                       .notices = choice_notices(path, vtk.arrays, array, choice.array),
                       .contents = contents_beside(vtk.arrays, array)};

@@ -125,7 +125,7 @@ StoredVolume open_pvti(const fs::path& path, const VolumeChoice& choice) {
                  "Save it as 1 to " + std::to_string(kMaxPieces) + " pieces");
   }
   std::vector<PlacedPiece> pieces;
-  StoredVolume volume;
+  StoredVolume volume{.header = {.values = kNumbersAsStored}};  // Replaced by the first piece.
   bool of_cells = false;
   for (const std::string& source : parsed->pieces) {
     const fs::path piece_file = named_data_file(path, source, choice.allow_external_files);

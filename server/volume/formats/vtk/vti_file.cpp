@@ -57,7 +57,8 @@ VtiPiece open_vti_piece(const fs::path& path, const VolumeChoice& choice) {
   const VtiArray& array =
       chosen_array(path, vti.arrays, {vti.scalars, vti.cell_scalars}, choice.array);
 
-  ImageHeader header{.type = array.type, .components = array.components};
+  ImageHeader header{
+      .type = array.type, .values = kNumbersAsStored, .components = array.components};
   std::array<Vec3, 3> steps{};
   const Vec3 spacing = vti.spacing.value_or(Vec3{1, 1, 1});
   Vec3 origin = vti.origin.value_or(Vec3{});

@@ -39,6 +39,7 @@ std::string chosen_path(const ZarrContainer& file, const VolumeChoice& choice,
     }
   }
   if (found.size() == 1 || (choice.first && !found.empty())) return found.front();
+  if (found.empty() && !file.unsupported().empty()) throw VolumeFileError(file.unsupported());
   std::string list;
   for (const std::string& name : found) {
     if (list.size() < 600) list += (list.empty() ? "" : ", ") + name;
@@ -55,6 +56,11 @@ ArrayMeaning meaning_in_zarr(const ZarrContainer& file, const std::string& array
   const std::size_t rank = layout.shape.size();
   if (!of_image) {
     ArrayMeaning meaning = meaning_of(file, array);
+    if (layout.fill_is_missing && meaning.header.missing.empty() &&
+        !file.texts(array, "_ARRAY_DIMENSIONS").empty()) {
+      meaning.header.missing.push_back(number_from(layout.type, layout.fill.data()));
+      meaning.header.values.missing = Basis::kStated;
+    }
     if (!layout.key_is_reversed || meaning.name == "BigDataViewer") return meaning;
     place_n5(file, array, meaning);
     meaning.header.meaning.value_unit.clear();  // N5 has the units of lengths under this name.

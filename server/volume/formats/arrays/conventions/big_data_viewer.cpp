@@ -95,6 +95,7 @@ bool describe_big_data_viewer(const ArrayContainer& file, const std::string& arr
   const std::string type =
       file.text(array, "dataType") + file.text("/" + path->setup_group, "dataType");
   meaning.is_unsigned = path->is_hdf5 && !type.starts_with("int");
+  if (path->is_hdf5 && type.empty()) meaning.header.values.sign = Basis::kAssumed;
   const auto factors = factors_of(file, array, *path);
   const std::filesystem::path& xml = file.described_by;
   const auto description =

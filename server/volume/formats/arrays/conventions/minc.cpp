@@ -49,8 +49,10 @@ void set_scales(const ArrayContainer& file, const MincPlace& place, StoredType t
   if (low.empty() || low.size() != high.size()) {
     meaning.header.contradictions.push_back(
         {Fact::kScaling, "it has no image-min and image-max; the values are those stored"});
+    meaning.header.values.scaling = Basis::kAssumed;
     return;
   }
+  meaning.header.values.scaling = Basis::kStated;
   for (std::size_t i = 0; i < low.size(); ++i) {
     const double slope = (high[i] - low[i]) / (range[1] - range[0]);
     meaning.scales.push_back({slope, low[i] - slope * range[0]});

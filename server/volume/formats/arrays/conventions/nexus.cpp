@@ -35,6 +35,22 @@ std::vector<std::string> axes_of(const ArrayContainer& file, const std::string& 
   return axes;
 }
 
+// Stored integers stand for values: value = scaling factor * integer + offset, by fields beside the
+// array that are named after it, or apply to the signal.
+void unpack_by_fields(const ArrayContainer& file, const std::string& array, ImageHeader& header) {
+  const bool is_signal = signal_of(file, group_of(array)) == array;
+  const auto number = [&](const std::string& name, double otherwise) {
+    std::vector<double> found = file.values(array + "_" + name);
+    if (found.empty() && is_signal) found = file.values(group_of(array) + "/" + name);
+    if (found.size() != 1) return otherwise;
+    header.values.scaling = Basis::kStated;
+    return found[0];
+  };
+  const double factor = number("scaling_factor", 1);
+  header.slope *= factor;
+  header.intercept = header.intercept * factor + number("offset", 0);
+}
+
 }  // namespace
 
 std::vector<std::string> nexus_arrays(const ArrayContainer& file, const VolumeChoice&) {
@@ -74,6 +90,7 @@ bool describe_nexus(const ArrayContainer& file, const std::string& array, ArrayM
   }
   place_by_coordinates(coordinates, meaning);
   unpack_by_attributes(file, array, meaning);
+  unpack_by_fields(file, array, meaning.header);
   return true;
 }
 

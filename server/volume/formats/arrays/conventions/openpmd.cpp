@@ -35,7 +35,10 @@ bool describe_openpmd(const ArrayContainer& file, const std::string& array, Arra
     std::reverse(labels.begin(), labels.end());
   }
   meaning.roles = roles_from(labels);
-  meaning.header.slope = file.number(array, "unitSI", 1);
+  if (const std::vector<double> unit = file.numbers(array, "unitSI"); !unit.empty()) {
+    meaning.header.slope = unit[0];
+    meaning.header.values.scaling = Basis::kStated;
+  }
   const std::string geometry = file.text(mesh, "geometry");
   if (meaning.roles.size() != rank || (!geometry.empty() && geometry != "cartesian")) {
     meaning.roles = roles_by_place(file.shape(array));

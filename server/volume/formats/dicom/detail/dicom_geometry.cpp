@@ -76,6 +76,7 @@ void apply_groups(const gdcm::DataSet& item, const gdcm::DataSet& file, bool has
     const std::vector<double> intercept = numbers_at(rescale, Tag(0x0028, 0x1052));
     const std::string type = text_at(rescale, Tag(0x0028, 0x1054));
     if (!slope.empty()) image.slope = slope[0];
+    image.has_rescale = image.has_rescale || !slope.empty();
     if (!intercept.empty()) image.intercept = intercept[0];
     if (slope.empty() && type.empty()) return;
     image.value_unit = dicom_value_unit(type, file, image.modality);
@@ -89,6 +90,7 @@ void apply_groups(const gdcm::DataSet& item, const gdcm::DataSet& file, bool has
     const auto slope = binary_at<double>(mapping, Tag(0x0040, 0x9225));
     const auto intercept = binary_at<double>(mapping, Tag(0x0040, 0x9224));
     if (slope.empty() || intercept.empty()) return;
+    image.has_rescale = true;
     image.slope = slope[0];
     image.intercept = intercept[0];
     with_item(mapping, Tag(0x0040, 0x08EA), [&](const gdcm::DataSet& unit) {
@@ -246,7 +248,9 @@ std::string dicom_value_unit(const std::string& rescale_type, const gdcm::DataSe
                              const std::string& modality) {
   if (rescale_type == "US") return {};  // The standard defines US as unspecified.
   if (!rescale_type.empty()) return unit_from(rescale_type);
+  if (data.FindDataElement(Tag(0x0028, 0x3000))) return {};  // A table that is not read.
   if (modality == "CT") return "HU";
+  if (modality == "RTDOSE" && text_at(data, Tag(0x3004, 0x0002)) == "GY") return "Gy";
   return modality == "PT" ? unit_from(text_at(data, Tag(0x0054, 0x1001))) : std::string();
 }
 

@@ -228,6 +228,9 @@ std::vector<DicomImage> dicom_images(const fs::path& path) {
     image.intercept = rescale[0];
     image.slope = rescale[1];
   }
+  image.has_rescale = data.FindDataElement(Tag(0x0028, 0x1053)) ||
+                      data.FindDataElement(Tag(0x3004, 0x000E));  // DoseGridScaling.
+  image.has_value_table = data.FindDataElement(Tag(0x0028, 0x3000));
   image.value_unit = dicom_value_unit(text_at(data, Tag(0x0028, 0x1054)), data, image.modality);
   const std::vector<double> number = numbers_at(data, Tag(0x0020, 0x0013));
   if (!number.empty() && std::abs(number[0]) < 1e15) {

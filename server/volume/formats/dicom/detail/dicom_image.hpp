@@ -68,6 +68,8 @@ struct DicomImage {
   Vec3 spacing = {1, 1, 1};                            // Columns, rows and slices apart; > 0.
   SpacingSource plane_spacing = SpacingSource::kNone;  // Of columns and rows.
   SpacingSource slice_spacing = SpacingSource::kNone;
+  bool has_rescale = false;      // The file states slope and intercept.
+  bool has_value_table = false;  // The file gives values by a table, which is not applied.
   double slope = 1;
   double intercept = 0;
   std::int64_t number = 0;  // Number in the series.

@@ -201,7 +201,7 @@ StoredVolume open_dicom_segmentation(const fs::path& place, std::vector<DicomIma
   std::size_t layer_count = 1;
   for (const auto& [segment, layer] : layers) layer_count = std::max(layer_count, layer + 1);
 
-  StoredVolume volume;
+  StoredVolume volume{.header = {.values = kNumbersAsStored}};
   volume.contents.labels = dicom_segments(first.file);
   for (SourceLabel& label : volume.contents.labels) {
     const auto found = layers.find(static_cast<std::int64_t>(label.stored));

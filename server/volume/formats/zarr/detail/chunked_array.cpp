@@ -316,6 +316,8 @@ ArrayLayout zarr_2(const Json& json) {
   layout.chunk = lengths_of(json, "chunks", 1);
   set_type_2(layout, member(json, "dtype"));
   layout.fill = fill_of(layout.type, member(json, "fill_value"));
+  const double fill = number_from(layout.type, layout.fill.data());
+  layout.fill_is_missing = fill != 0 && !std::isnan(fill);
   layout.order = straight(layout.shape.size());
   if (member(json, "order") == "F") std::reverse(layout.order.begin(), layout.order.end());
   if (json.contains("filters") && !json.at("filters").is_null() && !json.at("filters").empty()) {

@@ -41,6 +41,8 @@ struct ArrayLayout {
   bool are_halves = false;  // Stored as 16-bit floats; `type` is kF32.
   Endian endian = Endian::kLittle;
   std::vector<std::byte> fill;  // The value of missing chunks: one number in host order.
+  // In Zarr 2: it is a number other than 0, which xarray understands as that of missing samples.
+  bool fill_is_missing = false;
   std::vector<ChunkCodec> codecs;
   std::optional<ShardLayout> shards;
   std::string key_prefix;  // Prefix of chunk keys: "c/" or empty.

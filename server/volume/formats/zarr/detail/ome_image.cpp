@@ -174,8 +174,9 @@ void set_place(const Transform& transform, const std::vector<std::string>& units
 
 OmeLevel described(const Json& image, const Json& level, const VolumeChoice& choice,
                    const fs::path& place) {
-  OmeLevel result{.path = text_in(level, "path"),
-                  .meaning = {.name = "OME-Zarr", .has_levels = true}};
+  OmeLevel result{
+      .path = text_in(level, "path"),
+      .meaning = {.name = "OME-Zarr", .header = {.values = kNumbersAsStored}, .has_levels = true}};
   std::vector<std::string> names;
   std::vector<std::string> units;
   const Json axes = axes_of_level(image, level, choice, place);

@@ -141,8 +141,9 @@ std::vector<std::int64_t> ZarrContainer::shape(const std::string& array) const {
   try {
     const std::optional<ArrayLayout> found = layout(array);
     return found ? found->shape : std::vector<std::int64_t>();
-  } catch (const VolumeFileError&) {
-    return {};  // Of texts, for example.
+  } catch (const VolumeFileError& problem) {  // An array of texts, for example.
+    if (unsupported_.empty()) unsupported_ = problem.what();
+    return {};
   }
 }
 

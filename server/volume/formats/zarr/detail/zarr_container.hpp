@@ -27,6 +27,10 @@ class ZarrContainer : public ArrayContainer {
   // that are not supported.
   [[nodiscard]] std::optional<ArrayLayout> layout(const std::string& path) const;
 
+  // Why the first array was left out that has a type or a codec which is not read; empty if none
+  // was, so far.
+  [[nodiscard]] const std::string& unsupported() const { return unsupported_; }
+
   // Arrays by consolidated metadata, or else by listing folders, which servers cannot do.
   [[nodiscard]] std::vector<std::string> arrays() const override;
   [[nodiscard]] std::vector<std::string> children(const std::string& group) const override;
@@ -48,6 +52,7 @@ class ZarrContainer : public ArrayContainer {
   void find_arrays(const std::string& group, int depth, std::vector<std::string>& found) const;
 
   std::shared_ptr<ObjectStore> store_;
+  mutable std::string unsupported_;
   mutable std::map<std::string, nlohmann::json> attributes_;  // By path, as read.
 };
 
