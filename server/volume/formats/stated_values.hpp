@@ -33,7 +33,6 @@ struct ValueBasis {
 };
 
 // Of formats whose numbers have a type, and are the values.
-inline constexpr ValueBasis kNumbersAsStored = {Basis::kByFormat, Basis::kStated,
-                                                Basis::kByFormat};
+inline constexpr ValueBasis kNumbersAsStored = {Basis::kByFormat, Basis::kStated, Basis::kByFormat};
 
 }  // namespace multitetra
