@@ -1,6 +1,6 @@
 // Boxes of samples as payloads of tiles (common/codec/plain_box.hpp): what a page without a server makes from a file, and
 // the decoder of sample shells marches.
-import { type SampleArray, samplesTypeCode } from "../static/sample_array";
+import { type SampleArray, typeCode } from "../static/sample_array";
 import type { Vec3 } from "../stream/dataset";
 
 export interface PlainBox {
@@ -26,7 +26,7 @@ const headerBytes = 48;
 export function plainPayload({ samples, origin, count, layers, layerValue, isovalue, resolution, spacingExponent }: PlainBox): Uint8Array {
   const payload = new Uint8Array(headerBytes + samples.byteLength);
   const view = new DataView(payload.buffer);
-  payload.set([version, samplesTypeCode(samples), resolution | (spacingExponent << 4), layers]);
+  payload.set([version, typeCode(samples), resolution | (spacingExponent << 4), layers]);
   for (let axis = 0; axis < 3; ++axis) {
     view.setInt32(4 + 4 * axis, origin[axis], true);
     view.setInt32(16 + 4 * axis, count[axis], true);
