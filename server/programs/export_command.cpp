@@ -12,6 +12,7 @@
 #include "common/base/exit_codes.hpp"
 #include "common/base/json.hpp"
 #include "common/base/utf8.hpp"
+#include "common/cli/human_units.hpp"
 #include "common/json/json_report.hpp"
 #include "common/request/surface_query.hpp"
 #include "common/wire/mesh_files.hpp"
@@ -20,6 +21,7 @@
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/programs/commands.hpp"
+#include "server/programs/page_export.hpp"
 #include "server/programs/progress.hpp"
 #include "server/programs/thread_options.hpp"
 #include "server/tilesets/cell_glb.hpp"
@@ -33,6 +35,7 @@ namespace {
 struct ExportArguments {
   std::string file;
   std::string folder;
+  std::string page;  // The folder of a page instead of a surface; else empty.
   std::string format = "3dtiles";
   std::vector<double> isovalues;
   double error = TilesetSettings{}.error;
@@ -199,6 +202,21 @@ void write_segments(const ExportArguments& arguments, DatasetInfo info,
   }
 }
 
+int export_as_page(const ExportArguments& arguments) {
+  const ExportedPage page = export_page(arguments.file, arguments.page);
+  if (arguments.json) {
+    std::cout << text_of(Json{{"folder", arguments.page},
+                              {"datasets", page.datasets},
+                              {"files", page.files},
+                              {"bytes", page.bytes}});
+  } else if (!arguments.quiet) {
+    std::cout << printable(arguments.page, /*keeps_lines=*/false) << ": " << page.files
+              << " files, " << human_bytes(page.bytes)
+              << "; upload them to any web space that answers requests for ranges\n";
+  }
+  return kOk;
+}
+
 // Checks settings like those in a server's path.
 TilesetSettings settings_of(double isovalue, double error, CellCodec codec) {
   const auto settings = tileset_settings_from(
@@ -208,6 +226,7 @@ TilesetSettings settings_of(double isovalue, double error, CellCodec codec) {
 }
 
 int export_tilesets(ExportArguments arguments) {
+  if (arguments.folder.empty()) throw UsageError("--output", "is required, or --page.");
   if (arguments.sharded && arguments.format != "neuroglancer") {
     throw UsageError("--sharded", "only --format neuroglancer supports shards.");
   }
@@ -282,8 +301,14 @@ void add_export_command(Command& program, Run& run) {
       ->required()
       ->type_name("DATASET");
   command->add_option("-o,--output", arguments->folder, "Folder to write to; created if missing")
-      ->required()
       ->type_name("FOLDER");
+  command
+      ->add_option(
+          "--page", arguments->page,
+          "Instead of a surface: a folder with the viewer and the dataset, or all datasets "
+          "of a folder, for a web space without a server")
+      ->type_name("FOLDER")
+      ->excludes("--output");
   command
       ->add_option(
           "--format", arguments->format,
@@ -321,12 +346,15 @@ void add_export_command(Command& program, Run& run) {
       "  multitetra-server export head.mtd --isovalue 500.5 -o site/head\n"
       "  multitetra-server export head.mtd --isovalue 500.5,900.5 --format neuroglancer -o "
       "site/head_mesh\n"
-      "  multitetra-server export head.mtd --format glb-lods -o site/head");
+      "  multitetra-server export head.mtd --format glb-lods -o site/head\n"
+      "  multitetra-server export head.mtd --page site");
   command->callback([arguments, &run] {
     if (!arguments->quality.empty()) {
       arguments->error = quality_error_from(arguments->quality).value();
     }
-    run = [arguments] { return export_tilesets(*arguments); };
+    run = [arguments] {
+      return arguments->page.empty() ? export_tilesets(*arguments) : export_as_page(*arguments);
+    };
   });
 }
 

@@ -45,13 +45,17 @@ const ViewerFileContent* ViewerFiles::find(std::string_view path) const {
   return found == files_.end() ? nullptr : &found->second;
 }
 
-std::shared_ptr<const ViewerFiles> find_viewer(const std::filesystem::path& folder) {
-  if (!folder.empty()) return std::make_shared<const ViewerFiles>(folder);
+std::filesystem::path viewer_folder() {
   std::error_code unknown;  // Without /proc the program's path is unknown.
   const auto program = std::filesystem::read_symlink("/proc/self/exe", unknown);
   const auto own = program.parent_path().parent_path() / "share" / "multitetra" / "viewer";
-  if (unknown || !std::filesystem::is_directory(own)) return std::make_shared<const ViewerFiles>();
-  return std::make_shared<const ViewerFiles>(own);
+  return unknown || !std::filesystem::is_directory(own) ? std::filesystem::path() : own;
+}
+
+std::shared_ptr<const ViewerFiles> find_viewer(const std::filesystem::path& folder) {
+  const std::filesystem::path found = folder.empty() ? viewer_folder() : folder;
+  return found.empty() ? std::make_shared<const ViewerFiles>()
+                       : std::make_shared<const ViewerFiles>(found);
 }
 
 }  // namespace multitetra

@@ -39,8 +39,12 @@ class ViewerFiles {
   std::map<std::string, ViewerFileContent, std::less<>> files_;
 };
 
-// Returns the files of `folder`. If that is empty, uses "../share/multitetra/viewer" relative to
-// this program's folder, or no files. Throws like ViewerFiles.
+// Returns "../share/multitetra/viewer" relative to this program's folder; empty if it does not
+// exist.
+[[nodiscard]] std::filesystem::path viewer_folder();
+
+// Returns the files of `folder`; if that is empty, those of viewer_folder(), if it exists. Throws
+// like ViewerFiles.
 [[nodiscard]] std::shared_ptr<const ViewerFiles> find_viewer(const std::filesystem::path& folder);
 
 }  // namespace multitetra

@@ -191,6 +191,33 @@ def compare(folder, server):
     assert stored["inline"]["ids"] == [str(segment)]
 
 
+def check_page(folder, program):
+    """A page has the viewer, the datasets of a folder under their names, and an index that the viewer finds."""
+    (folder / "many/some more").mkdir(parents=True)
+    (folder / "many/some more/a#b.mtd").write_bytes((folder / "gyroid.mtd").read_bytes())
+    made = subprocess.run([program, "export", "many", "--page", "page", "--json"], cwd=folder, capture_output=True)
+    if b"viewer is not installed" in made.stderr:
+        return print("!! The viewer is not built: pages are NOT TESTED.")
+    report = json.loads(made.stdout)
+    files = [path for path in (folder / "page").rglob("*") if path.is_file()]
+    assert (report["datasets"], report["files"]) == (1, len(files)), report
+    assert report["bytes"] == sum(path.stat().st_size for path in files), report
+    assert '<meta name="multitetra-static" content="datasets.json"' in (folder / "page/index.html").read_text()
+    [dataset] = json.loads((folder / "page/datasets.json").read_text())["datasets"]
+    assert dataset["file"] == "some%20more/a%23b.mtd", dataset
+    assert (dataset["metadata"]["name"], dataset["metadata"]["dims"]) == ("gyroid", [97, 97, 97]), dataset
+    assert (folder / "page/some more/a#b.mtd").read_bytes() == (folder / "gyroid.mtd").read_bytes()
+    (folder / "many/again.mtd").write_bytes((folder / "gyroid.mtd").read_bytes())
+    for words, problem in (
+        (["many", "--page", "page"], b'Two datasets are named "gyroid"'),
+        (["mesh", "--page", "page"], b"There is no dataset in mesh."),
+        (["https://site.example/a.mtd", "--page", "page"], b"download https://site.example/a.mtd first"),
+        (["gyroid.mtd"], b"--output: is required, or --page."),
+    ):
+        refused = subprocess.run([program, "export", *words], cwd=folder, capture_output=True)
+        assert refused.returncode in (1, 2) and problem in refused.stderr, refused
+
+
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
@@ -212,6 +239,7 @@ def main():
         assert (folder / "fine/surface.glb").read_bytes() == (folder / "levels/surface.glb").read_bytes(), "fine is 0.25 voxels"
         nothing = subprocess.run([program, "export", "gyroid.mtd", "--isovalue", "99", "--quiet", "-o", "nothing"], cwd=folder, capture_output=True)
         assert nothing.returncode == 6 and b"is empty" in nothing.stderr, nothing
+        check_page(folder, program)
         check_levels(folder, program)
         check_meshopt(folder, program)
         with open(folder / "log", "w") as log:

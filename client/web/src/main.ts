@@ -26,6 +26,7 @@ import { History } from "./state/history";
 import { type Entry, entriesOf, isSameSeries } from "./state/series";
 import { defaults, type Settings } from "./state/settings";
 import { fromAddress, ignoredParts } from "./state/url_state";
+import { isOfFiles } from "./static/file_channel";
 import { worldBox } from "./stream/dataset";
 import { Thumbnails } from "./stream/thumbnails";
 import { Viewer } from "./viewer/viewer";
@@ -87,6 +88,7 @@ const panel = new Panel(
     visit: (hash) => address.applyAddress(`#${hash}`),
   },
   datasets.element,
+  isOfFiles(server),
 );
 const bar = new StatusBar();
 const fewSurfaces = 24;

@@ -58,7 +58,16 @@ function serve(name: string, bytes: Uint8Array): string {
 
 function conversation(address: string, maxBytes?: number) {
   const messages: ServerKind[] = [];
-  return { messages, end: new FileConversation(new PageDatasets(address), tools, (message) => messages.push(message), maxBytes) };
+  return {
+    messages,
+    end: new FileConversation(
+      new PageDatasets(address),
+      tools,
+      (message) => messages.push(message),
+      () => {},
+      maxBytes,
+    ),
+  };
 }
 
 const request = (isovalue: number, change = {}) =>
@@ -150,7 +159,11 @@ describe("StaticFiles", () => {
   test("HaveNoBudgetsAndNoColors", async () => {
     const address = serve("padded.mtd", golden("page_padded.mtd"));
     const budget = await streamed(address, "padded", -300.5, { request: { maxTriangles: 100n } });
+    expect((await digests(budget)).map(({ spacing }) => spacing)).toEqual([8]);
     expect(budget.at(-1)).toMatchObject({ case: "streamEnd", value: { outcome: StreamOutcome.CANCELLED, steps: 1 } });
+    const larger = await digests(await streamed(address, "padded", -300.5, { request: { maxTriangles: 5000n } }));
+    expect(larger.map(({ spacing }) => spacing)).toEqual([8, 2]);
+    expect(larger[1].triangles).toBeGreaterThan(1000);
     const { messages, end } = conversation(address);
     const scalars = { dataset: "padded" };
     await end.receive({ case: "openStream", value: create(OpenStreamSchema, { requestId: 1n, dataset: "padded", request: request(0), scalars }) });

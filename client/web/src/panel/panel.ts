@@ -30,6 +30,8 @@ export interface PanelEvents extends DownloadsEvents, BookmarksEvents, LabelsEve
   shownBox: () => Crop;
 }
 
+const noServer = "Full resolution, read from files without a server. Allowed errors, budgets, finer places and colors by a field need a server.";
+
 export class Panel {
   readonly element: HTMLElement;
   readonly histogram: HistogramView;
@@ -61,6 +63,7 @@ export class Panel {
     change: Change,
     events: PanelEvents,
     datasets: HTMLElement,
+    isOfFiles = false, // There is no server.
   ) {
     const resetAll = h(
       "button",
@@ -98,9 +101,13 @@ export class Panel {
       this.labelsElement,
       this.ofValues,
       this.surfacesElement,
-      section("Accuracy", ...accuracy.elements),
-      foldedSection("Finer in one place", false, ...region.elements),
-      foldedSection("Color by a field", settings.get().colorBy !== "", ...field.elements),
+      section("Accuracy", ...(isOfFiles ? [h("p", { class: "hint" }, noServer)] : accuracy.elements)),
+      ...(isOfFiles
+        ? []
+        : [
+            foldedSection("Finer in one place", false, ...region.elements),
+            foldedSection("Color by a field", settings.get().colorBy !== "", ...field.elements),
+          ]),
       foldedSection("Clip and crop", settings.get().clip !== "off" || settings.get().crop !== null, ...cut.elements),
       foldedSection("Slices", settings.get().slice !== "off", ...slice.elements),
       foldedSection("Volume", settings.get().volume !== "off", ...volume.elements),

@@ -98,8 +98,8 @@ export class StatusBar {
 
   show(status: SurfacesStatus): void {
     const { progress, drawn } = status;
-    const { isStreaming, tilesReceived, tilesToCome } = progress;
-    const share = tilesToCome > 0 ? tilesReceived / tilesToCome : isStreaming ? 0 : 1;
+    const { isStreaming, tilesReceived, tilesToCome, shareRead } = progress;
+    const share = isStreaming && shareRead > 0 ? shareRead : tilesToCome > 0 ? tilesReceived / tilesToCome : isStreaming ? 0 : 1;
     this.meter.style.setProperty("--share", String(share));
     this.meter.classList.toggle("is-active", isStreaming || waitsForOthers(status));
     this.showState(status);
@@ -137,7 +137,8 @@ export class StatusBar {
     if (!isStreaming) return this.say(progress.phase === "ready" ? atRest : "Not connected", shown ? errorSummary(drawn) || `step ${shown.step + 1}` : "");
     const isFirst = progress.firstSurface === null;
     const share = `${Math.round((100 * tilesReceived) / Math.max(1, tilesToCome))} %`;
-    const tiles = tilesToCome > 0 ? (timeLeft ? `${share}, ${timeLeft}` : `${share} of step ${step + 1}`) : "waiting for the server";
+    const read = progress.shareRead > 0 ? `${Math.round(100 * progress.shareRead)} % of the samples read` : "";
+    const tiles = read ? read : tilesToCome > 0 ? (timeLeft ? `${share}, ${timeLeft}` : `${share} of step ${step + 1}`) : "waiting for the server";
     // Until the first step of the new surface, the previous surface is shown, and the badge applies to it.
     this.say(
       !isFirst ? "Refining…" : drawn.length > 0 ? "Updating…" : "First preview…",

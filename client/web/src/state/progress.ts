@@ -61,6 +61,7 @@ export interface Progress {
   tilesToCome: number;
   tilesReceived: number;
   bytesReceived: number; // Bytes of all steps.
+  shareRead: number; // The part of the next step's samples that this page has read from a file; 0: unknown.
   firstTile: number | null; // Milliseconds after the request.
   firstSurface: number | null;
   complete: number | null;
@@ -99,6 +100,7 @@ export const noProgress: Progress = {
   tilesToCome: 0,
   tilesReceived: 0,
   bytesReceived: 0,
+  shareRead: 0,
   firstTile: null,
   firstSurface: null,
   complete: null,

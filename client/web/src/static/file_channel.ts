@@ -26,6 +26,7 @@ export class FileChannel implements Channel {
   onopen: Channel["onopen"] = null;
   onclose: Channel["onclose"] = null;
   onmessage: Channel["onmessage"] = null;
+  onprogress: Channel["onprogress"] = null;
   private readonly port: MessagePort;
 
   // Throws if it is no address.
@@ -34,7 +35,7 @@ export class FileChannel implements Channel {
     const request: ChannelRequest = { address: new URL(address.slice(scheme.length)).href, port: port2 };
     startedWorker().postMessage(request, [port2]);
     this.port = port1;
-    this.port.onmessage = (event: MessageEvent) => this.onmessage?.(event);
+    this.port.onmessage = (event: MessageEvent) => (typeof event.data === "number" ? this.onprogress?.(event.data) : this.onmessage?.(event));
     open.add(this);
     queueMicrotask(() => {
       if (this.readyState !== WebSocket.CONNECTING) return;

@@ -4,10 +4,12 @@ import { emptyDigest, fromHex, sum } from "../mesh/content_digest";
 import {
   type ClientKind,
   create,
+  type DatasetInfo,
   DatasetListSchema,
   ErrorCode,
   ErrorReplySchema,
   EstimateReplySchema,
+  type IsosurfaceRequest,
   IsosurfaceRequestSchema,
   type OpenStream,
   PayloadCodec,
@@ -28,7 +30,6 @@ import {
 } from "../protocol/messages";
 import { probedPlaces, sampledSlice } from "./field_samples";
 import { coarseSpacing } from "./level_extents";
-import { LevelSamples } from "./level_samples";
 import type { PageDatasets } from "./page_datasets";
 import type { PreparedVolume } from "./prepared_file";
 import { sampleBytes } from "./sample_array";
@@ -36,7 +37,6 @@ import { brickSide } from "./sample_bricks";
 import { type MadeTile, SurfaceLevel, type Tools } from "./surface_level";
 
 export const maxSurfaceBytes = 1 << 29; // Samples around one surface, unpacked.
-const trianglesPerCell = 230; // Of 8 grid steps, on the average.
 const maxMegabyte = 1e6;
 
 export class FileConversation {
@@ -46,6 +46,7 @@ export class FileConversation {
     private readonly datasets: PageDatasets,
     private readonly tools: Promise<Tools>,
     private readonly send: (message: ServerKind) => void,
+    private readonly progress: (share: number) => void = () => {}, // The part of a step's samples that is read.
     private readonly maxBytes = maxSurfaceBytes,
   ) {}
 
@@ -83,8 +84,7 @@ export class FileConversation {
         return this.stream(message.value);
       case "estimate": {
         const { requestId, dataset, request } = message.value;
-        const { crossedCells } = new LevelSamples(await this.datasets.volume(dataset), request?.isovalue ?? 0, 1);
-        const triangles = BigInt(crossedCells * trianglesPerCell);
+        const triangles = BigInt(new SurfaceLevel(await this.datasets.volume(dataset), request?.isovalue ?? 0, 5, 1).expectedTriangles);
         return this.send({ case: "estimateReply", value: create(EstimateReplySchema, { requestId, triangles, bytes: triangles / 4n }) });
       }
       case "slice": {
@@ -103,34 +103,49 @@ export class FileConversation {
   }
 
   private async stream(open: OpenStream): Promise<void> {
-    this.running = open.requestId;
-    if (open.furtherDatasets.length > 0) throw new Error("Without a server, previews are requested one by one.");
-    if (open.scalars) throw new Error("Coloring by a field needs a server: this page reads files alone.");
-    const volume = await this.datasets.volume(open.dataset);
-    const isWanted = () => this.running === open.requestId;
+    const { requestId, dataset, steps: policy } = open;
+    this.running = requestId;
+    const request = open.request ?? create(IsosurfaceRequestSchema);
+    const lack = lackOf(open, request);
+    if (lack) throw new Error(`${lack} a server: this page reads files alone.`);
+    const volume = await this.datasets.volume(dataset);
+    const isWanted = () => this.running === requestId;
     if (!isWanted()) return;
-    const { isovalue = 0, lattice = 5 } = open.request ?? {};
-    const level = (spacing: number) => new SurfaceLevel(volume, isovalue, lattice || 5, spacing);
-    const steps = new StepSender(open, this.send, await this.tools, isWanted);
+    const level = (spacing: number) => new SurfaceLevel(volume, request.isovalue, request.lattice || 5, spacing);
+    const steps = new StepSender(open, request, this.send, await this.tools, isWanted);
     const fine = level(1);
     const excess = excessOf(volume, fine, this.maxBytes);
-    const isPreviewed = open.steps !== StepPolicy.FINAL_ONLY && volume.info.gridExponent > Math.log2(coarseSpacing);
-    if ((isPreviewed || excess) && volume.info.gridExponent > 3 && !(await steps.sendStep(level(coarseSpacing), coarseSpacing))) return;
-    const isBudget = (open.request?.maxTriangles ?? 0n) > 0n || (open.request?.maxBytes ?? 0n) > 0n;
-    const isEnough = isPreviewed && (open.steps === StepPolicy.PREVIEWS_ONLY || isBudget);
-    if (!isEnough) {
+    const isPreviewed = policy !== StepPolicy.FINAL_ONLY || excess !== null;
+    if (isPreviewed && volume.info.gridExponent > Math.log2(coarseSpacing) && !(await steps.sendStep(level(coarseSpacing)))) return;
+    const isLast = policy === StepPolicy.PREVIEWS_ONLY && steps.sent > 0;
+    if (!isLast) {
       if (excess) throw new Error(excess);
-      await volume.bricks.fetch(fine.bricks);
-      if (!isWanted() || !(await steps.sendStep(fine, 1))) return;
+      const best = request.maxTriangles > 0n ? level(spacingWithin(Number(request.maxTriangles), fine, volume.info)) : fine;
+      await volume.bricks.fetch(best.bricks, (share) => isWanted() && this.progress(share));
+      const isKnown = best.spacing === coarseSpacing && steps.sent > 0;
+      if (!isWanted() || !(isKnown || (await steps.sendStep(best)))) return;
     }
-    // A budget needs the engine: its stream ends with the preview.
-    const outcome = isEnough && isBudget ? StreamOutcome.CANCELLED : StreamOutcome.COMPLETE;
-    this.send({ case: "streamEnd", value: create(StreamEndSchema, { requestId: open.requestId, outcome, steps: steps.sent }) });
+    // A level with fewer triangles does not meet a request: the stream ends before its final step.
+    const outcome = steps.hasSentFinal || isLast ? StreamOutcome.COMPLETE : StreamOutcome.CANCELLED;
+    this.send({ case: "streamEnd", value: create(StreamEndSchema, { requestId, outcome, steps: steps.sent }) });
   }
 
   private refuse(requestId: bigint, text: string): void {
     this.send({ case: "error", value: create(ErrorReplySchema, { requestId, code: ErrorCode.INTERNAL, text }) });
   }
+}
+
+// Returns what needs a server, as the beginning of a sentence; null: nothing.
+function lackOf({ scalars, furtherDatasets }: OpenStream, { normals, maxBytes, cell }: IsosurfaceRequest): string | null {
+  if (scalars) return "Coloring by a field needs";
+  if (normals > 0) return 'Shading by the field needs ("smooth" and "facets" do not)';
+  return furtherDatasets.length > 0 || maxBytes > 0n || cell ? "This request needs" : null;
+}
+
+// Returns the finest spacing with about this many triangles at most; 2 to 8, because a final step keeps its budget exactly.
+function spacingWithin(budget: number, { expectedTriangles }: SurfaceLevel, { gridExponent }: DatasetInfo): number {
+  const found = [2, 4].find((spacing) => expectedTriangles / spacing ** 2 <= budget) ?? coarseSpacing;
+  return Math.min(found, 2 ** (gridExponent - 1));
 }
 
 // Returns why the surface is too large for a page; null: it is not.
@@ -144,10 +159,12 @@ function excessOf({ info }: PreparedVolume, { bricks }: SurfaceLevel, maxBytes: 
 // Sends complete steps of one stream.
 class StepSender {
   sent = 0;
+  hasSentFinal = false;
   private readonly held: Set<string>; // The tiles that the client has.
 
   constructor(
     private readonly open: OpenStream,
+    private readonly request: IsosurfaceRequest,
     private readonly send: (message: ServerKind) => void,
     private readonly tools: Tools,
     private readonly isWanted: () => boolean,
@@ -156,11 +173,11 @@ class StepSender {
   }
 
   // Returns false if the stream was stopped.
-  async sendStep(level: SurfaceLevel, spacing: number): Promise<boolean> {
+  async sendStep(level: SurfaceLevel): Promise<boolean> {
     const began = performance.now();
     const tiles = await level.tiles(this.tools, this.isWanted);
     if (!tiles) return false;
-    this.sendBegin(tiles, spacing);
+    this.sendBegin(tiles, level.spacing);
     const { requestId } = this.open;
     let payloadBytes = 0;
     let tilesSent = 0;
@@ -182,13 +199,14 @@ class StepSender {
       seconds: (performance.now() - began) / 1000,
     });
     this.send({ case: "stepEnd", value });
+    this.hasSentFinal ||= level.spacing === 1;
     return true;
   }
 
   // A preview states a larger error and tolerance, as those of a server do.
   private sendBegin(tiles: readonly MadeTile[], spacing: number): void {
+    const { request } = this;
     const { requestId } = this.open;
-    const request = this.open.request ?? create(IsosurfaceRequestSchema);
     const given = request.threshold ?? create(ThresholdMapSchema);
     const half = spacing > 1 ? spacing / 2 : 0;
     const threshold = create(ThresholdMapSchema, { ...given, atLeast: Math.max(given.atLeast, half) });

@@ -2,7 +2,7 @@
 import shellWasm from "../../../../common/codec/wasm/shell_decoder.wasm?url";
 import { payloadHasher } from "../mesh/content_digest";
 import { surfaceCounter } from "../mesh/plain_box";
-import { decodedRequest, encodedReply } from "../protocol/messages";
+import { decodedRequest, encodedReply, type ServerKind } from "../protocol/messages";
 import type { ChannelRequest } from "./file_channel";
 import { FileConversation } from "./file_conversation";
 import { PageDatasets } from "./page_datasets";
@@ -19,10 +19,11 @@ async function madeTools(): Promise<Tools> {
 self.onmessage = ({ data: { address, port } }: MessageEvent<ChannelRequest>) => {
   const found = datasets.get(address) ?? new PageDatasets(address);
   datasets.set(address, found);
-  const conversation = new FileConversation(found, tools, (message) => {
+  const send = (message: ServerKind) => {
     const bytes = encodedReply(message);
     port.postMessage(bytes.buffer, [bytes.buffer]);
-  });
+  };
+  const conversation = new FileConversation(found, tools, send, (share) => port.postMessage(share));
   port.onmessage = ({ data }: MessageEvent<ArrayBuffer | null>) => {
     if (data) return void conversation.receive(decodedRequest(new Uint8Array(data)));
     conversation.close();

@@ -15,6 +15,7 @@ export interface MadeTile extends ManifestTile {
 }
 
 const maxTileTriangles = 2 ** 20;
+const trianglesPerCell = 230; // Of 8 grid steps, at spacing 1, on the average.
 const turn = 30; // Milliseconds until messages are received in between.
 
 export class SurfaceLevel {
@@ -26,11 +27,15 @@ export class SurfaceLevel {
     private readonly volume: PreparedVolume,
     private readonly isovalue: number,
     private readonly resolution: number,
-    spacing: number,
+    readonly spacing: number,
   ) {
     this.samples = new LevelSamples(volume, isovalue, spacing);
     this.cubes = this.samples.cubes();
     this.bricks = [...new Set(this.cubes.flatMap((cube) => this.samples.bricks(cube)))];
+  }
+
+  get expectedTriangles(): number {
+    return this.samples.crossedCells * trianglesPerCell;
   }
 
   // Returns null as soon as nobody wants them any more. Requires fetched bricks.

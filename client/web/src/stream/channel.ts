@@ -7,6 +7,7 @@ export interface Channel {
   binaryType: BinaryType;
   onopen: ((event: Event) => void) | null;
   onclose: ((event: CloseEvent) => void) | null;
+  onprogress?: ((share: number) => void) | null; // The part of the next step that is read; of files alone.
   onmessage: ((event: MessageEvent) => void) | null;
   send(bytes: Uint8Array<ArrayBuffer>): void; // The bytes are the channel's.
   close(code?: number, reason?: string): void;

@@ -5,6 +5,7 @@ import { type Channel, openChannel } from "./channel";
 export interface LinkEvents {
   opened: () => void;
   received: (message: ServerKind) => void;
+  progress?: (share: number) => void; // See Channel.onprogress.
   closed: () => void;
   // Called if this address cannot be connected to: it is not a WebSocket address, or the page may not use it.
   blocked: () => void;
@@ -58,6 +59,7 @@ export class Link {
       this.channel = null;
       this.events.closed();
     };
+    channel.onprogress = (share) => isCurrent() && this.events.progress?.(share);
     channel.onmessage = ({ data }) => {
       if (!isCurrent()) return;
       let message: ServerKind;

@@ -33,6 +33,7 @@ export class SurfaceConnection implements PoolClient {
         perform(conversation.received(message));
         if (conversation.isReceived) pool.distribute();
       },
+      progress: (shareRead) => progress.set({ shareRead }),
       blocked: () => {
         const text = `This page cannot connect to "${address}", or is not allowed to.`;
         progress.set({ phase: "lost", retryAt: 0, failure: { ...noFailure, text, isFatal: true } });

@@ -143,7 +143,7 @@ export class SurfaceSteps {
   beginStep(request: StreamRequest, { tiles, missing, begin }: AssemblerEffect & { kind: "begun" }): void {
     const ids = tiles.map(({ key }) => tileIdPrefix(this.parts.number, request) + key);
     this.parts.surface.use(ids, this);
-    this.progress.set({ step: begin.step, tilesToCome: missing, tilesReceived: 0 });
+    this.progress.set({ step: begin.step, tilesToCome: missing, tilesReceived: 0, shareRead: 0 });
     this.arrived.set(begin.step, { triangles: 0, lastAt: 0 });
   }
 
