@@ -303,10 +303,9 @@ void add_export_command(Command& program, Run& run) {
   command->add_option("-o,--output", arguments->folder, "Folder to write to; created if missing")
       ->type_name("FOLDER");
   command
-      ->add_option(
-          "--page", arguments->page,
-          "Instead of a surface: a folder with the viewer and the dataset, or all datasets "
-          "of a folder, for a web space without a server")
+      ->add_option("--page", arguments->page,
+                   "Folder for a page instead of a surface; the viewer and the dataset, or all "
+                   "datasets of a folder, for a web space without a server")
       ->type_name("FOLDER")
       ->excludes("--output");
   command

@@ -177,6 +177,7 @@ class StepSender {
     const began = performance.now();
     const tiles = await level.tiles(this.tools, this.isWanted);
     if (!tiles) return false;
+    if (tiles.length === 0 && level.spacing > 1) return true; // Coarse samples may miss what is there.
     this.sendBegin(tiles, level.spacing);
     const { requestId } = this.open;
     let payloadBytes = 0;
