@@ -30,7 +30,7 @@ std::optional<SliceDetail> slice_detail_from(std::string_view name) { return kDe
 
 Result<SliceRequest> validated(const SliceRequest& slice) {
   for (const auto& [field, vector] :
-       {std::pair("origin", slice.origin), {"right", slice.right}, {"down", slice.down}}) {
+       {std::pair("origin", slice.origin), {"right", slice.right}, {"down", slice.down}, {"inward", slice.inward}}) {
     if (is_place(vector)) continue;
     return fail(ErrorCode::kInvalidArgument,
                 std::string("Slice.") + field +
@@ -41,9 +41,16 @@ Result<SliceRequest> validated(const SliceRequest& slice) {
                 "Slice.width and Slice.height are " + std::to_string(slice.width) + " and " +
                     std::to_string(slice.height) + "; they must be 1 or greater.");
   }
-  if (slice.pixels() > kMaxSlicePixels) {
+  if (slice.layers < 1) {
+    return fail(ErrorCode::kInvalidArgument, "Slice.layers must be 1 or greater.");
+  }
+  // The product of all three could overflow.
+  if (slice.pixels_of_layer() > kMaxSlicePixels || slice.pixels() > kMaxSlicePixels) {
+    const std::string layers =
+        slice.layers > 1 ? " x " + std::to_string(slice.layers) : std::string();
     return fail(ErrorCode::kLimitExceeded, "The slice has " + std::to_string(slice.width) + " x " +
-                                               std::to_string(slice.height) + " pixels; at most " +
+                                               std::to_string(slice.height) + layers +
+                                               " pixels; at most " +
                                                std::to_string(kMaxSlicePixels) + " are allowed.");
   }
   return slice;
@@ -58,6 +65,7 @@ SliceRequest in_indices(const SliceRequest& slice, const DatasetInfo& info) {
   inside.origin = to_index(slice.origin);
   inside.right = step(slice.right);
   inside.down = step(slice.down);
+  inside.inward = step(slice.inward);
   return inside;
 }
 

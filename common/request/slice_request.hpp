@@ -1,4 +1,4 @@
-// A request for the field on a plane through a dataset, pixel by pixel.
+// A request for the field on a plane through a dataset, or on layers of planes, pixel by pixel.
 #pragma once
 
 #include <cstdint>
@@ -31,21 +31,26 @@ enum class SliceDetail {
 [[nodiscard]] std::optional<Interpolation> interpolation_from(std::string_view name);
 [[nodiscard]] std::optional<SliceDetail> slice_detail_from(std::string_view name);
 
-// Pixel (i, j), counted from the left and from the top, is the field at origin + i right + j down.
+// Pixel (i, j) of layer k, counted from the left and from the top, is the field at
+// origin + i right + j down + k inward.
 struct SliceRequest {
-  // The coordinates of the three vectors.
+  // The coordinates of the vectors.
   CoordinateSystem coordinates = CoordinateSystem::kWorld;
   // All coordinates are from -kMaxCoordinate to kMaxCoordinate.
   Vec3 origin = {0, 0, 0};
   Vec3 right = {1, 0, 0};
   Vec3 down = {0, 1, 0};
-  // In pixels, at least 1; width * height is at most kMaxSlicePixels.
+  Vec3 inward = {0, 0, 1};
+  // In pixels, at least 1; width * height * layers is at most kMaxSlicePixels.
   std::uint32_t width = 1;
   std::uint32_t height = 1;
+  std::uint32_t layers = 1;
   Interpolation interpolation = Interpolation::kLinear;
   SliceDetail detail = SliceDetail::kAuto;
+  bool accepts_packed = false;  // The reply may be packed (see packed_samples.hpp).
 
-  [[nodiscard]] std::size_t pixels() const { return std::size_t{width} * height; }
+  [[nodiscard]] std::size_t pixels_of_layer() const { return std::size_t{width} * height; }
+  [[nodiscard]] std::size_t pixels() const { return layers * pixels_of_layer(); }
   friend bool operator==(const SliceRequest&, const SliceRequest&) = default;
 };
 

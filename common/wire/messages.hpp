@@ -258,9 +258,12 @@ struct SliceReply {
   // The requested size.
   std::uint32_t width = 0;
   std::uint32_t height = 0;
+  std::uint32_t layers = 1;
   std::uint32_t sample_spacing = 1;  // 1, or 8 if every eighth sample was used.
-  // A little-endian float per pixel, row by row; NaN where there is no field.
+  // A little-endian float per pixel, layer by layer and row by row; NaN where there is no field.
   std::shared_ptr<const std::string> values = {};
+  // Set if the values are packed as numbers of this type (packed_samples.hpp).
+  std::optional<SampleType> packed_type = {};
 };
 
 struct ProbeReply {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <string>
 
 #include "common/base/in_parallel.hpp"
@@ -27,10 +26,7 @@ Result<SampledSlice> sampled_slice(const PreparedVolume& volume, const SliceRequ
               [&](std::size_t piece) {
                 const auto first = static_cast<std::uint32_t>(piece) * kRows;
                 const std::uint32_t rows = std::min(kRows, plane.height - first);
-                const std::span<float> values(sampled.values);
-                slice_rows(volume, plane, sampled.spacing, first, rows,
-                           values.subspan(std::size_t{first} * plane.width,
-                                          std::size_t{rows} * plane.width));
+                slice_rows(volume, plane, sampled.spacing, first, rows, sampled.values);
               },
               stop);
   if (volume.check) volume.check();

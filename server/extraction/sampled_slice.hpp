@@ -12,7 +12,7 @@ namespace multitetra {
 
 struct SampledSlice {
   std::int32_t spacing = 1;   // The spacing of the samples used: 1 or kSpectrumSpacing.
-  std::vector<float> values;  // Row by row; NaN where there is no field.
+  std::vector<float> values;  // Layer by layer and row by row; NaN where there is no field.
 };
 
 // Requires a validated slice. Fails with kLimitExceeded if all samples are requested and need more

@@ -7,6 +7,7 @@
 #include "server/core/planning/budget.hpp"
 #include "server/core/sampling/field_probe.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
+#include "server/extraction/packed_samples.hpp"
 #include "server/extraction/sampled_slice.hpp"
 #include "server/stream/stream_plan.hpp"
 
@@ -40,13 +41,21 @@ Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Slice& que
   if (!volume) return tl::unexpected(volume.error());
   const auto sampled = sampled_slice(**volume, query.slice, stop);
   if (!sampled) return tl::unexpected(sampled.error());
-  const auto* const bytes = reinterpret_cast<const char*>(sampled->values.data());
-  return SliceReply{
-      .request_id = query.request_id,
-      .width = query.slice.width,
-      .height = query.slice.height,
-      .sample_spacing = static_cast<std::uint32_t>(sampled->spacing),
-      .values = std::make_shared<const std::string>(bytes, sampled->values.size() * sizeof(float))};
+  SliceReply reply{.request_id = query.request_id,
+                   .width = query.slice.width,
+                   .height = query.slice.height,
+                   .layers = query.slice.layers,
+                   .sample_spacing = static_cast<std::uint32_t>(sampled->spacing)};
+  if (query.slice.accepts_packed) {
+    PackedSamples packed = packed_samples(sampled->values, source.info().type);
+    reply.packed_type = packed.type;
+    reply.values = std::make_shared<const std::string>(std::move(packed.bytes));
+  } else {
+    const auto* const bytes = reinterpret_cast<const char*>(sampled->values.data());
+    reply.values =
+        std::make_shared<const std::string>(bytes, sampled->values.size() * sizeof(float));
+  }
+  return reply;
 }
 
 Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Probe& query,

@@ -20,7 +20,7 @@ std::size_t bytes_of(const IsosurfaceRequest& request) {
 }
 
 std::size_t bytes_of(const SliceRequest& slice) {
-  return std::size_t{slice.width} * slice.height * sizeof(float);
+  return slice.pixels() * sizeof(float);
 }
 
 std::size_t bytes_of(const DatasetInfo& info) {

@@ -294,7 +294,12 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
                      .width = static_cast<std::uint32_t>(1 + up_to(1000, random)),
                      .height = static_cast<std::uint32_t>(1 + up_to(1000, random)),
                      .interpolation = one_of<Interpolation>(0, 1, random),
-                     .detail = one_of<SliceDetail>(0, 2, random)};
+                     .detail = one_of<SliceDetail>(0, 2, random),
+                     .accepts_packed = random() % 2 == 0};
+      if (random() % 2 == 0) {
+        slice.slice.inward = place(random);
+        slice.slice.layers = 2;
+      }
       return slice;
     }
     case 7: {
@@ -383,8 +388,11 @@ inline ServerMessage server_message(std::size_t kind, Random& random) {
       return SliceReply{.request_id = random(),
                         .width = width,
                         .height = height,
+                        .layers = 2,
                         .sample_spacing = random() % 2 == 0 ? 1U : 8U,
-                        .values = std::make_shared<const std::string>(4 * width * height, '\xC0')};
+                        .values = std::make_shared<const std::string>(8 * width * height, '\xC0'),
+                        .packed_type = random() % 2 == 0 ? std::optional(SampleType::kI16)
+                                                         : std::nullopt};
     }
     case 11:
       return TileScalars{
@@ -480,8 +488,9 @@ inline bool same(const Probe& a, const Probe& b) {
   return std::tie(a.request_id, a.dataset, a.probe) == std::tie(b.request_id, b.dataset, b.probe);
 }
 inline bool same(const SliceReply& a, const SliceReply& b) {
-  return std::tie(a.request_id, a.width, a.height, a.sample_spacing, *a.values) ==
-         std::tie(b.request_id, b.width, b.height, b.sample_spacing, *b.values);
+  return std::tie(a.request_id, a.width, a.height, a.layers, a.sample_spacing, *a.values,
+                  a.packed_type) == std::tie(b.request_id, b.width, b.height, b.layers,
+                                             b.sample_spacing, *b.values, b.packed_type);
 }
 inline bool same(const ProbeReply& a, const ProbeReply& b) {
   return std::tie(a.request_id, a.places) == std::tie(b.request_id, b.places);

@@ -157,6 +157,7 @@ viewer.on("shown", () => {
   hint.hidden = false;
   document.title = `${viewer.info?.name} · Multi-Tetra viewer`;
 });
+viewer.on("volume", (level) => panel.showVolume(level));
 viewer.on("picked", ({ surface }) => surface && panel.showPicked(surface.tiles.at));
 settings.watch((now, before) => {
   applyTheme(now.theme);

@@ -1,5 +1,6 @@
 #include "common/wire/detail/wire_samples.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "common/wire/detail/wire_vectors.hpp"
@@ -43,6 +44,11 @@ void write(const Slice& slice, v1::Slice& wire) {
   wire.set_height(plane.height);
   wire.set_interpolation(to_wire<v1::Interpolation>(plane.interpolation));
   wire.set_detail(to_wire<v1::SliceDetail>(plane.detail));
+  if (plane.layers > 1) {
+    write_vec3(plane.inward, *wire.mutable_inward());
+    wire.set_layers(plane.layers);
+  }
+  wire.set_accepts_packed(plane.accepts_packed);
   if (slice.priority != Priority::kNormal) {
     wire.set_priority(to_wire<v1::Priority>(slice.priority));
   }
@@ -62,6 +68,9 @@ Slice read(const v1::Slice& wire, FieldChecks& checks) {
   plane.down = read_vec3("Slice.down", wire.down(), checks);
   plane.width = wire.width();
   plane.height = wire.height();
+  plane.layers = std::max(1U, wire.layers());
+  if (plane.layers > 1) plane.inward = read_vec3("Slice.inward", wire.inward(), checks);
+  plane.accepts_packed = wire.accepts_packed();
   plane.interpolation = checks.enumerator<Interpolation>(
       "Slice.interpolation", wire.interpolation(), Interpolation::kLinear, Interpolation::kLinear);
   plane.detail = checks.enumerator<SliceDetail>("Slice.detail", wire.detail(), SliceDetail::kCoarse,
@@ -100,20 +109,32 @@ void write(const SliceReply& reply, v1::SliceReply& wire) {
   wire.set_height(reply.height);
   wire.set_sample_spacing(reply.sample_spacing);
   wire.set_values(*reply.values);
+  if (reply.layers > 1) wire.set_layers(reply.layers);
+  if (reply.packed_type) wire.set_packed_type(to_wire<v1::SampleType>(*reply.packed_type));
 }
 
 SliceReply read(v1::SliceReply& wire, FieldChecks& checks) {
   checks.integer("SliceReply.width", wire.width(), 1, kMaxSlicePixels);
   checks.integer("SliceReply.height", wire.height(), 1, kMaxSlicePixels);
   checks.integer("SliceReply.sample_spacing", wire.sample_spacing(), 1, 1 << 19);
+  checks.integer("SliceReply.layers", wire.layers(), 0, kMaxSlicePixels);
+  const std::uint32_t layers = std::max(1U, wire.layers());
   const std::uint64_t pixels = std::uint64_t{wire.width()} * wire.height();
-  checks.require(wire.values().size() == sizeof(float) * pixels, "SliceReply.values",
-                 "must have 4 bytes for each pixel.");
+  std::optional<SampleType> packed_type;
+  if (wire.packed_type() != v1::SAMPLE_TYPE_UNSPECIFIED) {
+    packed_type = checks.enumerator<SampleType>("SliceReply.packed_type", wire.packed_type(),
+                                                SampleType::kF32, {});
+  } else {
+    checks.require(wire.values().size() == sizeof(float) * pixels * layers, "SliceReply.values",
+                   "must have 4 bytes for each pixel.");
+  }
   return {.request_id = wire.request_id(),
           .width = wire.width(),
           .height = wire.height(),
+          .layers = layers,
           .sample_spacing = wire.sample_spacing(),
-          .values = std::make_shared<const std::string>(std::move(*wire.mutable_values()))};
+          .values = std::make_shared<const std::string>(std::move(*wire.mutable_values())),
+          .packed_type = packed_type};
 }
 
 void write(const ProbeReply& reply, v1::ProbeReply& wire) {

@@ -12,19 +12,22 @@ namespace {
 template <typename Reader>
 void fill_rows(Reader reader, const DatasetInfo& info, const SliceRequest& plane,
                std::uint32_t first_row, std::uint32_t rows, std::span<float> values) {
-  std::size_t pixel = 0;
-  for (std::uint32_t row = first_row; row < first_row + rows; ++row) {
-    const Vec3 left = moved(plane.origin, row, plane.down);
-    for (std::uint32_t column = 0; column < plane.width; ++column, ++pixel) {
-      const Vec3 index = moved(left, column, plane.right);
-      if (!is_in_data(index, info)) {
-        values[pixel] = kNoField;
-        continue;
+  for (std::uint32_t layer = 0; layer < plane.layers; ++layer) {
+    const Vec3 origin = moved(plane.origin, layer, plane.inward);
+    for (std::uint32_t row = first_row; row < first_row + rows; ++row) {
+      std::size_t pixel = layer * plane.pixels_of_layer() + std::size_t{row} * plane.width;
+      const Vec3 left = moved(origin, row, plane.down);
+      for (std::uint32_t column = 0; column < plane.width; ++column, ++pixel) {
+        const Vec3 index = moved(left, column, plane.right);
+        if (!is_in_data(index, info)) {
+          values[pixel] = kNoField;
+          continue;
+        }
+        const Vec3 place = reader.unit_place(index);
+        values[pixel] = plane.interpolation == Interpolation::kNearest
+                            ? nearest_value(reader, place)
+                            : static_cast<float>(linear_value(reader, place));
       }
-      const Vec3 place = reader.unit_place(index);
-      values[pixel] = plane.interpolation == Interpolation::kNearest
-                          ? nearest_value(reader, place)
-                          : static_cast<float>(linear_value(reader, place));
     }
   }
 }
@@ -35,13 +38,17 @@ double bricks_crossed(const SliceRequest& plane, const DatasetInfo& info) {
   constexpr double kBrickFace = BrickLayout::kSampleSide * BrickLayout::kSampleSide;
   // For each axis along which its normal has a component, a plane crosses a layer of bricks, but no
   // more bricks than the data has there.
-  const Vec3 area = scaled(cross(plane.right, plane.down), static_cast<double>(plane.pixels()));
+  const Vec3 area =
+      scaled(cross(plane.right, plane.down), static_cast<double>(plane.pixels_of_layer()));
   double faces = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double widest = static_cast<double>(info.dims[(axis + 1) % 3]) *
                           static_cast<double>(info.dims[(axis + 2) % 3]);
     faces += std::min(std::abs(area[axis]), widest) / kBrickFace;
   }
+  // Layers within one side of a brick share bricks.
+  const double depth = (plane.layers - 1) * length(plane.inward) / BrickLayout::kSampleSide;
+  faces *= std::min(static_cast<double>(plane.layers), depth + 1);
   // A pixel lies between at most eight bricks.
   return std::min(faces, 8.0 * static_cast<double>(plane.pixels()));
 }
@@ -57,7 +64,7 @@ std::int32_t slice_spacing(const SliceRequest& plane, const DatasetInfo& info) {
 void slice_rows(const PreparedVolume& volume, const SliceRequest& plane, std::int32_t spacing,
                 std::uint32_t first_row, std::uint32_t rows, std::span<float> values) {
   assert(plane.coordinates == CoordinateSystem::kIndex);
-  assert(values.size() == std::size_t{rows} * plane.width);
+  assert(first_row + rows <= plane.height && values.size() == plane.pixels());
   visit_type(volume.info.type, [&]<typename Sample>(const Sample*) {
     if (spacing == 1) {
       fill_rows(BrickReader<Sample>(volume), volume.info, plane, first_row, rows, values);

@@ -159,6 +159,23 @@ export async function surfacePixels(page) {
   }, png);
 }
 
+// The pixels of the scene: red, green, blue, 255.
+export async function picturePixels(page) {
+  const box = await page.locator(".stage canvas").boundingBox();
+  const png = (await page.screenshot({ clip: box, timeout: patience })).toString("base64");
+  const { width, height, bytes } = await reader.evaluate(async (data) => {
+    const bitmap = await createImageBitmap(await (await fetch(`data:image/png;base64,${data}`)).blob());
+    const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
+    const context = canvas.getContext("2d");
+    context.drawImage(bitmap, 0, 0);
+    const { data: rgba } = context.getImageData(0, 0, canvas.width, canvas.height);
+    let bytes = "";
+    for (let i = 0; i < rgba.length; i += 8192) bytes += String.fromCharCode(...rgba.subarray(i, i + 8192));
+    return { width: canvas.width, height: canvas.height, bytes: btoa(bytes) };
+  }, png);
+  return { width, height, rgba: Buffer.from(bytes, "base64") };
+}
+
 // Runs the server program silently and returns its output.
 export function run(...words) {
   return execFileSync(program, [...words, "--quiet"], { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] });

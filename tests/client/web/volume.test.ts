@@ -1,6 +1,6 @@
 import { SampleType } from "../../../client/web/src/protocol/messages";
 import { BlockRanges, levelsOf, samplesOf, slabsOf } from "../../../client/web/src/scene/volume/levels";
-import { isVisible, opacityAt, opacityTable, tableLength, volumePresets } from "../../../client/web/src/scene/volume/opacities";
+import { extinctionTable, isVisible, opacityAt, tableLength, volumePresets } from "../../../client/web/src/scene/volume/opacities";
 import { blockTexture, texelRange, type VolumeTexture } from "../../../client/web/src/scene/volume/volume_texture";
 import { fromAddress } from "../../../client/web/src/state/url_state";
 import type { Vec3 } from "../../../client/web/src/stream/dataset";
@@ -19,8 +19,16 @@ describe("Opacities", () => {
   test("StepAtOneValue", () => {
     const step = points([100, 0], [100, 1]);
     expect([99.9, 100, 101].map((value) => opacityAt(step, value))).toEqual([0, 1, 1]);
-    const table = opacityTable(step);
-    expect([table[0], table[1], table[tableLength - 1]]).toEqual([0, 1, 1]);
+    const table = extinctionTable(step);
+    expect(table[0]).toBeCloseTo(0, 9);
+    expect(table[2]).toBeGreaterThan(9);
+    expect(table[2 * tableLength - 1]).toBeCloseTo(table[2], 2); // The integral of a constant.
+  });
+
+  test("IntegrateExtinctions", () => {
+    const table = extinctionTable(points([0, 0], [10, 0.5]));
+    expect(table[2 * tableLength - 2]).toBeCloseTo(Math.LN2, 5);
+    expect(table[2 * tableLength - 1]).toBeCloseTo(1 - Math.LN2, 5); // The integral of -log(1 - x / 2) from 0 to 1.
   });
 
   test("AreVisibleWherePointsBetweenTheEndsAre", () => {
@@ -66,10 +74,13 @@ describe("Levels", () => {
   });
 
   test("SlabsCoverALevelOnce", () => {
-    for (const level of levelsOf(ct, { samples: 1 << 28, side: 2048 })) {
+    const wide = { step: 2, counts: [1500, 1400, 3] as Vec3 };
+    for (const level of [wide, ...levelsOf(ct, { samples: 1 << 28, side: 2048 })]) {
       const slabs = slabsOf(level);
       expect(slabs.reduce((sum, { counts }) => sum + samplesOf(counts), 0)).toBe(samplesOf(level.counts));
       const last = slabs[slabs.length - 1];
+      expect(Math.max(...slabs.map(({ counts }) => samplesOf(counts)))).toBeLessThanOrEqual(1 << 21); // The server's limit.
+      expect(last.first[1] + (last.counts[1] - 1) * level.step).toBe((level.counts[1] - 1) * level.step);
       expect(last.first[2] + (last.counts[2] - 1) * level.step).toBe((level.counts[2] - 1) * level.step);
     }
   });
@@ -80,7 +91,7 @@ describe("BlockRanges", () => {
   function rangesOf(counts: Vec3, values: Float32Array, layersAtOnce: number): BlockRanges {
     const ranges = new BlockRanges(counts);
     const layer = counts[0] * counts[1];
-    for (let z = 0; z < counts[2]; z += layersAtOnce) ranges.add(z, values.subarray(z * layer, (z + layersAtOnce) * layer));
+    for (let z = 0; z < counts[2]; z += layersAtOnce) ranges.add(z * counts[1], values.subarray(z * layer, (z + layersAtOnce) * layer));
     return ranges;
   }
 

@@ -628,9 +628,14 @@ TEST(Slice, RejectsValuesOutOfRange) {
   refuse([](Slice& s) { s.slice.origin[1] = kNaN; }, "Slice.origin");
   refuse([](Slice& s) { s.slice.right[2] = 1e101; }, "Slice.right");
   refuse([](Slice& s) { s.slice.down[0] = -kInfinity; }, "Slice.down");
+  refuse([](Slice& s) { s.slice.layers = 2, s.slice.inward[0] = kNaN; }, "Slice.inward");
   refuse([](Slice& s) { s.slice.width = 0; }, "Slice.width");
   refuse([](Slice& s) { s.slice.width = s.slice.height = 0xFFFFFFFF; }, "pixels",
          ErrorCode::kLimitExceeded);
+  refuse([](Slice& s) { s.slice.layers = kMaxSlicePixels + 1; }, "pixels",
+         ErrorCode::kLimitExceeded);
+  refuse([](Slice& s) { s.slice.width = s.slice.layers = 0x80000000, s.slice.height = 4; },
+         "pixels", ErrorCode::kLimitExceeded);
   refuse([](Slice& s) { s.slice.width = kMaxSlicePixels, s.slice.height = 2; }, "pixels",
          ErrorCode::kLimitExceeded);
   refuse([](Slice& s) { s.slice.interpolation = static_cast<Interpolation>(2); },
@@ -663,6 +668,12 @@ TEST(SliceReply, RejectsBytesThatDoNotMatchItsPixels) {
   const SliceReply good{.request_id = 9, .width = 2, .height = 3, .values = bytes(24)};
   expect_refused<SliceReply>(
       good, [&](SliceReply& r) { r.values = bytes(23); }, "values");
+  expect_refused<SliceReply>(
+      good, [](SliceReply& r) { r.layers = 2; }, "values");
+  expect_refused<SliceReply>(
+      good, [](SliceReply& r) { r.layers = 1U << 31; }, "layers");
+  expect_refused<SliceReply>(
+      good, [](SliceReply& r) { r.packed_type = static_cast<SampleType>(5); }, "packed_type");
   expect_refused<SliceReply>(
       good, [](SliceReply& r) { r.width = 0; }, "width");
   expect_refused<SliceReply>(

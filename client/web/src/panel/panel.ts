@@ -1,5 +1,6 @@
 // The side panel: all settings, in the order in which they are needed.
 import type { DatasetInfo } from "../protocol/messages";
+import type { ShownLevel } from "../scene/volume/volume";
 import { h } from "../shared/elements";
 import { settingsOfEntry } from "../state/label_surfaces";
 import type { Progress, StepFacts, SurfaceSize } from "../state/progress";
@@ -145,6 +146,10 @@ export class Panel {
     this.cut.showPermission(permitsSamples);
     for (const part of [this.isovalue, this.field, this.series, this.labels, this.surfaces, this.slice, this.volume]) part.showDatasets(list);
     this.show();
+  }
+
+  showVolume(level: ShownLevel | null): void {
+    this.volume.showLevel(level);
   }
 
   showSurface(surface: number, progress: Progress): void {

@@ -1,6 +1,7 @@
 // The volume in the scene: its opacities by value. Colors are those of slices.
 import type { DatasetInfo } from "../protocol/messages";
 import { opacitiesOf, volumePresets } from "../scene/volume/opacities";
+import type { ShownLevel } from "../scene/volume/volume";
 import { h } from "../shared/elements";
 import { surfacesOf } from "../state/surfaces";
 import { sampledOf } from "../surfaces/scene_at";
@@ -12,6 +13,7 @@ import { noSamples } from "./slice_section";
 export interface VolumePart extends PanelSection {
   showDatasets: (list: readonly DatasetInfo[]) => void;
   showPermission: (permitsSamples: boolean) => void;
+  showLevel: (level: ShownLevel | null) => void;
 }
 
 export function volumePart(change: Change): VolumePart {
@@ -30,6 +32,7 @@ export function volumePart(change: Change): VolumePart {
   const editor = new OpacityEditor((opacities, isDragging) => change({ opacities }, isDragging));
   const shading = controls.toggle("volumeShading", { label: "Shading", tip: "Lights the volume by its gradients." });
   const hint = h("p", { class: "hint" }, "An opaque surface hides what is behind it: make it translucent or hide it.");
+  const detail = h("p", { class: "hint volume-detail", role: "status" });
   let list: readonly DatasetInfo[] = [];
   let known: DatasetInfo | null = null;
   let isPermitted = true;
@@ -45,7 +48,7 @@ export function volumePart(change: Change): VolumePart {
     );
   };
   return {
-    elements: [refusal, volume, presets, editor.element, shading, hint],
+    elements: [refusal, volume, presets, editor.element, shading, detail, hint],
     show: (settings, info) => {
       controls.show(settings);
       const isOn = isPermitted && info !== null && settings.volume !== "off";
@@ -61,8 +64,17 @@ export function volumePart(change: Change): VolumePart {
     showDatasets: (now) => {
       list = now;
     },
+    showLevel: (level) => {
+      detail.textContent = level ? levelText(level) : "";
+    },
     showPermission: (permitsSamples) => {
       isPermitted = permitsSamples;
     },
   };
+}
+
+function levelText({ step, isLast }: ShownLevel): string {
+  if (step === 1) return "All samples are shown.";
+  const shown = `One in ${step} samples along each axis is shown`;
+  return isLast ? `${shown}: more exceed the memory.` : `${shown}; finer ones follow.`;
 }

@@ -7,7 +7,7 @@ import type { DatasetInfo } from "../protocol/messages";
 import type { Picked } from "../scene/picking";
 import type { Stage } from "../scene/stage";
 import { volumeWindow } from "../scene/volume/opacities";
-import { Volume } from "../scene/volume/volume";
+import { Volume, type VolumeSources } from "../scene/volume/volume";
 import type { LegendText } from "../shared/color_maps";
 import { h } from "../shared/elements";
 import { defaultWindow, isCt } from "../shared/sample_window";
@@ -34,7 +34,7 @@ export class SampleViews {
 
   constructor(
     stage: Stage,
-    private readonly sources: SliceSources,
+    private readonly sources: SliceSources & VolumeSources,
     private readonly world: () => SampledWorld,
     turn: (changes: Partial<Settings>, isDragging: boolean) => void,
     measure: (place: Picked) => void,
@@ -107,6 +107,11 @@ export class SampleViews {
   updateSlices(): void {
     this.slices.update();
     this.views.update();
+  }
+
+  // Resolves when the volume is complete.
+  settled(): Promise<void> {
+    return this.volume.settled();
   }
 
   private updateVolume(now: Settings): void {

@@ -54,7 +54,7 @@ export class Stage {
   // Work done in small parts, one per frame; returns true if some was done or is left.
   private readonly frameTasks: (() => boolean)[] = [];
   private readonly afterFrame: (() => void)[] = [];
-  private isDataPending = () => false;
+  private readonly pending: (() => boolean)[] = [];
   private readonly resizing = new ResizeObserver(() => this.resize());
 
   // `contextGone`: the browser took the scene's context away for good.
@@ -128,10 +128,10 @@ export class Stage {
     this.afterFrame.push(listener);
   }
 
-  // While `isDataPending` returns true, more data is being decoded on the CPU: frames at rest, which take seconds with
+  // While `isDataPending` returns true, more data is being fetched and decoded: frames at rest, which take seconds with
   // software rendering, wait until then.
   waitFor(isDataPending: () => boolean): void {
-    this.isDataPending = isDataPending;
+    this.pending.push(isDataPending);
   }
 
   // Sets the box of the data, which determines the camera's depth range.
@@ -334,7 +334,7 @@ export class Stage {
     const timer = this.restTimer;
     await gpuFinished(this.renderer);
     if (this.isChanged || timer !== this.restTimer) return; // Another frame or another rest follows.
-    if (this.isDataPending() || this.isDue) return this.scheduleRest();
+    if (this.pending.some((isDataPending) => isDataPending()) || this.isDue) return this.scheduleRest();
     const begin = performance.now();
     this.draw("resting");
     if (!this.look.hasOcclusion) return;

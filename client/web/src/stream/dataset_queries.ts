@@ -1,11 +1,12 @@
 // Queries for samples: a slice, or the field at places. They use a connection of their own, opened with the first
 // query, so that tiles do not delay replies. Queries without a reply are repeated after a lost connection, also if the
 // server closed it because the page was too busy to send its first message in time.
-import { CoordinateSystem, create, Interpolation, type ProbedPlace, ProbeSchema, type ServerKind, SliceSchema } from "../protocol/messages";
+import { CoordinateSystem, create, Interpolation, type ProbedPlace, ProbeSchema, type ServerKind, SliceDetail, SliceSchema } from "../protocol/messages";
 import { firstRetry, isTemporary, maxRetry } from "./conversation";
 import type { Vec3 } from "./dataset";
 import { helloFrom } from "./hello";
 import { Link } from "./link";
+import { unpackedSamples } from "./packed_samples";
 
 // Pixels of a plane, in world coordinates.
 export interface SliceGrid {
@@ -14,11 +15,6 @@ export interface SliceGrid {
   down: Vec3; // From a row to the next.
   width: number;
   height: number;
-}
-
-export interface SliceOptions {
-  coordinates?: CoordinateSystem; // Those of the grid; default: the world's.
-  interpolation?: Interpolation;
 }
 
 // Samples in a box of the grid.
@@ -44,6 +40,7 @@ interface PendingQuery {
 }
 
 const maxAttempts = 5; // A reply that ends the connection each time would end it for ever.
+const coarseStep = 8; // The distance of the samples that datasets store as an overview.
 const maxConcurrent = 4; // The server's limit per connection.
 
 export class DatasetQueries {
@@ -69,9 +66,9 @@ export class DatasetQueries {
   }
 
   // Rejects with a one-sentence error.
-  async slice(dataset: string, grid: SliceGrid, options: SliceOptions = {}): Promise<SliceValues> {
+  async slice(dataset: string, grid: SliceGrid): Promise<SliceValues> {
     const answer = await this.query((requestId) => {
-      const value = create(SliceSchema, { requestId, dataset, ...grid, ...options });
+      const value = create(SliceSchema, { requestId, dataset, ...grid });
       this.link.send({ case: "slice", value });
     });
     if (answer.case !== "sliceReply") throw new Error("The server sent a reply to another query.");
@@ -84,16 +81,20 @@ export class DatasetQueries {
   }
 
   // Returns the values of a box, x fastest; NaN where the field has none.
-  async box(dataset: string, { first, step, counts }: SampleBox): Promise<Float32Array> {
-    const [width, height, layers] = counts;
-    const values = new Float32Array(width * height * layers);
-    for (let i = 0; i < layers; ++i) {
-      const origin: Vec3 = [first[0], first[1], first[2] + i * step];
-      const grid = { origin, right: [step, 0, 0] as Vec3, down: [0, step, 0] as Vec3, width, height };
-      const layer = await this.slice(dataset, grid, { coordinates: CoordinateSystem.INDEX, interpolation: Interpolation.NEAREST });
-      values.set(layer.values, i * width * height);
-    }
-    return values;
+  async box(dataset: string, { first, step, counts: [width, height, layers] }: SampleBox): Promise<Float32Array> {
+    const wanted = {
+      dataset,
+      coordinates: CoordinateSystem.INDEX,
+      origin: first,
+      ...{ right: [step, 0, 0], down: [0, step, 0], inward: [0, 0, step] },
+      ...{ width, height, layers },
+      interpolation: Interpolation.NEAREST,
+      detail: step < coarseStep ? SliceDetail.FULL : SliceDetail.AUTO,
+      acceptsPacked: true,
+    };
+    const answer = await this.query((requestId) => this.link.send({ case: "slice", value: create(SliceSchema, { requestId, ...wanted }) }));
+    if (answer.case !== "sliceReply") throw new Error("The server sent a reply to another query.");
+    return unpackedSamples(answer.value.packedType, answer.value.values, width * height * layers);
   }
 
   async probe(dataset: string, place: Vec3): Promise<ProbedPlace> {

@@ -129,6 +129,7 @@ export class Viewer {
         pool: this.pool,
         settings: () => permittedSettings(this.get(), this.surfaces.datasets.get()),
         failed: (text) => this.notices.announce(text, true),
+        volumeShown: (level) => this.events.emit("volume", level),
       },
       () => ({ info: this.info, list: this.list }),
       turn,
@@ -285,6 +286,7 @@ export class Viewer {
       () => this.surfaces.progress.get().phase === "lost",
       options.signal,
     );
+    await this.samples.settled();
     await this.stage.context.take();
     return pngOf(this.drawn(options));
   }

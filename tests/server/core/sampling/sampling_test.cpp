@@ -56,6 +56,7 @@ SliceRequest in_world(SliceRequest slice, const DatasetInfo& info) {
   slice.origin = map(slice.origin);
   slice.right = step(slice.right);
   slice.down = step(slice.down);
+  slice.inward = step(slice.inward);
   return slice;
 }
 
@@ -148,12 +149,34 @@ TEST(Slice, IsTheSameInPieces) {
   std::vector<float> pieces(whole.size());
   for (std::uint32_t row = 0; row < slice.height; row += 7) {
     const std::uint32_t rows = std::min(7U, slice.height - row);
-    slice_rows(
-        *dataset, slice, 1, row, rows,
-        std::span(pieces).subspan(std::size_t{row} * slice.width, std::size_t{rows} * slice.width));
+    slice_rows(*dataset, slice, 1, row, rows, pieces);
   }
   for (std::size_t i = 0; i < whole.size(); ++i) {
     EXPECT_TRUE(whole[i] == pieces[i] || (std::isnan(whole[i]) && std::isnan(pieces[i])));
+  }
+}
+
+TEST(Slice, LayersAreSlicesBehindEachOther) {
+  const DatasetPtr dataset = make_dataset(random_volume<std::int16_t>(), "noise", std::nullopt, 0);
+  SliceRequest box = layer(dataset->info, 2, 1);
+  box.width = 12;
+  box.height = 6;
+  box.right = {3, 0, 0};
+  box.down = {0, 3, 0};
+  box.inward = {0, 0, 3};
+  box.layers = 10;
+  box.detail = SliceDetail::kFull;
+  for (const SliceRequest& request : {box, in_world(box, dataset->info)}) {
+    const std::vector<float> found = pixels(*dataset, request);
+    std::vector<float> expected;
+    for (std::uint32_t k = 0; k < box.layers; ++k) {
+      SliceRequest one = box;
+      one.origin[2] += 3.0 * k;
+      one.layers = 1;
+      const std::vector<float> values = pixels(*dataset, one);
+      expected.insert(expected.end(), values.begin(), values.end());
+    }
+    EXPECT_EQ(found, expected);
   }
 }
 

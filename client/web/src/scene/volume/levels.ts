@@ -33,14 +33,17 @@ export function levelsOf(info: Pick<DatasetInfo, "dims">, budget: VolumeBudget):
   return all.filter((_, at) => at + 1 >= all.length || samplesOf(all[at + 1].counts) > soon);
 }
 
-// Returns boxes of whole layers, about a million samples each, that together are the level.
+// Returns boxes of whole layers, or of rows of one, about a million samples each, that together are the level.
 export function slabsOf({ step, counts: [width, height, depth] }: Level): SampleBox[] {
+  const rows = Math.max(1, Math.min(height, Math.floor(slabSamples / width)));
   const layers = Math.max(1, Math.floor(slabSamples / (width * height)));
-  return Array.from({ length: Math.ceil(depth / layers) }, (_, i) => ({
-    first: [0, 0, i * layers * step],
-    step,
-    counts: [width, height, Math.min(layers, depth - i * layers)],
-  }));
+  const slabs: SampleBox[] = [];
+  for (let z = 0; z < depth; z += layers) {
+    for (let y = 0; y < height; y += rows) {
+      slabs.push({ first: [0, y * step, z * step], step, counts: [width, Math.min(rows, height - y), Math.min(layers, depth - z)] });
+    }
+  }
+  return slabs;
 }
 
 export function samplesOf(counts: Vec3): number {
@@ -60,14 +63,13 @@ export class BlockRanges {
     this.high = new Float32Array(samplesOf(this.blocks)).fill(-Infinity);
   }
 
-  // Adds the values of layers from `first` on, which may be NaN.
+  // Adds the values of rows, which may be NaN; `first` counts the rows before them.
   add(first: number, values: Float32Array): void {
     const [width, height] = this.counts;
     const [across, down] = this.blocks;
-    for (let row = 0; row * width < values.length; ++row) {
-      const z = first + Math.floor(row / height);
-      for (const k of blocksAt(z, this.blocks[2])) {
-        for (const j of blocksAt(row % height, down)) this.addRow(across * (j + down * k), values, row * width);
+    for (let begin = 0, row = first; begin < values.length; begin += width, ++row) {
+      for (const k of blocksAt(Math.floor(row / height), this.blocks[2])) {
+        for (const j of blocksAt(row % height, down)) this.addRow(across * (j + down * k), values, begin);
       }
     }
   }

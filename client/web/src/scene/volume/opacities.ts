@@ -3,6 +3,7 @@ import { isCt, sampleWindows, type WindowedDataset } from "../../shared/sample_w
 import type { OpacityPoint, Settings } from "../../state/settings";
 
 export const tableLength = 1024;
+const mostOpaque = 0.9999; // Its logarithm is finite.
 
 // Returns the opacity of a layer that is one voxel thick; constant before the first and after the last point. At a step,
 // two points with one value, it is that of the second.
@@ -14,11 +15,21 @@ export function opacityAt(points: readonly OpacityPoint[], value: number): numbe
   return from.opacity + ((value - from.value) / (to.value - from.value)) * (to.opacity - from.opacity);
 }
 
-// Returns the opacities at equal distances from the first point's value to the last one's; a step at the first value comes after it.
-export function opacityTable(points: readonly OpacityPoint[]): Float32Array {
+// Returns pairs at equal distances from the first point's value to the last one's: the opacity as extinction per voxel, and
+// the integral of that up to there, over all of the distance as 1. A step at the first value comes after it.
+export function extinctionTable(points: readonly OpacityPoint[]): Float32Array<ArrayBuffer> {
   const [first, last] = [points[0].value, points[points.length - 1].value];
-  const at = (i: number) => (i === 0 ? points[0].opacity : opacityAt(points, first + (i / (tableLength - 1)) * (last - first)));
-  return Float32Array.from({ length: tableLength }, (_, i) => at(i));
+  const table = new Float32Array(2 * tableLength);
+  let sum = 0;
+  let before = 0;
+  for (let i = 0; i < tableLength; ++i) {
+    const opacity = i === 0 ? points[0].opacity : opacityAt(points, first + (i / (tableLength - 1)) * (last - first));
+    const extinction = -Math.log(1 - Math.min(opacity, mostOpaque));
+    if (i > 0) sum += (0.5 * (before + extinction)) / (tableLength - 1);
+    table.set([extinction, sum], 2 * i);
+    before = extinction;
+  }
+  return table;
 }
 
 // Whether a value from `low` to `high` is visible.

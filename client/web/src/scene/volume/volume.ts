@@ -16,9 +16,15 @@ export interface ShownVolume {
   scale: ColorScale;
 }
 
+export interface ShownLevel {
+  step: number; // Every step-th sample along each axis is shown.
+  isLast: boolean; // No finer ones follow.
+}
+
 export interface VolumeSources {
   queries: Pick<DatasetQueries, "box">;
   failed: (text: string) => void; // Called with a sentence.
+  volumeShown: (level: ShownLevel | null) => void; // Null: none.
 }
 
 const concurrent = 3; // Queries; another one is left for slices.
@@ -28,6 +34,8 @@ export class Volume {
   private readonly budget: VolumeBudget;
   private wanted: DatasetInfo | null = null;
   private shown: VolumeTexture | null = null;
+  private loading: Promise<void> = Promise.resolve();
+  private isLoading = false;
 
   constructor(
     private readonly stage: Stage,
@@ -38,6 +46,7 @@ export class Volume {
     this.budget = { samples: isWeak ? 1 << 26 : 1 << 28, side: gl.getParameter(gl.MAX_3D_TEXTURE_SIZE) as number };
     this.pass = new VolumePass(stage.renderer);
     stage.volume = this.pass;
+    stage.waitFor(() => this.isLoading);
     stage.renderer.domElement.addEventListener("webglcontextrestored", () => this.restart());
   }
 
@@ -58,7 +67,12 @@ export class Volume {
     this.stage.invalidate();
     if (isSameData(this.wanted, sampled)) return;
     this.wanted = sampled;
-    void this.fetch(sampled);
+    this.loading = this.fetch(sampled);
+  }
+
+  // Resolves when all levels are shown, or fetching them failed.
+  async settled(): Promise<void> {
+    for (let loading = null; loading !== this.loading; ) await (loading = this.loading);
   }
 
   private restart(): void {
@@ -66,19 +80,22 @@ export class Volume {
     this.show(null);
     if (!wanted) return;
     this.wanted = { ...wanted };
-    void this.fetch(this.wanted);
+    this.loading = this.fetch(this.wanted);
   }
 
   private async fetch(info: DatasetInfo): Promise<void> {
+    this.isLoading = true;
     try {
-      for (const level of levelsOf(info, this.budget)) {
+      const levels = levelsOf(info, this.budget);
+      for (const [at, level] of levels.entries()) {
         const texture = await this.level(info, level);
         if (this.wanted !== info) return texture.dispose();
-        this.show(texture);
+        this.show(texture, at + 1 === levels.length);
       }
     } catch (error) {
       if (this.wanted === info) this.sources.failed(`Cannot show the volume: ${(error as Error).message}`);
     }
+    if (this.wanted === info || !this.wanted) this.isLoading = false;
   }
 
   private async level(info: DatasetInfo, level: Level): Promise<VolumeTexture> {
@@ -95,10 +112,11 @@ export class Volume {
     return texture;
   }
 
-  private show(texture: VolumeTexture | null): void {
+  private show(texture: VolumeTexture | null, isLast = false): void {
     this.shown?.dispose();
     this.shown = texture;
     this.pass.setSamples(texture, this.wanted);
+    this.sources.volumeShown(texture && { step: texture.level.step, isLast });
     this.stage.invalidate();
   }
 }

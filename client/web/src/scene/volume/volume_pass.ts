@@ -9,7 +9,7 @@ import { inverse, voxelLength } from "../../stream/dataset";
 import { gpuFinished } from "../gpu_fence";
 import type { SceneCamera } from "../occlusion";
 import type { Level } from "./levels";
-import { isVisible, opacityTable } from "./opacities";
+import { extinctionTable, isVisible, tableLength } from "./opacities";
 import { fragment, maxPlanes, vertex } from "./volume_shader";
 import { blockTexture, type VolumeTexture } from "./volume_texture";
 
@@ -87,14 +87,18 @@ export class VolumePass {
     uniforms.isShaded.value = look.isShaded;
     if (look.scale.map !== before?.scale.map) {
       uniforms.colors.value?.dispose();
-      uniforms.colors.value = rowTexture(colorRow(look.scale.map, 256), THREE.RGBAFormat, THREE.UnsignedByteType, THREE.SRGBColorSpace);
+      const colors = new THREE.DataTexture(colorRow(look.scale.map, 256), 256, 1);
+      colors.colorSpace = THREE.SRGBColorSpace;
+      colors.minFilter = colors.magFilter = THREE.LinearFilter;
+      colors.needsUpdate = true;
+      uniforms.colors.value = colors;
     }
     if (look.points !== before?.points || look.isMaximum !== before.isMaximum) {
       const [first, last] = [look.points[0].value, look.points[look.points.length - 1].value];
       uniforms.opacityEnds.value.set(...endsOf({ low: first, high: last, isLog: false }));
       uniforms.opacities.value?.dispose();
-      const halves = Uint16Array.from(opacityTable(look.points), THREE.DataUtils.toHalfFloat);
-      uniforms.opacities.value = rowTexture(halves, THREE.RedFormat, THREE.HalfFloatType, THREE.NoColorSpace);
+      uniforms.opacities.value = new THREE.DataTexture(extinctionTable(look.points), tableLength, 1, THREE.RGFormat, THREE.FloatType);
+      uniforms.opacities.value.needsUpdate = true;
       if (this.shown) this.updateBlocks();
     }
   }
@@ -191,19 +195,6 @@ function toTexture({ indexToWorld }: DatasetInfo, { step, counts }: Level): THRE
     return [a, b, c, d + 0.5 / counts[i]];
   });
   return new THREE.Matrix4().set(x[0], x[1], x[2], x[3], y[0], y[1], y[2], y[3], z[0], z[1], z[2], z[3], 0, 0, 0, 1);
-}
-
-function rowTexture(
-  data: Uint8Array<ArrayBuffer> | Uint16Array<ArrayBuffer>,
-  format: THREE.PixelFormat,
-  type: THREE.TextureDataType,
-  space: THREE.ColorSpace,
-): THREE.DataTexture {
-  const texture = new THREE.DataTexture(data, format === THREE.RGBAFormat ? data.length / 4 : data.length, 1, format, type);
-  texture.colorSpace = space;
-  texture.minFilter = texture.magFilter = THREE.LinearFilter;
-  texture.needsUpdate = true;
-  return texture;
 }
 
 function uniforms(): Record<string, THREE.IUniform> {

@@ -24,7 +24,7 @@ export const fragment = /* glsl */ `
   uniform float stride; // Samples from one place on a ray to the next.
   uniform float voxel; // The thickness that opacities apply to, in the world.
   uniform vec2 range;
-  uniform sampler2D opacities;
+  uniform highp sampler2D opacities; // Opacities as extinctions, and their integrals from the first value on.
   uniform vec2 opacityEnds; // The values of the first and last opacity.
   uniform sampler2D colors;
   uniform vec2 ends;
@@ -44,10 +44,20 @@ export const fragment = /* glsl */ `
     return texture2D(colors, vec2((share * 255.0 + 0.5) / 256.0, 0.5)).rgb;
   }
 
-  float opacityOf(float value) {
+  // Returns the place of a value in the table of opacities: 0 to 1, or beyond; its extinction and the integral up to it.
+  vec3 extinctionOf(float value) {
     float share = (mix(range.x, range.y, value) - opacityEnds.x) / (opacityEnds.y - opacityEnds.x);
-    float last = float(textureSize(opacities, 0).x - 1);
-    return texture2D(opacities, vec2((clamp(share, 0.0, 1.0) * last + 0.5) / (last + 1.0), 0.5)).r;
+    int last = textureSize(opacities, 0).x - 1;
+    float at = clamp(share, 0.0, 1.0) * float(last);
+    int before = min(int(at), last - 1);
+    vec2 found = mix(texelFetch(opacities, ivec2(before, 0), 0).rg, texelFetch(opacities, ivec2(before + 1, 0), 0).rg, at - float(before));
+    return vec3(share, found.r, found.g + found.r * (share - clamp(share, 0.0, 1.0)));
+  }
+
+  // Returns the mean extinction between two values, as if all between them occurred equally often.
+  float meanExtinction(vec3 one, vec3 other) {
+    float apart = other.x - one.x;
+    return max(0.0, abs(apart) > 2e-3 ? (other.z - one.z) / apart : 0.5 * (one.y + other.y));
   }
 
   float sampleAt(vec3 place) {
@@ -116,6 +126,9 @@ export const fragment = /* glsl */ `
     vec3 ray = textureToWorld * direction;
     vec3 lastBlock = vec3(textureSize(blocks, 0) - 1);
     float largest = -1.0;
+    float value = -1.0; // At the place before the current one, if that is number \`reached\` - 1.
+    float reached = -1.0;
+    vec3 extinction = vec3(0.0);
     vec4 sum = vec4(0.0);
     float at = phase + number * spacing;
     last += 1e-3 * spacing;
@@ -129,17 +142,23 @@ export const fragment = /* glsl */ `
         at = phase + number * spacing;
         continue;
       }
+      if (!isMaximum && number != reached) {
+        value = sampleAt(origin + max(at - spacing, entered) * direction);
+        extinction = extinctionOf(value);
+      }
       do {
         place = origin + at * direction;
-        float value = sampleAt(place);
-        if (isMaximum) {
-          largest = max(largest, value);
-        } else if (value > -1e-3) {
-          float opacity = opacityOf(value);
-          if (opacity > 0.0) {
-            vec3 color = colorOf(value);
-            if (isShaded) color = shaded(color, place, ray);
-            float part = (1.0 - sum.a) * (1.0 - pow(1.0 - min(opacity, 0.9999), thickness));
+        float before = value;
+        value = sampleAt(place);
+        largest = max(largest, value);
+        if (!isMaximum && value > -1e-3) {
+          vec3 extinctionBefore = extinction;
+          extinction = extinctionOf(value);
+          float mean = before > -1e-3 ? meanExtinction(extinctionBefore, extinction) : extinction.y;
+          if (mean > 0.0) {
+            vec3 color = colorOf(before > -1e-3 ? 0.5 * (before + value) : value);
+            if (isShaded) color = shaded(color, place - 0.5 * spacing * direction, ray);
+            float part = (1.0 - sum.a) * (1.0 - exp(-mean * thickness));
             sum += vec4(part * color, part);
             if (sum.a > 0.996) break;
           }
@@ -147,6 +166,7 @@ export const fragment = /* glsl */ `
         number += 1.0;
         at = phase + number * spacing;
       } while (at < until);
+      reached = number;
       if (sum.a > 0.996) break;
     }
     if (isMaximum && largest > -1e-3) sum = vec4(colorOf(max(largest, 0.0)), 1.0);

@@ -2,6 +2,7 @@
 import * as THREE from "three";
 
 import { type DatasetInfo, SampleType } from "../../protocol/messages";
+import type { Vec3 } from "../../stream/dataset";
 import type { SampleBox } from "../../stream/dataset_queries";
 import { BlockRanges, type Level } from "./levels";
 
@@ -29,18 +30,19 @@ export class VolumeTexture {
     this.isOfBytes = info.type === SampleType.U8 || info.type === SampleType.I8;
     this.range = texelRange(info);
     this.ranges = new BlockRanges(level.counts);
-    this.texture = this.layers(null, level.counts[2]);
+    this.texture = this.data(null, level.counts);
     this.texture.source.dataReady = false; // Only allocates; put() fills it.
     this.texture.needsUpdate = true;
     const isOfIntegers = info.type === SampleType.U16 || info.type === SampleType.I16;
     this.halves = isOfIntegers ? Uint16Array.from({ length: info.max - info.min + 1 }, (_, i) => this.half(info.min + i)) : null;
   }
 
-  put({ first: [, , z], step, counts: [, , layers] }: SampleBox, values: Float32Array): void {
-    const first = z / step;
-    this.ranges.add(first, values);
-    const part = this.layers(this.texels(values), layers);
-    this.renderer.copyTextureToTexture(part, this.texture, null, new THREE.Vector3(0, 0, first) as unknown as THREE.Vector2);
+  // Sets samples of a slab.
+  put({ first, step, counts }: SampleBox, values: Float32Array): void {
+    const [, y, z] = first.map((index) => index / step);
+    this.ranges.add(z * this.level.counts[1] + y, values);
+    const part = this.data(this.texels(values), counts);
+    this.renderer.copyTextureToTexture(part, this.texture, null, new THREE.Vector3(0, y, z) as unknown as THREE.Vector2);
   }
 
   dispose(): void {
@@ -61,9 +63,8 @@ export class VolumeTexture {
     return Number.isNaN(value) ? noValue : THREE.DataUtils.toHalfFloat((value - low) / (high - low));
   }
 
-  private layers(texels: Uint8Array<ArrayBuffer> | Uint16Array<ArrayBuffer> | null, count: number): THREE.Data3DTexture {
-    const [width, height] = this.level.counts;
-    const texture = new THREE.Data3DTexture(texels, width, height, count);
+  private data(texels: Uint8Array<ArrayBuffer> | Uint16Array<ArrayBuffer> | null, counts: Vec3): THREE.Data3DTexture {
+    const texture = new THREE.Data3DTexture(texels, ...counts);
     texture.format = THREE.RedFormat;
     texture.type = this.isOfBytes ? THREE.UnsignedByteType : THREE.HalfFloatType;
     texture.minFilter = texture.magFilter = THREE.LinearFilter;
