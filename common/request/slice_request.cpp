@@ -29,8 +29,10 @@ std::optional<Interpolation> interpolation_from(std::string_view name) {
 std::optional<SliceDetail> slice_detail_from(std::string_view name) { return kDetails.find(name); }
 
 Result<SliceRequest> validated(const SliceRequest& slice) {
-  for (const auto& [field, vector] :
-       {std::pair("origin", slice.origin), {"right", slice.right}, {"down", slice.down}, {"inward", slice.inward}}) {
+  for (const auto& [field, vector] : {std::pair("origin", slice.origin),
+                                      {"right", slice.right},
+                                      {"down", slice.down},
+                                      {"inward", slice.inward}}) {
     if (is_place(vector)) continue;
     return fail(ErrorCode::kInvalidArgument,
                 std::string("Slice.") + field +

@@ -77,7 +77,8 @@ PackedSamples packed_samples(std::span<const float> values, SampleType type) {
       }
     }
     const auto to_bits = [](float value) { return std::bit_cast<std::uint32_t>(value); };
-    return {.type = SampleType::kF32, .bytes = deflated(byte_planes<std::uint32_t>(values, to_bits))};
+    return {.type = SampleType::kF32,
+            .bytes = deflated(byte_planes<std::uint32_t>(values, to_bits))};
   });
 }
 

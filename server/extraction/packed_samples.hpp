@@ -1,5 +1,5 @@
-// Sample values packed for sending: a half to a twentieth of the bytes of floats. The format is that
-// of SliceReply.packed_type in proto/multitetra/v1/conversation.proto.
+// Sample values packed for sending: a half to a twentieth of the bytes of floats. The format is
+// that of SliceReply.packed_type in proto/multitetra/v1/conversation.proto.
 #pragma once
 
 #include <span>

@@ -19,9 +19,7 @@ std::size_t bytes_of(const IsosurfaceRequest& request) {
   return kCopies * thresholds.regions.size() * sizeof(ThresholdRegion) + grid;
 }
 
-std::size_t bytes_of(const SliceRequest& slice) {
-  return slice.pixels() * sizeof(float);
-}
+std::size_t bytes_of(const SliceRequest& slice) { return slice.pixels() * sizeof(float); }
 
 std::size_t bytes_of(const DatasetInfo& info) {
   return sizeof info + info.name.size() + info.histogram.counts.size() * sizeof(std::uint64_t) +

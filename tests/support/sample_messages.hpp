@@ -385,14 +385,14 @@ inline ServerMessage server_message(std::size_t kind, Random& random) {
     case 9: {
       const auto width = static_cast<std::uint32_t>(1 + up_to(9, random));
       const auto height = static_cast<std::uint32_t>(1 + up_to(9, random));
-      return SliceReply{.request_id = random(),
-                        .width = width,
-                        .height = height,
-                        .layers = 2,
-                        .sample_spacing = random() % 2 == 0 ? 1U : 8U,
-                        .values = std::make_shared<const std::string>(8 * width * height, '\xC0'),
-                        .packed_type = random() % 2 == 0 ? std::optional(SampleType::kI16)
-                                                         : std::nullopt};
+      return SliceReply{
+          .request_id = random(),
+          .width = width,
+          .height = height,
+          .layers = 2,
+          .sample_spacing = random() % 2 == 0 ? 1U : 8U,
+          .values = std::make_shared<const std::string>(8 * width * height, '\xC0'),
+          .packed_type = random() % 2 == 0 ? std::optional(SampleType::kI16) : std::nullopt};
     }
     case 11:
       return TileScalars{

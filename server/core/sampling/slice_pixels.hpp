@@ -19,7 +19,8 @@ namespace multitetra {
 // plane of 5792 x 5792 samples, 1 GiB of 16-bit samples.
 inline constexpr double kMaxSliceBricks = 131072;
 
-// Returns about how many bricks the plane, or its layers, cross. Requires a plane in sample indices.
+// Returns about how many bricks the plane, or its layers, cross. Requires a plane in sample
+// indices.
 [[nodiscard]] double bricks_crossed(const SliceRequest& plane, const DatasetInfo& info);
 
 // Returns the spacing, along each axis, of the samples that the slice uses: 1 or kSpectrumSpacing.
