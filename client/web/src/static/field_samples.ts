@@ -1,8 +1,9 @@
 // Values of a prepared file's field at places: slices and probes, with the rules of server/core/sampling.
-import { CoordinateSystem, create, type Probe, type ProbedPlace, ProbedPlaceSchema, type Slice, SliceDetail } from "../protocol/messages";
-import { applied, inverse, type Vec3 } from "../stream/dataset";
-import { coarseExtent, coarseSpacing, indexIn } from "./level_extents";
+import { CoordinateSystem, create, Interpolation, type Probe, type ProbedPlace, ProbedPlaceSchema, type Slice, SliceDetail } from "../protocol/messages";
+import { type Affine, applied, inverse, type Vec3 } from "../stream/dataset";
+import { coarseExtent, coarseSpacing } from "./level_extents";
 import type { PreparedVolume } from "./prepared_file";
+import type { SampleArray } from "./sample_array";
 import { brickSide } from "./sample_bricks";
 
 type SampleAt = (x: number, y: number, z: number) => number;
@@ -19,36 +20,39 @@ export interface SampledSlice {
 
 // Rejects with one sentence.
 export async function sampledSlice(volume: PreparedVolume, slice: Slice): Promise<SampledSlice> {
-  const { width, height } = slice;
+  const { width, height, coordinates, interpolation, detail } = slice;
   if (!(width >= 1 && height >= 1 && width * height <= maxPixels)) throw new Error(`A slice has 1 to ${maxPixels} pixels.`);
-  const toIndex = slice.coordinates === CoordinateSystem.INDEX ? null : inverse(volume.info.indexToWorld);
-  const origin = toIndex ? applied(toIndex, slice.origin) : slice.origin;
-  const step = (vector: readonly number[]) => (toIndex ? applied([...toIndex.slice(0, 9), 0, 0, 0], vector) : vector);
-  const [right, down] = [step(slice.right), step(slice.down)];
-  const each = (act: (pixel: number, place: Vec3) => void) => {
+  const { info } = volume;
+  const toIndex: Affine = coordinates === CoordinateSystem.INDEX ? [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0] : inverse(info.indexToWorld);
+  const [origin, right, down] = [applied(toIndex, slice.origin), ...[slice.right, slice.down].map((step) => applied([...toIndex.slice(0, 9), 0, 0, 0], step))];
+  // Visits the pixels in the data.
+  const each = (act: (pixel: number, x: number, y: number, z: number) => void) => {
+    const place = (axis: number, column: number, row: number) => snapped(origin[axis] + column * right[axis] + row * down[axis]);
+    const isInside = (at: number, axis: number) => at >= 0 && at <= info.dims[axis] - 1;
     for (let row = 0, pixel = 0; row < height; ++row) {
-      for (let column = 0; column < width; ++column, ++pixel) act(pixel, [0, 1, 2].map((i) => snapped(origin[i] + column * right[i] + row * down[i])) as Vec3);
+      for (let column = 0; column < width; ++column, ++pixel) {
+        const [x, y, z] = [place(0, column, row), place(1, column, row), place(2, column, row)];
+        if (isInside(x, 0) && isInside(y, 1) && isInside(z, 2)) act(pixel, x, y, z);
+      }
     }
   };
   const values = new Float32Array(width * height).fill(Number.NaN);
-  const fill = (at: SampleAt, place: (index: Vec3) => Vec3) =>
-    each((pixel, index) => isInData(volume, index) && (values[pixel] = linearValue(at, place(index))));
-  const isCoarse = slice.detail !== SliceDetail.FULL && Math.min(...coarseExtent(volume.info).count) > 0;
-  const isApart = Math.min(Math.hypot(...right), Math.hypot(...down)) >= coarseSpacing / 2;
-  if (isCoarse && (isApart || slice.detail === SliceDetail.COARSE)) return fillCoarse();
-  const bricks = new Set<number>();
-  each((_, index) => isInData(volume, index) && addBricks(volume, index, bricks));
-  if (isCoarse && bricks.size > maxSliceBricks) return fillCoarse();
-  fill(await fineSamples(volume, bricks), (index) => index);
-  return { values, spacing: 1 };
-
-  function fillCoarse(): SampledSlice {
-    const extent = coarseExtent(volume.info);
-    const unit = (index: Vec3) =>
-      index.map((at, axis) => Math.min(Math.max((at + volume.info.margin) / coarseSpacing - extent.low, 0), extent.count[axis] - 1)) as Vec3;
-    fill((x, y, z) => volume.coarse[indexIn({ ...extent, low: 0 }, x, y, z)], unit);
+  const valueAt = interpolation === Interpolation.NEAREST ? nearestValue : linearValue;
+  const { low, count } = coarseExtent(info);
+  const hasCoarse = detail !== SliceDetail.FULL && Math.min(...count) > 0;
+  let isCoarse = hasCoarse && (detail === SliceDetail.COARSE || Math.min(Math.hypot(...right), Math.hypot(...down)) >= coarseSpacing / 2);
+  const bricks = new BrickSet(volume);
+  if (!isCoarse) each((_, x, y, z) => bricks.add(x, y, z));
+  isCoarse ||= hasCoarse && bricks.size > maxSliceBricks;
+  if (isCoarse) {
+    const unit = (at: number, axis: number) => Math.min(Math.max((at + info.margin) / coarseSpacing - low, 0), count[axis] - 1);
+    const sample: SampleAt = (x, y, z) => volume.coarse[x + count[0] * (y + count[1] * z)];
+    each((pixel, x, y, z) => (values[pixel] = valueAt(sample, unit(x, 0), unit(y, 1), unit(z, 2))));
     return { values, spacing: coarseSpacing };
   }
+  const sample = await bricks.samples();
+  each((pixel, x, y, z) => (values[pixel] = valueAt(sample, x, y, z)));
+  return { values, spacing: 1 };
 }
 
 // Rejects with one sentence.
@@ -61,11 +65,11 @@ export async function probedPlaces(volume: PreparedVolume, { places, coordinates
       ? { index: place as Vec3, world: applied(info.indexToWorld, place) }
       : { index: applied(toIndex, place), world: place as Vec3 },
   );
-  const bricks = new Set<number>();
-  for (const { index } of all)
-    for (const place of [index, ...neighbors(index).flat()]) if (isInData(volume, place)) addBricks(volume, place.map(snapped) as Vec3, bricks);
-  const at = await fineSamples(volume, bricks);
-  const value = (index: Vec3) => (isInData(volume, index) ? linearValue(at, index.map(snapped) as Vec3) : Number.NaN);
+  const isInData = (index: Vec3) => index.every((at, axis) => snapped(at) >= 0 && snapped(at) <= info.dims[axis] - 1);
+  const bricks = new BrickSet(volume);
+  for (const { index } of all) for (const place of [index, ...neighbors(index).flat()]) if (isInData(place)) bricks.add(...(place.map(snapped) as Vec3));
+  const sample = await bricks.samples();
+  const value = (index: Vec3) => (isInData(index) ? linearValue(sample, ...(index.map(snapped) as Vec3)) : Number.NaN);
   return all.map(({ index, world }) => {
     const here = value(index);
     if (Number.isNaN(here)) return create(ProbedPlaceSchema, { world, index });
@@ -91,35 +95,53 @@ function snapped(at: number): number {
   return Math.abs(at - nearest) <= snapDistance ? nearest : at;
 }
 
-function isInData({ info: { dims } }: PreparedVolume, index: Vec3): boolean {
-  return index.every((place, axis) => snapped(place) >= 0 && snapped(place) <= dims[axis] - 1);
+// The bricks of the samples around some places.
+class BrickSet {
+  private readonly bricks = new Set<number>();
+
+  constructor(private readonly volume: PreparedVolume) {}
+
+  get size(): number {
+    return this.bricks.size;
+  }
+
+  // Adds those of the eight samples around a place in the data.
+  add(x: number, y: number, z: number): void {
+    const brick = (at: number) => Math.floor(at / brickSide);
+    const [toX, toY, toZ] = [brick(Math.ceil(x)), brick(Math.ceil(y)), brick(Math.ceil(z))];
+    for (let k = brick(z); k <= toZ; ++k) {
+      for (let j = brick(y); j <= toY; ++j) for (let i = brick(x); i <= toX; ++i) this.bricks.add(this.volume.bricks.index(i, j, k));
+    }
+  }
+
+  async samples(): Promise<SampleAt> {
+    const { bricks, info } = this.volume;
+    const all = await bricks.unpack([...this.bricks]);
+    let last = -1;
+    let samples!: SampleArray;
+    return (x, y, z) => {
+      const [i, j, k] = [Math.floor(x / brickSide), Math.floor(y / brickSide), Math.floor(z / brickSide)];
+      const brick = bricks.index(i, j, k);
+      if (brick !== last) samples = all.get((last = brick))!;
+      const [nx, ny] = [Math.min(brickSide, info.dims[0] - i * brickSide), Math.min(brickSide, info.dims[1] - j * brickSide)];
+      return samples[(x % brickSide) + nx * ((y % brickSide) + ny * (z % brickSide))];
+    };
+  }
 }
 
-// Adds the bricks of the samples around the place.
-function addBricks({ bricks }: PreparedVolume, index: Vec3, into: Set<number>): void {
-  const [low, high] = [index.map((at) => Math.floor(Math.floor(at) / brickSide)), index.map((at) => Math.floor(Math.ceil(at) / brickSide))];
-  for (let z = low[2]; z <= high[2]; ++z) for (let y = low[1]; y <= high[1]; ++y) for (let x = low[0]; x <= high[0]; ++x) into.add(bricks.index(x, y, z));
-}
-
-async function fineSamples({ bricks }: PreparedVolume, needed: ReadonlySet<number>): Promise<SampleAt> {
-  await bricks.fetch([...needed]);
-  await bricks.unpack([...needed]);
-  return (x, y, z) => {
-    const brick = [x, y, z].map((at) => Math.floor(at / brickSide)) as Vec3;
-    const [nx, ny] = bricks.extent(...brick);
-    return bricks.at(bricks.index(...brick))[(x % brickSide) + nx * ((y % brickSide) + ny * (z % brickSide))];
-  };
+function nearestValue(at: SampleAt, x: number, y: number, z: number): number {
+  return at(Math.floor(x + 0.5), Math.floor(y + 0.5), Math.floor(z + 0.5));
 }
 
 // Trilinear. Ignores samples with weight 0; NaN if another one is void.
-function linearValue(at: SampleAt, place: Vec3): number {
-  const low = place.map(Math.floor);
-  const beyond = place.map((one, axis) => one - low[axis]);
+function linearValue(at: SampleAt, x: number, y: number, z: number): number {
+  const [lowX, lowY, lowZ] = [Math.floor(x), Math.floor(y), Math.floor(z)];
+  const [toX, toY, toZ] = [x - lowX, y - lowY, z - lowZ];
   let value = 0;
-  for (let z = 0; z <= (beyond[2] > 0 ? 1 : 0); ++z) {
-    for (let y = 0; y <= (beyond[1] > 0 ? 1 : 0); ++y) {
-      const weight = (y ? beyond[1] : 1 - beyond[1]) * (z ? beyond[2] : 1 - beyond[2]);
-      for (let x = 0; x <= (beyond[0] > 0 ? 1 : 0); ++x) value += (x ? beyond[0] : 1 - beyond[0]) * weight * at(low[0] + x, low[1] + y, low[2] + z);
+  for (let k = 0; k <= (toZ > 0 ? 1 : 0); ++k) {
+    for (let j = 0; j <= (toY > 0 ? 1 : 0); ++j) {
+      const weight = (j ? toY : 1 - toY) * (k ? toZ : 1 - toZ);
+      for (let i = 0; i <= (toX > 0 ? 1 : 0); ++i) value += (i ? toX : 1 - toX) * weight * at(lowX + i, lowY + j, lowZ + k);
     }
   }
   return value;

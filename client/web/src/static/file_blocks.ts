@@ -4,6 +4,9 @@ import type { RangedFile } from "./ranged_file";
 
 export type Range = readonly [offset: number, end: number];
 
+// Returns bytes of a required range. Throws if the file ends before.
+export type Bytes = (offset: number, end: number) => Uint8Array;
+
 const blockBytes = 1 << 14;
 const maxGap = 4; // Blocks that are fetched in vain rather than in another request.
 const maxRunBlocks = 256; // 4 MiB a request.
@@ -18,47 +21,33 @@ export class FileBlocks {
     private readonly store: BlockStore | null,
   ) {}
 
-  // Resolves when bytes() has these ranges, until the next call. `progress` receives the share of what is fetched.
-  async require(ranges: readonly Range[], progress: (share: number) => void = () => {}): Promise<void> {
+  // `progress` receives the share of what is fetched.
+  async require(ranges: readonly Range[], progress: (share: number) => void = () => {}): Promise<Bytes> {
     const needed = new Set<number>();
     for (const [offset, end] of ranges) {
       for (let block = Math.floor(offset / blockBytes); block * blockBytes < end; ++block) needed.add(block);
     }
-    this.dropOthers(needed);
+    const held = new Map([...needed].filter((block) => this.blocks.has(block)).map((block) => [block, this.blocks.get(block)!]));
+    const absent = [...needed].filter((block) => !held.has(block)).sort((a, b) => a - b);
     const { identity } = this.file;
-    const absent = [...needed].filter((block) => !this.blocks.has(block)).sort((a, b) => a - b);
-    if (absent.length === 0) return;
-    const stored = identity ? ((await this.store?.get(identity, absent)) ?? []) : [];
-    stored.forEach((bytes, i) => bytes && this.blocks.set(absent[i], bytes));
-    await this.fetch(
-      absent.filter((block) => !this.blocks.has(block)),
+    const stored = identity && absent.length > 0 ? ((await this.store?.get(identity, absent)) ?? []) : [];
+    stored.forEach((bytes, i) => bytes && held.set(absent[i], bytes));
+    const fetched = await this.fetch(
+      absent.filter((block) => !held.has(block)),
       progress,
     );
+    for (const [block, bytes] of fetched) held.set(block, bytes);
+    if (identity && fetched.size > 0) void this.store?.put(identity, fetched);
+    this.keep(held);
+    return (offset, end) => this.bytesOf(held, offset, end);
   }
 
   // Keeps bytes that were read otherwise. Requires an offset at the beginning of a block.
   add(offset: number, bytes: Uint8Array): void {
-    for (let at = 0; at < bytes.length; at += blockBytes) this.blocks.set((offset + at) / blockBytes, bytes.slice(at, at + blockBytes));
+    this.keep(blocksOf(offset, bytes));
   }
 
-  // Returns bytes of a required range. Throws if the file ends before.
-  bytes(offset: number, end: number): Uint8Array {
-    const first = Math.floor(offset / blockBytes);
-    const within = offset - first * blockBytes;
-    const part = this.blocks.get(first)?.subarray(within, within + end - offset);
-    if (part?.length === end - offset) return part;
-    const whole = new Uint8Array(end - offset);
-    for (let block = first; block * blockBytes < end; ++block) {
-      const from = block * blockBytes;
-      const piece = this.blocks.get(block)?.subarray(Math.max(0, offset - from), Math.min(blockBytes, end - from));
-      if (!piece || Math.max(offset, from) + piece.length < Math.min(from + blockBytes, end))
-        throw new Error(`${this.file.name} ends too early: upload it again.`);
-      whole.set(piece, Math.max(0, from - offset));
-    }
-    return whole;
-  }
-
-  private async fetch(absent: readonly number[], progress: (share: number) => void): Promise<void> {
+  private async fetch(absent: readonly number[], progress: (share: number) => void): Promise<Map<number, Uint8Array>> {
     const runs: [number, number][] = []; // First block, and the one after the last.
     for (const block of absent) {
       const last = runs.at(-1);
@@ -66,25 +55,42 @@ export class FileBlocks {
       else runs.push([block, block + 1]);
     }
     const total = runs.length;
+    const fetched = new Map<number, Uint8Array>();
     const fetchNext = async (): Promise<void> => {
       for (let run = runs.shift(); run; run = runs.shift()) {
-        this.add(run[0] * blockBytes, await this.file.read(run[0] * blockBytes, run[1] * blockBytes));
+        const [first, end] = run.map((block) => block * blockBytes);
+        for (const [block, bytes] of blocksOf(first, await this.file.read(first, end))) fetched.set(block, bytes);
         progress(1 - runs.length / total);
       }
     };
     await Promise.all(Array.from({ length: maxRequests }, fetchNext));
-    const { identity } = this.file;
-    if (identity) this.store?.put(identity, new Map(absent.filter((block) => this.blocks.has(block)).map((block) => [block, this.blocks.get(block)!])));
+    return fetched;
   }
 
-  private dropOthers(needed: ReadonlySet<number>): void {
-    let excess = this.blocks.size + needed.size - maxKept / blockBytes;
-    for (const block of [...this.blocks.keys()]) {
-      const bytes = this.blocks.get(block)!;
-      if (needed.has(block)) {
-        this.blocks.delete(block); // Becomes the most recent one.
-        this.blocks.set(block, bytes);
-      } else if (excess-- > 0) this.blocks.delete(block);
+  // Makes them the most recent ones, and drops the oldest others.
+  private keep(blocks: ReadonlyMap<number, Uint8Array>): void {
+    for (const block of blocks.keys()) this.blocks.delete(block);
+    for (const block of this.blocks.keys()) {
+      if ((this.blocks.size + blocks.size) * blockBytes <= maxKept) break;
+      this.blocks.delete(block);
     }
+    for (const [block, bytes] of blocks) this.blocks.set(block, bytes);
   }
+
+  private bytesOf(held: ReadonlyMap<number, Uint8Array>, offset: number, end: number): Uint8Array {
+    const whole = new Uint8Array(end - offset);
+    for (let block = Math.floor(offset / blockBytes); block * blockBytes < end; ++block) {
+      const from = block * blockBytes;
+      const piece = held.get(block)?.subarray(Math.max(0, offset - from), Math.min(blockBytes, end - from));
+      const needed = Math.min(end, from + blockBytes) - Math.max(offset, from);
+      if (piece?.length !== needed) throw new Error(`${this.file.name} ends too early: upload it again.`);
+      whole.set(piece, Math.max(0, from - offset));
+    }
+    return whole;
+  }
+}
+
+function blocksOf(offset: number, bytes: Uint8Array): Map<number, Uint8Array> {
+  const count = Math.ceil(bytes.length / blockBytes);
+  return new Map(Array.from({ length: count }, (_, i) => [offset / blockBytes + i, bytes.slice(i * blockBytes, (i + 1) * blockBytes)]));
 }

@@ -56,14 +56,14 @@ export class LevelSamples {
     return bricks;
   }
 
-  // Returns null if nothing is crossed. Requires unpacked bricks.
-  read(cube: OctreeCube): Pick<PlainBox, "samples" | "origin" | "count" | "layers"> | null {
+  // Returns null if nothing is crossed.
+  read(cube: OctreeCube, bricks: ReadonlyMap<number, SampleArray>): Pick<PlainBox, "samples" | "origin" | "count" | "layers"> | null {
     const box = this.crossedPart(cube);
     if (!box) return null;
     const size = box.first.map((first, axis) => box.last[axis] - first + 1) as Vec3;
     const samples = new (arrayType(this.volume.info.type))(size[0] * size[1] * size[2]);
     if (this.spacing === coarseSpacing) this.readCoarse(box, size, samples);
-    else this.readBricks(cube, box, size, samples);
+    else this.readBricks(cube, box, size, samples, bricks);
     const layer = (axis: number, high: number) => (box.layers >> (2 * axis + high)) & 1;
     const origin = box.first.map((first, axis) => first - layer(axis, 0)) as Vec3;
     const count = size.map((n, axis) => n + layer(axis, 0) + layer(axis, 1)) as Vec3;
@@ -164,11 +164,11 @@ export class LevelSamples {
     }
   }
 
-  private readBricks(cube: OctreeCube, box: Box, size: Vec3, into: SampleArray): void {
+  private readBricks(cube: OctreeCube, box: Box, size: Vec3, into: SampleArray, unpacked: ReadonlyMap<number, SampleArray>): void {
     const { bricks, info } = this.volume;
     const { spacing } = this;
     this.visitBricks(cube, box, (brick, part, isNeeded) => {
-      const samples = isNeeded ? bricks.at(brick) : null;
+      const samples = isNeeded ? unpacked.get(brick)! : null;
       const fill = samples ? 0 : this.valueBeside(cube, part.first);
       const origin = part.brick.map((at) => at * brickSide + info.margin);
       const [nx, ny] = bricks.extent(...part.brick);

@@ -4,7 +4,7 @@ import { createXXHash3 } from "hash-wasm";
 import { create, type DatasetInfo, DatasetInfoSchema } from "../protocol/messages";
 import type { BlockStore } from "./block_store";
 import { datasetInfo } from "./dataset_metadata";
-import { FileBlocks } from "./file_blocks";
+import { type Bytes, FileBlocks } from "./file_blocks";
 import { cellExtent, coarseExtent, sizeOf } from "./level_extents";
 import { entryOf, unpacked } from "./packed_brick";
 import { RangedFile } from "./ranged_file";
@@ -48,6 +48,7 @@ export async function openPrepared(address: string, store: BlockStore | null = n
 class Opening {
   private sections = new Map<string, Section>();
   private info!: DatasetInfo;
+  private bytes!: Bytes; // Of the sections required last.
 
   constructor(
     private readonly file: RangedFile,
@@ -115,8 +116,8 @@ class Opening {
     return this.checksum(new Uint8Array(BigUint64Array.of(BigInt(formatVersion), sum("samples"), sum("smplidx"), errors).buffer));
   }
 
-  private require(...names: string[]): Promise<void> {
-    return this.blocks.require(
+  private async require(...names: string[]): Promise<void> {
+    this.bytes = await this.blocks.require(
       names.map((name) => {
         const { offset, size } = this.sections.get(name)!;
         return [offset, offset + size] as const;
@@ -127,7 +128,7 @@ class Opening {
   // Requires a section that was required.
   private readSection(name: string): Uint8Array {
     const { offset, size, checksum } = this.sections.get(name)!;
-    const bytes = this.blocks.bytes(offset, offset + size);
+    const bytes = this.bytes(offset, offset + size);
     if (this.checksum(bytes) !== checksum) throw this.damaged(name, "its checksum does not match");
     return bytes;
   }

@@ -1,12 +1,12 @@
 // The bricks of samples of a prepared file: fetched together, unpacked when they are read.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Vec3 } from "../stream/dataset";
-import type { FileBlocks } from "./file_blocks";
+import type { Bytes, FileBlocks } from "./file_blocks";
 import { entryOf, unpacked } from "./packed_brick";
 import { type SampleArray, sampleBytes, samplesOf } from "./sample_array";
 
 export const brickSide = 16;
-const maxUnpackedBytes = 1 << 27; // Kept; more only while they are needed at once.
+const maxUnpackedBytes = 1 << 27; // Kept.
 
 interface Place {
   offset: number; // In the file.
@@ -46,37 +46,33 @@ export class SampleBricks {
     return [x, y, z].map((at, axis) => Math.min(brickSide, this.info.dims[axis] - brickSide * at)) as Vec3;
   }
 
-  packedBytes(bricks: readonly number[]): number {
-    return bricks.reduce((sum, brick) => sum + this.places[brick].size, 0);
-  }
-
-  fetch(bricks: readonly number[], progress?: (share: number) => void): Promise<void> {
+  // Fetches them together, for unpack().
+  fetch(bricks: readonly number[], progress?: (share: number) => void): Promise<Bytes> {
     return this.blocks.require(
       bricks.map((brick) => [this.places[brick].offset, this.places[brick].offset + this.places[brick].size]),
       progress,
     );
   }
 
-  // Unpacks fetched bricks for at(), until the next call. Rejects if one is damaged.
-  async unpack(bricks: readonly number[]): Promise<void> {
-    const kept = bricks.map((brick) => [brick, this.unpacked.get(brick)] as const);
+  // Returns the samples of each brick. Rejects if one is damaged.
+  async unpack(bricks: readonly number[]): Promise<ReadonlyMap<number, SampleArray>> {
+    const found = new Map(bricks.filter((brick) => this.unpacked.has(brick)).map((brick) => [brick, this.unpacked.get(brick)!]));
+    const absent = bricks.filter((brick) => !found.has(brick));
+    const bytes = await this.fetch(absent);
+    for (const brick of absent) found.set(brick, await this.samplesOf(brick, bytes));
     for (const brick of bricks) this.unpacked.delete(brick);
     const most = maxUnpackedBytes / (brickSide ** 3 * sampleBytes(this.info.type)) - bricks.length;
     for (const brick of this.unpacked.keys()) {
       if (this.unpacked.size <= most) break;
       this.unpacked.delete(brick);
     }
-    for (const [brick, samples] of kept) this.unpacked.set(brick, samples ?? (await this.samplesOf(brick)));
+    for (const [brick, samples] of found) this.unpacked.set(brick, samples);
+    return found;
   }
 
-  // Requires an unpacked brick.
-  at(brick: number): SampleArray {
-    return this.unpacked.get(brick)!;
-  }
-
-  private async samplesOf(brick: number): Promise<SampleArray> {
+  private async samplesOf(brick: number, bytesOf: Bytes): Promise<SampleArray> {
     const { offset, size, codec, checksum } = this.places[brick];
-    const packed = this.blocks.bytes(offset, offset + size);
+    const packed = bytesOf(offset, offset + size);
     if (Number(this.checksum(packed) & 0xffffffffn) !== checksum) throw this.damaged(`brick ${brick}: its checksum does not match`);
     const [x, y, z] = this.counts;
     const [nx, ny, nz] = this.extent(brick % x, Math.floor(brick / x) % y, Math.floor(brick / x / y) % z);

@@ -4,6 +4,7 @@ import { plainPayload, type SurfaceCounts, setCounts, type surfaceCounter } from
 import type { ManifestTile, OctreeCube } from "../mesh/tile_mesh";
 import { LevelSamples } from "./level_samples";
 import type { PreparedVolume } from "./prepared_file";
+import type { SampleArray } from "./sample_array";
 
 export interface Tools {
   count: Awaited<ReturnType<typeof surfaceCounter>>;
@@ -49,8 +50,7 @@ export class SurfaceLevel {
         began = performance.now();
       }
       if (!isWanted()) return null;
-      await this.volume.bricks.unpack(this.samples.bricks(cube));
-      const payload = this.payload(cube);
+      const payload = this.payload(cube, await this.volume.bricks.unpack(this.samples.bricks(cube)));
       const counts: SurfaceCounts = payload ? tools.count(payload) : { vertices: 0, triangles: 0 };
       if (counts.triangles > maxTileTriangles) left.push(...octants(cube));
       else if (payload && counts.triangles > 0) {
@@ -61,8 +61,8 @@ export class SurfaceLevel {
     return tiles;
   }
 
-  private payload(cube: OctreeCube): Uint8Array | null {
-    const box = this.samples.read(cube);
+  private payload(cube: OctreeCube, bricks: ReadonlyMap<number, SampleArray>): Uint8Array | null {
+    const box = this.samples.read(cube, bricks);
     const { isovalue, resolution } = this;
     const { outside } = this.volume.info;
     return box && plainPayload({ ...box, layerValue: outside ?? 0, isovalue, resolution, spacingExponent: Math.log2(this.samples.spacing) });
