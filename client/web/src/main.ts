@@ -51,6 +51,7 @@ const datasets = new DatasetList({
     const found = entries().find((entry) => entry.name === name);
     if (found) whenShown(() => thumbnails.request(found.info));
   },
+  hasPictures: !isOfFiles(server),
 });
 const thumbnails = new Thumbnails(
   server,
@@ -90,7 +91,7 @@ const panel = new Panel(
   datasets.element,
   isOfFiles(server),
 );
-const bar = new StatusBar();
+const bar = new StatusBar(isOfFiles(server));
 const fewSurfaces = 24;
 let isBarWaiting = false;
 const help = new Help();

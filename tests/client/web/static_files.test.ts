@@ -35,12 +35,13 @@ const tools = (async () => ({ count: await surfaceCounter(wasm), hash: await pay
 const files = new Map<string, Uint8Array>(); // The web server's, by path.
 
 // A web server with ranges; `changes` act on its replies.
-function webServer(changes: { ignoresRanges?: boolean; tag?: () => string } = {}) {
+function webServer(changes: { ignoresRanges?: boolean; tag?: () => string; busy?: number } = {}) {
   const fetched: string[] = [];
   vi.stubGlobal("fetch", async (address: string, { headers }: { headers?: Record<string, string> } = {}) => {
     const bytes = files.get(new URL(address).pathname);
     const range = /^bytes=(\d+)-(\d+)$/.exec(headers?.Range ?? "");
     fetched.push(`${new URL(address).pathname} ${headers?.Range ?? ""}`);
+    if (changes.busy && changes.busy-- > 0) return new Response(null, { status: 503 });
     if (!bytes) return new Response(null, { status: 404 });
     if (!range || changes.ignoresRanges) return new Response(bytes.slice());
     if (Number(range[1]) >= bytes.length) return new Response(null, { status: 416 });
@@ -207,6 +208,12 @@ describe("StaticFiles", () => {
     expect(failureOf(messages)).toMatch(/^site\.example ignores ranges and would send "padded\.mtd" as a whole, as Python's http\.server/);
     await end.receive({ case: "listDatasets", value: create(ListDatasetsSchema) });
     expect(messages).toHaveLength(2);
+  });
+
+  test("AreFetchedAgainIfTheWebServerIsBusy", async () => {
+    webServer({ busy: 1 });
+    expect((await openPrepared(serve("padded.mtd", golden("page_padded.mtd")))).info.name).toBe("padded");
+    await expect(openPrepared("https://site.example/none.mtd")).rejects.toThrow('site.example answered the request for "none.mtd" with status 404.');
   });
 
   test("NoticeAChangedFile", async () => {

@@ -108,7 +108,8 @@ function errorAnywhere(shown: StepFacts): string {
 
 const maxDetailed = 24; // Surfaces described in full.
 
-export function certificateOf(drawn: readonly DrawnSurface[]): HTMLElement[] {
+// `isOfFiles`: the page reads the samples itself.
+export function certificateOf(drawn: readonly DrawnSurface[], isOfFiles = false): HTMLElement[] {
   const named = ({ number, shown, label }: DrawnSurface) => h("h3", {}, `Surface ${number}: ${label ?? `isovalue ${shown.isovalue}`}`);
   const others = drawn.length - maxDetailed;
   const rest = others > 0 ? [h("p", {}, `${counted(others, "more surface", 12)} ${others === 1 ? "was" : "were"} checked in the same way.`)] : [];
@@ -118,7 +119,7 @@ export function certificateOf(drawn: readonly DrawnSurface[]): HTMLElement[] {
       ...(drawn.length > 1 ? [named(surface)] : []),
       h("p", { class: "certified-error" }, h("b", {}, errorHeadline(surface.shown)), ` ${errorExplanation(surface.shown)}`),
       ...checksOf(surface),
-      ...promisesOf(surface.shown),
+      ...promisesOf(surface.shown, isOfFiles),
     ])
     .concat(rest);
 }
@@ -180,16 +181,22 @@ function checksOf({ shown, components }: DrawnSurface): HTMLElement[] {
   ];
 }
 
-function promisesOf(shown: StepFacts): HTMLElement[] {
+function promisesOf(shown: StepFacts, isOfFiles: boolean): HTMLElement[] {
   const topology = shown.preservesTopology
     ? "that of the full-resolution surface"
     : shown.spacing > 1
       ? "a preview: parts may be missing"
       : "small parts may be missing, as requested";
   const rows = [
-    row("Error", shown.isCertified ? "a bound, certified" : "no bound", "The server computes the bound from all samples, which this page does not have."),
+    row(
+      "Error",
+      shown.isCertified ? "a bound, certified" : "no bound",
+      isOfFiles
+        ? "This page has marched all samples around the surface, which have the checksums of their file."
+        : "The server computes the bound from all samples, which this page does not have.",
+    ),
     row("Topology", topology, "Whether components, tunnels and cavities are exactly those of the full-resolution surface."),
     row("Samples", "those of the dataset", "The surface belongs to this dataset and isovalue."),
   ];
-  return [h("h2", { class: "is-promise" }, "Guaranteed by the server"), h("dl", {}, ...rows)];
+  return [h("h2", { class: "is-promise" }, isOfFiles ? "From the samples of the file" : "Guaranteed by the server"), h("dl", {}, ...rows)];
 }

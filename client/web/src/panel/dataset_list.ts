@@ -15,6 +15,7 @@ export class DatasetList {
     private readonly events: {
       chosen: (entry: Entry) => void;
       becameVisible: (name: string) => void; // Its thumbnail is needed.
+      hasPictures: boolean; // Whether there are thumbnails.
     },
   ) {
     this.seen = new IntersectionObserver((entries) => {
@@ -71,7 +72,7 @@ export class DatasetList {
           `${info.spacing.map((s) => inDigits(s, 3)).join(" × ")}, values ` +
           `${valueText(info.min, info)} to ${valueText(info.max, info)}${assumed ? `. Assumed, as the file does not state it: ${assumed}` : ""}`,
       },
-      h("img", { alt: "", src: blank, width: "64", height: "48" }),
+      h("img", { alt: "", src: blank, width: "64", height: "48", hidden: !this.events.hasPictures }),
       h("span", { class: "dataset-name" }, name),
       h(
         "span",

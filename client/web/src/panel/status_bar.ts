@@ -58,7 +58,8 @@ export class StatusBar {
   // For screen readers: steps, not tiles.
   private readonly spoken = h("span", { class: "spoken", role: "status" });
 
-  constructor() {
+  // `isOfFiles`: there is no server.
+  constructor(private readonly isOfFiles = false) {
     this.certificateButton = h("button", {
       type: "button",
       class: "seal",
@@ -115,7 +116,7 @@ export class StatusBar {
     this.bytes.show(
       coarsest && inBytes(bytes),
       `in ${grouped(tiles)} ${tiles === 1 ? "tile" : "tiles"}`,
-      `Compressed size of what is shown. ${grouped(heldTiles)} of its tiles were cached. ` +
+      `${this.isOfFiles ? "Size of the samples, unpacked," : "Compressed size"} of what is shown. ${grouped(heldTiles)} of its tiles were cached. ` +
         `${inBytes(progress.bytesReceived)} were received for the last request${drawn.length > 1 ? " of the first surface" : ""}.`,
     );
     const { firstTile, complete } = progress;
@@ -138,7 +139,13 @@ export class StatusBar {
     const isFirst = progress.firstSurface === null;
     const share = `${Math.round((100 * tilesReceived) / Math.max(1, tilesToCome))} %`;
     const read = progress.shareRead > 0 ? `${Math.round(100 * progress.shareRead)} % of the samples read` : "";
-    const tiles = read ? read : tilesToCome > 0 ? (timeLeft ? `${share}, ${timeLeft}` : `${share} of step ${step + 1}`) : "waiting for the server";
+    const tiles = read
+      ? read
+      : tilesToCome > 0
+        ? timeLeft
+          ? `${share}, ${timeLeft}`
+          : `${share} of step ${step + 1}`
+        : `waiting for the ${this.isOfFiles ? "file" : "server"}`;
     // Until the first step of the new surface, the previous surface is shown, and the badge applies to it.
     this.say(
       !isFirst ? "Refining…" : drawn.length > 0 ? "Updating…" : "First preview…",
@@ -183,6 +190,6 @@ export class StatusBar {
       "is-quiet",
       drawn.every(({ components }) => components?.shown === 0),
     );
-    this.certificates.replaceChildren(...certificateOf(drawn));
+    this.certificates.replaceChildren(...certificateOf(drawn, this.isOfFiles));
   }
 }

@@ -1,6 +1,9 @@
 // A file of a web server or an object store, read by ranges. A server without ranges is refused; a file that changes while
 // it is read is noticed by its ETag or the time of its last change.
 
+const retries = [300, 1000, 3000]; // Milliseconds between attempts.
+const busy = new Set([429, 500, 502, 503, 504]);
+
 export class RangedFile {
   bytesRead = 0; // Received so far.
   private tag: string | null = null; // Of the first reply; null: the server names none.
@@ -36,6 +39,11 @@ export class RangedFile {
     // Weak tags never match; and other sites would have to permit the header.
     const isOwn = new URL(this.address).origin === globalThis.location?.origin;
     if (isOwn && this.tag?.startsWith('"')) headers["If-Match"] = this.tag;
+    for (const wait of retries) {
+      const reply = await fetch(this.address, { headers, cache: "no-store" }).catch(() => null);
+      if (reply && !busy.has(reply.status)) return reply;
+      await new Promise((resolve) => setTimeout(resolve, wait));
+    }
     try {
       return await fetch(this.address, { headers, cache: "no-store" });
     } catch {
