@@ -44,7 +44,8 @@ std::unique_ptr<PythonSource> array_source(const std::string& name, py::function
                                   " bytes of UTF-8 without control characters.");
     }
   }
-  ImageHeader header{.dims = {shape[2], shape[1], shape[0]}, .type = *stored};
+  ImageHeader header{
+      .dims = {shape[2], shape[1], shape[0]}, .type = *stored, .values = kNumbersAsStored};
   header.meaning = {.space = world_space_from(space).value_or(WorldSpace::kUnnamed),
                     .length_unit = unit,
                     .value_unit = value_unit};

@@ -1,0 +1,128 @@
+"""Surfaces of an array in Python: multitetra beside scikit-image and VTK's flying edges, in alternation.
+
+    PYTHONPATH=build/release/python /usr/bin/python3 tests/bench/python_surfaces.py [--size 256] [--rounds 3]
+
+Each run is a process of its own. Seconds are the median over the rounds, from the array to arrays of vertices and faces; memory is
+what the call adds at its peak. Holes, topology and the worst distance are those that multitetra.certify finds, against the isosurface of
+the samples on tetrahedra.
+"""
+
+import argparse
+import json
+import os
+import resource
+import statistics
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+ISOVALUE = 0.1
+
+
+def gyroid(size, period=48):
+    """float32 with some 2 million triangles at 256 samples a side."""
+    sine, cosine = (f(2 * np.pi / period * np.arange(size, dtype=np.float32)) for f in (np.sin, np.cos))
+    x, y, z = np.s_[:, None, None], np.s_[None, :, None], np.s_[None, None, :]
+    return (sine[x] * cosine[y] + sine[y] * cosine[z] + sine[z] * cosine[x]).astype(np.float32)
+
+
+def with_multitetra(array, **how):
+    import multitetra
+
+    return tuple(multitetra.isosurface(array, ISOVALUE, **how))
+
+
+def with_scikit_image(array):
+    from skimage.measure import marching_cubes
+
+    return marching_cubes(array, ISOVALUE)[:2]
+
+
+def with_flying_edges(array):
+    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
+
+    image = vtkImageData()
+    image.SetDimensions(array.shape[::-1])  # x varies fastest.
+    image.GetPointData().SetScalars(numpy_to_vtk(array.ravel()))
+    edges = vtkFlyingEdges3D()
+    edges.SetInputData(image)
+    edges.SetValue(0, ISOVALUE)
+    edges.ComputeNormalsOff()
+    edges.Update()
+    surface = edges.GetOutput()
+    faces = vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    return vtk_to_numpy(surface.GetPoints().GetData())[:, ::-1], faces[:, ::-1]
+
+
+METHODS = {
+    "multitetra, exact": lambda array: with_multitetra(array, error=0, simplify=False),
+    "multitetra, error 0.25": lambda array: with_multitetra(array, error=0.25),
+    "multitetra, error 0.25, not simplified": lambda array: with_multitetra(array, error=0.25, simplify=False),
+    "scikit-image": with_scikit_image,
+    "VTK flying edges": with_flying_edges,
+}
+LIBRARIES = {"multitetra": ["multitetra.volume"], "scikit-image": ["skimage.measure"],
+             "VTK": ["vtkmodules.util.numpy_support", "vtkmodules.vtkFiltersCore"]}  # fmt: skip
+
+
+def peak():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+
+def one_run(name, size, is_compared):
+    array = gyroid(size)
+    for library in LIBRARIES[name.split()[0].rstrip(",")]:
+        __import__(library)
+    before, start = peak(), time.perf_counter()
+    vertices, faces = METHODS[name](array)
+    seconds, after = time.perf_counter() - start, peak()
+    found = {"seconds": seconds, "memory": max(0, after - before) / array.nbytes, "triangles": len(faces)}
+    if is_compared:
+        found |= compared(array, vertices, faces)
+    print(json.dumps(found))
+
+
+def compared(array, vertices, faces):
+    import multitetra
+
+    volume = multitetra.Volume(array)
+    ways = [multitetra.certify((vertices, faces), volume, ISOVALUE, inside_out=way) for way in (False, True)]
+    best = next((way for way in ways if way.topology_kept), ways[0])
+    mesh = best.report["mesh"]
+    return {"distance": best.distance, "holes": mesh["open_edges"] + mesh["nonmanifold_edges"], "topology": best.topology_kept}
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--size", type=int, default=256)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--only", choices=METHODS)
+    parser.add_argument("--compare", action="store_true")
+    arguments = parser.parse_args()
+    if arguments.only:
+        return one_run(arguments.only, arguments.size, arguments.compare)
+    runs = {name: [] for name in METHODS}
+    for number in range(arguments.rounds):
+        for name, found in runs.items():
+            words = [sys.executable, __file__, "--only", name, "--size", str(arguments.size), *["--compare"] * (number == 0)]
+            made = subprocess.run(words, capture_output=True, text=True, env=os.environ)
+            if made.returncode:
+                print(f"{name}: {made.stderr.strip().splitlines()[-1]}", file=sys.stderr)
+            else:
+                found.append(json.loads(made.stdout))
+    print("| | seconds | memory (arrays) | triangles | holes | topology kept | worst distance (voxels) |\n| --- | ---: | ---: | ---: | ---: | --- | ---: |")
+    for name, found in runs.items():
+        if found:
+            seconds = statistics.median(one["seconds"] for one in found)
+            memory = statistics.median(one["memory"] for one in found)
+            first = found[0]
+            print(f"| {name} | {seconds:.2f} | {memory:.1f} | {first['triangles']:,} | {first['holes']} | "
+                  f"{'yes' if first['topology'] else 'no'} | {first['distance']:.3f} |")  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()
