@@ -6,7 +6,7 @@
 // Exit code 77, with a warning, means that something is not installed and nothing was tested.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { existsSync, mkdirSync, rmSync } from "node:fs";
+import { existsSync, mkdirSync, readFileSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";
 
@@ -159,10 +159,12 @@ export async function surfacePixels(page) {
   }, png);
 }
 
-// The pixels of the scene: red, green, blue, 255.
-export async function picturePixels(page) {
-  const box = await page.locator(".stage canvas").boundingBox();
-  const png = (await page.screenshot({ clip: box, timeout: patience })).toString("base64");
+// The pixels of the picture that the page saves: red, green, blue, 255.
+export async function savedPicture(page) {
+  if (await page.locator(".actions").isHidden()) await page.click('summary:has-text("Export")');
+  const coming = page.waitForEvent("download");
+  await page.click('.action:has-text("Picture")');
+  const png = readFileSync(await (await coming).path()).toString("base64");
   const { width, height, bytes } = await reader.evaluate(async (data) => {
     const bitmap = await createImageBitmap(await (await fetch(`data:image/png;base64,${data}`)).blob());
     const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);

@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { mkdirSync, rmSync, writeFileSync } from "node:fs";
 import path from "node:path";
 
-import { complete, finish, newToken, open, picturePixels, run, scratch, serveFolder, test } from "./in_a_browser.mjs";
+import { complete, finish, newToken, open, run, savedPicture, scratch, serveFolder, test } from "./in_a_browser.mjs";
 import { samplesOf, unitSpace, writeNrrd } from "./made_volumes.mjs";
 
 const size = 33;
@@ -139,7 +139,7 @@ function sidesOf(axis) {
   ][axis];
 }
 
-// Returns the scene at rest in a parallel projection along an axis, with `zoom` pixels a sample; the sample in the middle of
+// Returns the complete scene in a parallel projection along an axis, with `zoom` pixels a sample; the sample in the middle of
 // the data is in the middle of a pixel.
 async function picture(page, axis, zoom, settings) {
   if (!scene) {
@@ -154,17 +154,8 @@ async function picture(page, axis, zoom, settings) {
   const view = `projection=orthographic&axes=false&occlusion=false&eye=${eye}&target=${target}&up=${axis === 2 ? "y" : "z"}`;
   await page.goto("about:blank");
   await open(page, `#${settings}&${view}`, volumes);
-  if (!/visible=false/.test(settings)) await complete(page);
-  if (/volume=(on|maximum)/.test(settings)) await page.waitForFunction(() => /All samples/.test(document.querySelector(".volume-detail").textContent));
-  await page.addStyleTag({ content: ".stage > :not(canvas) { visibility: hidden !important; }" });
-  let before = null;
-  for (let equal = 0; equal < 3; ) {
-    const now = await picturePixels(page);
-    equal = before && now.rgba.equals(before.rgba) ? equal + 1 : 0;
-    before = now;
-    await page.waitForTimeout(250);
-  }
-  return before;
+  await page.waitForFunction(() => document.querySelector(".dataset"));
+  return savedPicture(page);
 }
 
 function shownIn({ rgba }, none) {

@@ -30,7 +30,7 @@ export interface Depths {
   after: THREE.Texture | null; // The part ends at this layer; null: at opaque surfaces.
 }
 
-const goal = { moving: 60, resting: 2000 }; // Milliseconds of a frame.
+const goal = { moving: 60, resting: 4000 }; // Milliseconds of a frame.
 const finest = { shrink: 1, stride: 0.5 };
 const maxShrink = 8; // Scene pixels along the side of a pixel.
 
