@@ -30,6 +30,11 @@ describe("PackedSamples", () => {
     }
   });
 
+  test("MayBePlainFloats", async () => {
+    const values = Float32Array.of(1.5, -2);
+    expect(await unpackedSamples(SampleType.UNSPECIFIED, new Uint8Array(values.buffer), 2)).toEqual(values);
+  });
+
   test("KeepTheBitsOfFloats", async () => {
     const values = Float32Array.of(0.5, -1e30, NaN, 3e-40, Infinity);
     const bits = [...new Uint32Array(values.buffer)];
@@ -39,7 +44,8 @@ describe("PackedSamples", () => {
   test("AreRefusedIfTheyAreNotTheRequestedOnes", async () => {
     await expect(unpackedSamples(SampleType.U8, packed([1, 2, 3], 1), 2)).rejects.toThrow("not as many");
     await expect(unpackedSamples(SampleType.U8, packed([1, 2, 3], 1), 4)).rejects.toThrow("not as many");
-    await expect(unpackedSamples(SampleType.UNSPECIFIED, packed([1], 1), 1)).rejects.toThrow("unknown type");
+    await expect(unpackedSamples(SampleType.UNSPECIFIED, Uint8Array.of(1, 2, 3), 1)).rejects.toThrow("not as many");
+    await expect(unpackedSamples(99 as SampleType, packed([1], 1), 1)).rejects.toThrow("unknown type");
     await expect(unpackedSamples(SampleType.U8, Uint8Array.of(1, 2, 3), 1)).rejects.toThrow();
   });
 });

@@ -194,8 +194,11 @@ describe("StaticFiles", () => {
       if (isVoid) expect(value).toBeNaN();
       else expect(Math.abs(value - field(x, 9, z))).toBeLessThan(0.01);
     });
+    const layers = { ...slice, height: 1, layers: 20, inward: [0, 0, 1], detail: SliceDetail.FULL };
+    await end.receive({ case: "slice", value: create(SliceSchema, layers) });
+    expect(messages[1].value).toMatchObject({ height: 1, layers: 20, values: sampled!.values });
     await end.receive({ case: "probe", value: create(ProbeSchema, { requestId: 2n, dataset: "masked", places: [1 + 0.5 * 12.5, 2 + 0.5 * 8, 3 + 0.75 * 7] }) });
-    const place = messages[1].case === "probeReply" ? messages[1].value.places[0] : null;
+    const place = messages[2].case === "probeReply" ? messages[2].value.places[0] : null;
     expect(place!.index).toEqual([12.5, 8, 7]);
     expect(place!.value!).toBeCloseTo((field(12, 8, 7) + field(13, 8, 7)) / 2, 1);
     expect(place!.gradient[0]).toBeCloseTo((field(13.5, 8, 7) - field(11.5, 8, 7)) / 2 / 0.5, 0);

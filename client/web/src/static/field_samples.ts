@@ -14,29 +14,33 @@ const maxSliceBricks = 16384; // Larger slices use every eighth sample.
 const snapDistance = 1e-6; // Nearer places are treated as on the sample.
 
 export interface SampledSlice {
-  values: Float32Array; // Row by row; NaN where there is no field.
+  values: Float32Array; // Layer by layer and row by row; NaN where there is no field.
   spacing: number; // 1; or 8: from every eighth sample.
 }
 
 // Rejects with one sentence.
 export async function sampledSlice(volume: PreparedVolume, slice: Slice): Promise<SampledSlice> {
   const { width, height, coordinates, interpolation, detail } = slice;
-  if (!(width >= 1 && height >= 1 && width * height <= maxPixels)) throw new Error(`A slice has 1 to ${maxPixels} pixels.`);
+  const layers = Math.max(1, slice.layers);
+  const size = width * height * layers;
+  if (!(width >= 1 && height >= 1 && size <= maxPixels)) throw new Error(`A slice has 1 to ${maxPixels} pixels.`);
   const { info } = volume;
   const toIndex: Affine = coordinates === CoordinateSystem.INDEX ? [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0] : inverse(info.indexToWorld);
-  const [origin, right, down] = [applied(toIndex, slice.origin), ...[slice.right, slice.down].map((step) => applied([...toIndex.slice(0, 9), 0, 0, 0], step))];
+  const step = (vector: readonly number[]) => applied([...toIndex.slice(0, 9), 0, 0, 0], vector);
+  const [origin, right, down] = [applied(toIndex, slice.origin), step(slice.right), step(slice.down)];
+  const inward = layers > 1 ? step(slice.inward) : [0, 0, 0];
   // Visits the pixels in the data.
   const each = (act: (pixel: number, x: number, y: number, z: number) => void) => {
-    const place = (axis: number, column: number, row: number) => snapped(origin[axis] + column * right[axis] + row * down[axis]);
+    const place = (axis: number, column: number, row: number, layer: number) =>
+      snapped(origin[axis] + column * right[axis] + row * down[axis] + layer * inward[axis]);
     const isInside = (at: number, axis: number) => at >= 0 && at <= info.dims[axis] - 1;
-    for (let row = 0, pixel = 0; row < height; ++row) {
-      for (let column = 0; column < width; ++column, ++pixel) {
-        const [x, y, z] = [place(0, column, row), place(1, column, row), place(2, column, row)];
-        if (isInside(x, 0) && isInside(y, 1) && isInside(z, 2)) act(pixel, x, y, z);
-      }
+    for (let pixel = 0; pixel < size; ++pixel) {
+      const [column, row, layer] = [pixel % width, Math.floor(pixel / width) % height, Math.floor(pixel / (width * height))];
+      const [x, y, z] = [place(0, column, row, layer), place(1, column, row, layer), place(2, column, row, layer)];
+      if (isInside(x, 0) && isInside(y, 1) && isInside(z, 2)) act(pixel, x, y, z);
     }
   };
-  const values = new Float32Array(width * height).fill(Number.NaN);
+  const values = new Float32Array(size).fill(Number.NaN);
   const valueAt = interpolation === Interpolation.NEAREST ? nearestValue : linearValue;
   const { low, count } = coarseExtent(info);
   const hasCoarse = detail !== SliceDetail.FULL && Math.min(...count) > 0;

@@ -88,10 +88,10 @@ export class FileConversation {
         return this.send({ case: "estimateReply", value: create(EstimateReplySchema, { requestId, triangles, bytes: triangles / 4n }) });
       }
       case "slice": {
-        const { requestId, dataset, width, height } = message.value;
+        const { requestId, dataset, width, height, layers } = message.value;
         const { values, spacing: sampleSpacing } = await sampledSlice(await this.datasets.volume(dataset), message.value);
         const bytes = new Uint8Array(values.buffer);
-        return this.send({ case: "sliceReply", value: create(SliceReplySchema, { requestId, width, height, sampleSpacing, values: bytes }) });
+        return this.send({ case: "sliceReply", value: create(SliceReplySchema, { requestId, width, height, layers, sampleSpacing, values: bytes }) });
       }
       case "probe": {
         const places = await probedPlaces(await this.datasets.volume(message.value.dataset), message.value);

@@ -1,6 +1,7 @@
 // Unpacks the samples of a SliceReply; conversation.proto describes the format.
 import { SampleType } from "../protocol/messages";
 
+const otherCount = "The server's samples are not as many as requested.";
 const bytesOf = new Map([
   [SampleType.U8, 1],
   [SampleType.I8, 1],
@@ -9,8 +10,12 @@ const bytesOf = new Map([
   [SampleType.F32, 4],
 ]);
 
-// Rejects if the bytes are not `count` numbers of this type.
+// Rejects if the bytes are not `count` numbers of this type; floats that are not packed if it is unspecified.
 export async function unpackedSamples(type: SampleType, bytes: Uint8Array, count: number): Promise<Float32Array> {
+  if (type === SampleType.UNSPECIFIED) {
+    if (bytes.length !== 4 * count) throw new Error(otherCount);
+    return new Float32Array(bytes.slice().buffer); // The bytes may be unaligned in their message.
+  }
   const width = bytesOf.get(type);
   if (!width) throw new Error("The server sent samples of an unknown type.");
   const planes = await inflated(bytes, width * count);
@@ -37,18 +42,17 @@ function numbers<T extends Uint8Array<ArrayBuffer> | Uint16Array<ArrayBuffer> | 
 }
 
 async function inflated(bytes: Uint8Array, length: number): Promise<Uint8Array> {
-  const wrong = new Error("The server's samples are not as many as requested.");
   const whole = new Uint8Array(length);
   const reader = new Blob([bytes as Uint8Array<ArrayBuffer>]).stream().pipeThrough(new DecompressionStream("deflate")).getReader();
   let at = 0;
   for (let part = await reader.read(); !part.done; part = await reader.read()) {
     if (at + part.value.length > length) {
       void reader.cancel();
-      throw wrong;
+      throw new Error(otherCount);
     }
     whole.set(part.value, at);
     at += part.value.length;
   }
-  if (at !== length) throw wrong;
+  if (at !== length) throw new Error(otherCount);
   return whole;
 }
