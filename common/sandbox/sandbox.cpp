@@ -235,9 +235,12 @@ void Sandbox::throw_exit_reason() {
     ::kill(id_, SIGKILL);
     ::waitpid(id_, &status, 0);
     id_ = 0;
-    throw SandboxError("its reader timed out");
+    throw SandboxTimeout("its reader timed out");
   }
   id_ = 0;
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) {
+    throw SandboxError("its reader was killed, as by a system without memory left");
+  }
   if (WIFSIGNALED(status)) {
     throw SandboxError("its reader crashed (" + std::string(strsignal(WTERMSIG(status))) + ")");
   }

@@ -29,6 +29,12 @@ class SandboxError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// The task was killed since it did not reply in time.
+class SandboxTimeout : public SandboxError {
+ public:
+  using SandboxError::SandboxError;
+};
+
 // A function that sandboxed processes run, known by its name. Define tasks as globals.
 class SandboxTask {
  public:

@@ -118,10 +118,10 @@ class SandboxedVolume : public VolumeSource {
   SandboxedVolume(std::filesystem::path path, const SandboxTask& task, const SandboxRules& rules,
                   const std::string& request, Notice notice)
       : path_(std::move(path)), notice_(std::move(notice)), reader_(task, rules, request) {
-    std::chrono::milliseconds timeout = kHeaderTime;
+    std::chrono::minutes timeout = kHeaderTime;
     SandboxMessage message;
     while (true) {
-      if (!reader_.channel().receive(message, timeout)) give_up();
+      if (!reader_.channel().receive(message, timeout)) give_up(timeout);
       if (message.kind == kOpened) break;
       if (message.kind == kHeaderKnown) timeout = kSamplesTime;
       handle(message);
@@ -168,7 +168,7 @@ class SandboxedVolume : public VolumeSource {
     SandboxMessage other;
     // Notices precede the samples.
     while (!reader_.channel().receive_into(kSamples, bytes, other, kSamplesTime)) {
-      if (other.kind == 0) give_up();
+      if (other.kind == 0) give_up(kSamplesTime);
       handle(other);
     }
     ahead_.reset();
@@ -189,8 +189,10 @@ class SandboxedVolume : public VolumeSource {
         return;
       case kFailed:
         if (!message.bytes.empty()) throw VolumeFileError(printable(message.bytes));
-        fail_reading(path_, "there is not enough memory",
-                     "Check that the file is complete, reduce the volume, or use a larger machine");
+        fail_reading(path_,
+                     "its reader needs more than the " + std::to_string((memory_limit_ >> 20) + 1) +
+                         " MiB of memory that it may have",
+                     "Reduce the volume, store it in smaller chunks, or use a larger machine");
       default:
         refuse_answer();
     }
@@ -200,7 +202,8 @@ class SandboxedVolume : public VolumeSource {
     std::uint64_t held = 0;
     if (!unpack_all(bytes, held)) refuse_answer();
     const std::uint64_t most = machine_memory();
-    reader_.set_memory_limit(std::min(kSamplesMemory + std::min(held, most), most));
+    memory_limit_ = std::min(kSamplesMemory + std::min(held, most), most);
+    reader_.set_memory_limit(memory_limit_);
     reader_.channel().send(kGranted, {});
   }
 
@@ -212,9 +215,14 @@ class SandboxedVolume : public VolumeSource {
     }
   }
 
-  [[noreturn]] void give_up() {
+  [[noreturn]] void give_up(std::chrono::minutes limit) {
     try {
       reader_.throw_exit_reason();
+    } catch (const SandboxTimeout&) {
+      fail_reading(path_,
+                   "its reader did not answer within " + std::to_string(limit.count()) +
+                       " minutes, the limit",
+                   "Copy it to faster storage, or store it without compression");
     } catch (const SandboxError& problem) {
       fail_reading(path_, problem.what(), "The file may be damaged; compare it with another copy");
     }
@@ -227,6 +235,7 @@ class SandboxedVolume : public VolumeSource {
   std::filesystem::path path_;
   Notice notice_;
   Sandbox reader_;
+  std::uint64_t memory_limit_ = kHeaderMemory;
   VolumeHeader header_;
   VolumeContents contents_;
   std::int32_t next_slice_ = 0;  // After those read last.

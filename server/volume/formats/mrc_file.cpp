@@ -160,7 +160,7 @@ bool is_mrc(std::string_view beginning) {
 
 StoredVolume open_mrc(const fs::path& path, const VolumeChoice& choice) {
   const std::string beginning = unpacked_beginning(InputFile(path), kMrcHeaderBytes);
-  if (beginning.size() < kMrcHeaderBytes) fail_damaged(path, "it ends within its header");
+  if (beginning.size() < kMrcHeaderBytes) fail_incomplete(path, "it ends within its header");
   const MrcHeader mrc(beginning);
   const std::int32_t mode = mrc.integer(12);
   StoredVolume volume{.header = {.type = type_of_mode(path, mode),

@@ -299,9 +299,9 @@ void check_size(const NetcdfContainer& container, int format) {
   const std::uint64_t found = InputFile(container.file()).size();
   // The last padding may be missing.
   if (found + 3 >= needed) return;
-  fail_damaged(container.file(), "it ends too early: its header declares at least " +
-                                     std::to_string(needed) + " bytes, but it has " +
-                                     std::to_string(found) + " bytes");
+  fail_incomplete(container.file(), "it ends too early: its header declares at least " +
+                                        std::to_string(needed) + " bytes, but it has " +
+                                        std::to_string(found) + " bytes");
 }
 
 class NetcdfReader : public ArrayReader {

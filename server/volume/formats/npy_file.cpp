@@ -72,7 +72,7 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
   const std::uint64_t text_at = is_short ? 10 : 12;
   const std::uint64_t length = is_short ? bytes.at<std::uint16_t>(8) : bytes.at<std::uint32_t>(8);
   if (text_at + length > beginning.size()) {
-    fail_damaged(path, "it ends within its header");
+    fail_incomplete(path, "it ends within its header");
   }
   const std::string_view text = std::string_view(beginning).substr(text_at, length);
   const std::string_view descr = behind_key(text, "descr");

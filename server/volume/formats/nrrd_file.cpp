@@ -78,7 +78,7 @@ std::vector<fs::path> data_files(const fs::path& file, const NrrdHeader& header,
                                  bool allow_external_files) {
   const std::string value = header.field("data file");
   if (value.empty()) {
-    if (!header.has_end) fail_damaged(file, "it ends within its header");
+    if (!header.has_end) fail_incomplete(file, "it ends within its header");
     return {file};
   }
   std::vector<std::string> names = {value};

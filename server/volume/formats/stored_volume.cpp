@@ -24,8 +24,12 @@ void fail_reading(const fs::path& file, const std::string& problem, const std::s
   throw VolumeFileError(text);
 }
 
-void fail_damaged(const fs::path& file, const std::string& problem) {
+void fail_incomplete(const fs::path& file, const std::string& problem) {
   fail_reading(file, problem, "Get a complete copy of the file");
+}
+
+void fail_damaged(const fs::path& file, const std::string& problem) {
+  fail_reading(file, problem, "Compare it with another copy, or check the program that wrote it");
 }
 
 std::optional<ComponentChoice> ComponentChoice::from(std::string_view text) {

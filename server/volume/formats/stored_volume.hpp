@@ -34,7 +34,11 @@ class VolumeFileError : public std::runtime_error {
 [[noreturn]] void fail_reading(const std::filesystem::path& file, const std::string& problem,
                                const std::string& remedy);
 
-// Throws the same for an incomplete or damaged file; the remedy is a complete copy.
+// Throws the same for a file that is shorter than it says; the remedy is a complete copy.
+[[noreturn]] void fail_incomplete(const std::filesystem::path& file, const std::string& problem);
+
+// Throws the same for a file that contradicts itself or cannot be decoded, because it is damaged or
+// was written so; the remedy is to compare it with another copy.
 [[noreturn]] void fail_damaged(const std::filesystem::path& file, const std::string& problem);
 
 struct ImageHeader {

@@ -61,8 +61,8 @@ class ImagesInOneDirectory : public StoredSlices {
     const std::size_t last = *std::max_element(images_.begin(), images_.end());
     const std::uint64_t end = offset_ + (last + 1) * header_.slice_bytes();
     if (end <= file_.size()) return;
-    fail_damaged(path, "it ends too early: its images end at byte " + std::to_string(end) +
-                           ", but it has " + std::to_string(file_.size()) + " bytes");
+    fail_incomplete(path, "it ends too early: its images end at byte " + std::to_string(end) +
+                              ", but it has " + std::to_string(file_.size()) + " bytes");
   }
 
   void read(std::size_t first, std::size_t count, std::byte* into) override {

@@ -174,6 +174,12 @@ def axistags():
     steps = {"x": 0.5, "y": 1.5, "z": 2}
     read("axistags-resolution", tagged("tzyx.h5", numpy.stack([volume, volume + 1000]), "tzyx", steps), volume + 1000, options="time=1",
          steps=diagonal(0.5, 1.5, 2))
+    with hdf5_file("filter.h5") as file:
+        file.create_dataset("v", data=volume, chunks=SHAPE, compression="gzip")
+    data = (folder / "filter.h5").read_bytes()
+    place = data.index(b"deflate\0") - 8  # Its number precedes its name.
+    write("filter.h5", data[:place] + struct.pack("<H", 32999) + data[place + 2:])
+    refuse("hdf5-other-filter", folder / "filter.h5", "packed with HDF5 filter 32999, whose sizes cannot be checked")
     with hdf5_file("last.h5") as file:
         file["v"] = volume[..., None]
     read("hdf5-last-dimension-of-one", folder / "last.h5", volume, notice=assumed)

@@ -85,6 +85,10 @@ def tiff():
     tags = [(33550, "d", 3, (0.5, 1.5, 2.0), True), (42113, "s", 0, "50", True)]
     tifffile.imwrite(folder / "geo.tif", volume, metadata=None, photometric="minisblack", extratags=tags)
     read("geotiff", folder / "geo.tif", numpy.where(volume == 50, numpy.nan, volume), steps=diagonal(0.5, 1.5, 2))
+    tifffile.imwrite(folder / "codec.tif", volume, metadata=None, photometric="minisblack")
+    data = (folder / "codec.tif").read_bytes()
+    write("codec.tif", data.replace(struct.pack("<HHIHH", 259, 3, 1, 1, 0), struct.pack("<HHIHH", 259, 3, 1, 34712, 0)))
+    refuse("tiff-other-compression", folder / "codec.tif", "not implemented). Save it with another compression")
     path = stk("short.stk.tif", volume)
     path.write_bytes(path.read_bytes()[:-1])
     refuse("metamorph-short", path, "its images end at byte")

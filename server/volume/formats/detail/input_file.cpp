@@ -25,8 +25,8 @@ std::size_t InputFile::read_some(std::uint64_t offset, std::span<std::byte> into
 void InputFile::read(std::uint64_t offset, std::span<std::byte> into) const {
   if (read_some(offset, into) == into.size()) return;
   if (offset + into.size() <= size_) fail("it was truncated after it was opened");
-  fail_damaged(file_, "it ends too early: " + std::to_string(offset + into.size()) +
-                          " bytes are expected, but it has " + std::to_string(size_) + " bytes");
+  fail_incomplete(file_, "it ends too early: " + std::to_string(offset + into.size()) +
+                             " bytes are expected, but it has " + std::to_string(size_) + " bytes");
 }
 
 std::string InputFile::beginning(std::size_t most) const {

@@ -34,9 +34,9 @@ class OpenPart {
       behind_ = found - std::min(found, part_bytes_);
       return;
     }
-    fail_damaged(part_.file, "it ends too early or is damaged; its header declares " +
-                                 std::to_string(needed) + " bytes of samples, but it has " +
-                                 std::to_string(found) + " bytes");
+    fail_incomplete(part_.file, "it ends too early or is damaged; its header declares " +
+                                    std::to_string(needed) + " bytes of samples, but it has " +
+                                    std::to_string(found) + " bytes");
   }
 
   void read(std::uint64_t offset, std::span<std::byte> into) {
@@ -68,8 +68,8 @@ class OpenPart {
     const std::size_t count = stream_->read_some(bytes);
     at_ += count;
     if (count == bytes.size()) return;
-    fail_damaged(part_.file, "its compressed samples end after " + std::to_string(at_) + " of " +
-                                 std::to_string(part_.skipped + part_bytes_) + " bytes");
+    fail_incomplete(part_.file, "its compressed samples end after " + std::to_string(at_) + " of " +
+                                    std::to_string(part_.skipped + part_bytes_) + " bytes");
   }
 
   // Called after the last sample: other times may follow, but only the end of a stream proves that

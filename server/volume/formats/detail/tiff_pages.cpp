@@ -131,6 +131,10 @@ namespace {
   std::string text = problem;
   if (!tiff_problem.empty()) text += " (libtiff: " + tiff_problem + ")";
   while (text.ends_with('.')) text.pop_back();
+  for (const char* const lack : {"not implemented", "not configured"}) {
+    if (tiff_problem.find(lack) == std::string::npos) continue;
+    fail_reading(file, text, "Save it with another compression, or with none");
+  }
   fail_damaged(file, text);
 }
 
@@ -246,7 +250,7 @@ TiffPages::TiffPages(std::filesystem::path file) : file_(std::move(file)) {
   (void)InputFile(file_);  // Reports errors of the file itself.
   reader_ = std::make_unique<Reader>(file_);
   TIFF* const tiff = reader_->tiff;
-  if (tiff == nullptr) fail_in_tiff(file_, "it is not a complete TIFF file");
+  if (tiff == nullptr) fail_in_tiff(file_, "libtiff cannot open it");
   while (true) {
     const auto kind = tiff_field<std::uint32_t>(tiff, TIFFTAG_SUBFILETYPE, 0);
     if ((kind & FILETYPE_REDUCEDIMAGE) == 0) {
@@ -259,7 +263,9 @@ TiffPages::TiffPages(std::filesystem::path file) : file_(std::move(file)) {
       fail_in_tiff(file_, "its chain of pages leads outside the file or is circular");
     }
   }
-  if (pages_.empty()) fail_in_tiff(file_, "it has only reduced pages");
+  if (pages_.empty()) {
+    fail_reading(file_, "it has only reduced copies of pages", "Save it with its full pages");
+  }
   select(0);
   char* text = nullptr;
   if (TIFFGetField(tiff, TIFFTAG_IMAGEDESCRIPTION, &text) == 1 && text != nullptr) {
@@ -352,7 +358,7 @@ void TiffPages::read(std::size_t page, std::byte* into) const {
                 ? TIFFReadEncodedTile(tiff, index, block.data(), block_bytes)
                 : TIFFReadEncodedStrip(tiff, index, block.data(), static_cast<tmsize_t>(needed));
         if (got < 0 || static_cast<std::size_t>(got) < needed) {
-          fail_in_tiff(file_, "its page " + std::to_string(page + 1) + " is damaged or ends early");
+          fail_in_tiff(file_, "its page " + std::to_string(page + 1) + " cannot be read");
         }
         const std::size_t columns = std::min(block_width, format.width - x);
         for (std::uint32_t row = 0; row < rows; ++row) {

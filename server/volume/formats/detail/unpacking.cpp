@@ -286,7 +286,7 @@ std::size_t UnpackedStream::read_some(std::span<std::byte> into) {
   while (!into.empty() && !state.ended) {
     if (state.left.empty() && !state.refill()) {
       if (state.packing == Packing::kHex) break;
-      fail_damaged(state.file.path(), "its compressed samples end too early");
+      fail_incomplete(state.file.path(), "its compressed samples end too early");
     }
     switch (state.unpacker.run(state.left, into)) {
       case StreamUnpacker::Progress::kContinues:

@@ -80,7 +80,7 @@ class ZipStore : public ObjectStore {
 
  private:
   [[noreturn]] void fail(const std::string& key, const std::string& problem) const {
-    fail_reading(place(key), problem, "Get a complete copy of the archive");
+    fail_reading(place(key), problem, "Compare the archive with another copy, or pack it again");
   }
 
   [[nodiscard]] OpenEntry opened(const std::string& key, zip_uint64_t entry) const {

@@ -170,7 +170,7 @@ class PackedSampleBytes : public SampleBytes {
                                     " bytes of samples that its header declares");
     }
     if (count * lengths.width() > file.size()) {
-      fail_damaged(file.path(), "it ends within the sizes of its compressed blocks");
+      fail_incomplete(file.path(), "it ends within the sizes of its compressed blocks");
     }
     begins_.push_back(0);
     for (const std::uint64_t size : lengths.read(3, count)) {

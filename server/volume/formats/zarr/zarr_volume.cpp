@@ -112,7 +112,7 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
     of_image = std::move(level->meaning);
   }
   std::optional<ArrayLayout> layout = file.layout(path);
-  if (!layout) fail_damaged(store->place(path), "the level's array is missing");
+  if (!layout) fail_incomplete(store->place(path), "the level's array is missing");
   if (layout->shape.size() < 2) {
     fail_reading(store->place(path), "it has one dimension", "Give an array of 2 or more");
   }
@@ -172,7 +172,8 @@ StoredVolume open_zarr(const std::string& place, const VolumeChoice& choice) {
   try {
     return open_checked(std::move(store), choice);
   } catch (const Json::exception& problem) {  // A field has an unexpected type.
-    fail_damaged(array, std::string("its metadata are damaged: ") + problem.what());
+    fail_damaged(array, std::string("a field of its metadata has another type than expected: ") +
+                            problem.what());
   }
 }
 

@@ -18,7 +18,7 @@ constexpr std::string_view kRleSyntax = "1.2.840.10008.1.2.5";
 constexpr std::string_view kBigEndianSyntax = "1.2.840.10008.1.2.2";
 
 [[noreturn]] void fail_cut_off(const InputFile& file, const std::string& how) {
-  fail_damaged(file.path(), "its pixel data are truncated: " + how);
+  fail_incomplete(file.path(), "its pixel data are truncated: " + how);
 }
 
 struct Fragment {
@@ -104,8 +104,8 @@ bool rle_frame_is_whole(const InputFile& file, const Fragment& fragment,
 void check_fragments(const InputFile& file, const DicomPixels& pixels) {
   const std::vector<Fragment> fragments = fragments_at(file, pixels.offset);
   if (fragments.size() < pixels.frames) {
-    fail_cut_off(file, "it has " + std::to_string(fragments.size()) + " compressed frames of " +
-                           std::to_string(pixels.frames));
+    fail_damaged(file.path(), "it has " + std::to_string(fragments.size()) +
+                                  " compressed frames of " + std::to_string(pixels.frames));
   }
   const bool is_rle = pixels.syntax == kRleSyntax;
   constexpr std::string_view kJpegs = "1.2.840.10008.1.2.4.";
@@ -116,7 +116,7 @@ void check_fragments(const InputFile& file, const DicomPixels& pixels) {
     const bool is_whole = is_jpeg              ? ends_as_jpeg(file, fragments[i])
                           : is_rle && one_each ? rle_frame_is_whole(file, fragments[i], pixels)
                                                : true;
-    if (!is_whole) fail_cut_off(file, "a compressed frame ends too early");
+    if (!is_whole) fail_damaged(file.path(), "a compressed frame ends too early");
   }
 }
 
@@ -155,9 +155,12 @@ bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels) {
   const std::uint64_t found = file.size() - std::min(pixels.offset, file.size());
   const std::uint64_t there = std::min<std::uint64_t>(length, found);
   if (there < needed || found < length) {
-    fail_cut_off(file, std::to_string(there) +
-                           " bytes are present, but its rows, columns, frames and bits require " +
-                           std::to_string(std::max<std::uint64_t>(needed, length)));
+    const std::string problem =
+        std::to_string(there) +
+        " bytes are present, but its rows, columns, frames and bits require " +
+        std::to_string(std::max<std::uint64_t>(needed, length));
+    if (found < length) fail_cut_off(file, problem);
+    fail_damaged(file.path(), "of its pixel data, " + problem);
   }
   return length > needed + needed % 2;
 }

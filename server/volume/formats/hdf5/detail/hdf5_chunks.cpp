@@ -144,8 +144,7 @@ Hdf5ChunkSizes::Hdf5ChunkSizes(fs::path file, hid_t dataset, bool allow_external
   if (layout == H5D_COMPACT || (layout == H5D_CONTIGUOUS && !is_external)) {
     const hsize_t stored = H5Dget_storage_size(dataset);  // 0: never written.
     if (stored < hdf5_bytes(dataset) && (stored > 0 || layout == H5D_COMPACT)) {
-      fail_reading(file_, "its dataset has fewer bytes than its shape requires",
-                   "Get a complete copy of the file");
+      fail_damaged(file_, "its dataset has fewer bytes than its shape requires");
     }
   }
   if (layout != H5D_CHUNKED) return;

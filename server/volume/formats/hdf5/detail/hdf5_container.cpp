@@ -98,9 +98,7 @@ class Hdf5Reader : public ArrayReader {
     H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, box.start.data(), nullptr, box.extent.data(),
                         nullptr);
     if (H5Dread(dataset_.get(), type_, memory.get(), space.get(), H5P_DEFAULT, into) >= 0) return;
-    fail_reading(
-        path_, "a part of its samples cannot be read",
-        "Get a complete copy of the file; chunks must be compressed with deflate, szip or LZF");
+    fail_damaged(path_, "a part of its samples cannot be read");
   }
 
  private:

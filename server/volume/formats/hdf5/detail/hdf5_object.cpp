@@ -87,8 +87,8 @@ void check_external_storage(const fs::path& file, hid_t dataset, hid_t creation,
     const std::uintmax_t found = fs::file_size(data);
     if (found < static_cast<std::uintmax_t>(offset) ||
         found - static_cast<std::uintmax_t>(offset) < here) {
-      fail_damaged(data, "it is external storage of '" + file.filename().string() +
-                             "' and has fewer bytes than required");
+      fail_incomplete(data, "it is external storage of '" + file.filename().string() +
+                                "' and has fewer bytes than required");
     }
     needed -= here;
   }
@@ -305,7 +305,7 @@ Hdf5Id open_hdf5_file(const fs::path& file) {
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, &keep_problem, &innermost);
   if (innermost.empty()) innermost = problem;
   fail_reading(file, "libhdf5 cannot open it: " + innermost.substr(0, 300),
-               "Get a complete copy of the file, or write it for older readers (libver 'v110')");
+               "Compare it with another copy, or write it for older readers (libver 'v110')");
 }
 
 std::optional<Hdf5Id> open_hdf5_dataset(const fs::path& file, hid_t in, const std::string& name,

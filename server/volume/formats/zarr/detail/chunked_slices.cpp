@@ -58,8 +58,7 @@ class Chunks {
                                                const std::string& what) const {
     auto chunk = decode_chunk(layout_, stored);
     if (chunk) return *std::move(chunk);
-    fail_reading(store_->place(key), what + " cannot be decoded: " + chunk.error().text,
-                 "Get a complete copy of the array");
+    fail_damaged(store_->place(key), what + " cannot be decoded: " + chunk.error().text);
   }
 
   std::optional<std::vector<std::byte>> whole_object(const std::vector<std::int64_t>& chunk) {
@@ -86,14 +85,12 @@ class Chunks {
     if (entry.offset == kNoChunk && entry.length == kNoChunk) return std::nullopt;
     const std::string what = "the chunk " + std::to_string(inside) + " of this shard";
     if (entry.length > max_stored_bytes()) {
-      fail_reading(store_->place(key),
-                   what + " has a declared size of " + std::to_string(entry.length) + " bytes",
-                   "Get a complete copy of the array");
+      fail_damaged(store_->place(key),
+                   what + " has a declared size of " + std::to_string(entry.length) + " bytes");
     }
     const auto stored = store_->get_range(key, entry.offset, entry.length);
     if (!stored || stored->size() != entry.length) {
-      fail_reading(store_->place(key), what + " is beyond its end",
-                   "Get a complete copy of the array");
+      fail_incomplete(store_->place(key), what + " is beyond its end");
     }
     return decoded(key, *stored, what);
   }
@@ -123,9 +120,8 @@ class Chunks {
     if (!stored) return {};
     auto entries = decode_shard_index(layout_, *stored);
     if (entries) return *std::move(entries);
-    fail_reading(store_->place(key),
-                 "the index of this shard cannot be decoded: " + entries.error().text,
-                 "Get a complete copy of the array");
+    fail_damaged(store_->place(key),
+                 "the index of this shard cannot be decoded: " + entries.error().text);
   }
 
   std::shared_ptr<ObjectStore> store_;
