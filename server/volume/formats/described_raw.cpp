@@ -73,7 +73,7 @@ Description description_in(const std::string& text) {
       result.spacing = {numbers[0], numbers[1], numbers[2]};
     }
     if (key == "format" || key == "type") result.type = type_word(value);
-    if (key == "byte order" || key == "endianness") {
+    if (key == "byte order" || key == "byteorder" || key == "endian" || key == "endianness") {
       result.endian = lower_case(value).starts_with("big") ? Endian::kBig : Endian::kLittle;
     }
   }

@@ -50,6 +50,7 @@ class PngReading {
         .values = {Basis::kByFormat, Basis::kByFormat, Basis::kByFormat},
         .components = png_get_channels(png_, info_)};
     header.dims = {png_get_image_width(png_, info_), png_get_image_height(png_, info_), 1};
+    if (png_get_color_type(png_, info_) == PNG_COLOR_TYPE_PALETTE) note_palette(header);
     return header;
   }
   [[nodiscard]] const std::string& problem() const { return problem_; }

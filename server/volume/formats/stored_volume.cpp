@@ -90,6 +90,11 @@ std::string choice_notice(const fs::path& file, std::size_t count, const std::st
          ", " + used + " is used; select another with " + option + ".";
 }
 
+void note_palette(ImageHeader& header) {
+  header.contradictions.push_back(
+      {Fact::kScaling, "its numbers are indices of a color palette; they are read as stored"});
+}
+
 std::string unread_notice(const fs::path& file, std::uint64_t bytes) {
   return "'" + without_password(file.string()) + "': " + std::to_string(bytes) +
          (bytes == 1 ? " byte" : " bytes") + " behind its samples are not read.";

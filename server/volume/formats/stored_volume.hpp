@@ -180,6 +180,9 @@ void check_header(const std::filesystem::path& file, const ImageHeader& header);
                                         const std::string& kind, const std::string& used,
                                         const std::string& option);
 
+// Notes that numbers are indices of a color palette.
+void note_palette(ImageHeader& header);
+
 // The notice of bytes that follow what is read of a file.
 [[nodiscard]] std::string unread_notice(const std::filesystem::path& file, std::uint64_t bytes);
 

@@ -232,6 +232,9 @@ def vtk():
         for array in ("of cells", "CellData/of cells"):
             read(f"{name}-{array.replace('/', '-')}", path, cells, options=f"array={array}", origin=(1.25, 2.75, 4), steps=diagonal(0.5, 1.5, 2))
         refuse(f"{name}-none", path, "Its arrays are CellData/of cells, PointData/density", options="array=nothing")
+    ghosts = VTK.format("ASCII") + "POINT_DATA 240\nFIELD FieldData 2\nvtkGhostType 1 240 unsigned_char\n" + "0 " * 240
+    ghosts += "\ns 1 240 float\n" + " ".join(map(str, range(240))) + "\n"
+    read("vtk-ghosts", write("ghosts.vtk", ghosts.encode()), volume, notice="of its 2 arrays, 's' is used", **place)
     longer = VTK.format("ASCII") + "POINT_DATA 240\nSCALARS s float\nLOOKUP_TABLE default\n" + " ".join(map(str, range(240))) + "\n7 8\n"
     read("vtk-longer", write("longer.vtk", longer.encode()), volume, notice="from '7' on", **place)
 
@@ -301,6 +304,13 @@ def further_fields():
     read("mha-unit", file("unit.mha", meta, "DistanceUnits = um\n"), volume, steps=diagonal(0.5, 1.5, 2), unit="µm")
 
 
+def described():
+    write("described.raw", volume.astype(">u2").tobytes())
+    lines = b"ObjectFileName: described.raw\nResolution: 8 6 5\nFormat: USHORT\n%s: BIG\n"
+    for key in (b"Endian", b"ByteOrder"):
+        read(f"dat-{key.decode()}", write(f"{key.decode()}.dat", lines % key), volume)
+
+
 def numbered_images():
     from PIL import Image
     images = [Image.fromarray(one) for one in volume[0:4].astype("u1")]
@@ -315,6 +325,8 @@ def numbered_images():
         read(f"gap-{suffix}", stack(f"gap-{suffix}", *(f"s{i}.{suffix}" for i in (1, 2, 3, 6))), volume[:4], notice="4, 5 are missing")
     read("steps", stack("steps", "s010.png", "s020.png", "s030.png", "s050.png"), volume[:4], notice="40 is missing")
     read("no-gap", stack("no-gap", "s7.png", "s8.png", "s9.png", "s10.png"), volume[:4], notice="!missing")
+    images = [image.convert("P") for image in images]
+    read("palette", stack("palette", "s1.png", "s2.png", "s3.png", "s4.png"), volume[:4], notice="indices of a color palette")
     read("two-kinds", stack("kinds", "ct1.png", "ct2.png", "mask1.png", "mask2.png"), volume[:4], notice="'ct1.png' and 'mask1.png'")
     read("two-numbers", stack("two", "z1c1.png", "z1c2.png", "z2c1.png", "z2c2.png"), volume[:4], notice="have two numbers, 2 by 2")
 
@@ -328,5 +340,6 @@ def json_shape():
 
 detached()
 further_fields()
+described()
 vtk()
 run_with_packages(tiff, json_shape, mrc, numbered_images)

@@ -315,6 +315,8 @@ ImageHeader TiffPages::header(std::size_t page) const {
       .components = format.components};
   header.dims = {format.width, format.height, 1};
   if (format.kind != SAMPLEFORMAT_IEEEFP) header.stored_bits = format.bits;
+  const auto color = tiff_field<std::uint16_t>(reader_->tiff, TIFFTAG_PHOTOMETRIC, 1);
+  if (color == PHOTOMETRIC_PALETTE) note_palette(header);
   return header;
 }
 

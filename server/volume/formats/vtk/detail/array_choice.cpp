@@ -19,6 +19,12 @@ std::string names_of(const std::vector<VtiArray>& arrays) {
   return names + (arrays.size() > kMostNamed ? ", ..." : "");
 }
 
+// VTK's marks of points and cells that are copies, hidden or invalid.
+bool is_mask(const VtiArray& array) {
+  return array.name == "vtkGhostType" || array.name == "vtkGhostLevels" ||
+         array.name == "vtkValidPointMask";
+}
+
 }  // namespace
 
 const VtiArray& chosen_array(const fs::path& file, const std::vector<VtiArray>& arrays,
@@ -29,7 +35,8 @@ const VtiArray& chosen_array(const fs::path& file, const std::vector<VtiArray>& 
   const auto find = [&](const std::string& name, bool of_cells) {
     return std::find_if(arrays.begin(), arrays.end(), [&](const VtiArray& array) {
       return array.of_cells == of_cells &&
-             (name.empty() || array.name == name || array.section + "/" + array.name == name);
+             (name.empty() ? !is_mask(array)
+                           : array.name == name || array.section + "/" + array.name == name);
     });
   };
   for (const bool of_cells : {false, true}) {
@@ -40,6 +47,7 @@ const VtiArray& chosen_array(const fs::path& file, const std::vector<VtiArray>& 
     if (found == arrays.end() && wanted.empty()) found = find("", of_cells);
     if (found != arrays.end()) return *found;
   }
+  if (wanted.empty()) return arrays.front();
   fail_reading(file, "it has no array '" + wanted + "'", "Its arrays are " + names_of(arrays));
 }
 
