@@ -254,6 +254,26 @@ TEST(MeshFile, WritesTheMeshAndItsBoundsAsGlb) {
   }
 }
 
+// EXT_mesh_manifold: positions and indices that bound a solid; of closed surfaces only.
+TEST(MeshFile, MarksClosedSurfacesAsManifoldInGlb) {
+  const PositionedMesh torus = world_mesh();
+  PositionedMesh open = torus;
+  open.triangles.pop_back();
+  const nlohmann::json closed = read_glb(mesh_file(torus, MeshFormat::kGlb)).json;
+  EXPECT_EQ(closed.at("extensionsUsed"), nlohmann::json::array({"EXT_mesh_manifold"}));
+  const nlohmann::json& mesh = closed.at("meshes").at(0);
+  const nlohmann::json& solid = mesh.at("extensions").at("EXT_mesh_manifold").at("manifoldPrimitive");
+  const nlohmann::json& drawn = mesh.at("primitives").at(0);
+  EXPECT_EQ(solid.at("attributes"),
+            (nlohmann::json{{"POSITION", drawn.at("attributes").at("POSITION")}}));
+  EXPECT_EQ(solid.at("indices"), drawn.at("indices"));
+  EXPECT_EQ(solid.at("mode"), 4);
+  const nlohmann::json without = read_glb(mesh_file(open, MeshFormat::kGlb)).json;
+  EXPECT_FALSE(without.contains("extensionsUsed") &&
+               without.at("extensionsUsed").dump().find("EXT_mesh_manifold") != std::string::npos);
+  EXPECT_FALSE(without.at("meshes").at(0).contains("extensions"));
+}
+
 TEST(MeshFile, WritesUnitAndSpaceOfTheWorldAsGlb) {
   const auto asset_of = [](const PhysicalMeaning& world) {
     return read_glb(mesh_file(world_mesh(), MeshFormat::kGlb, {.world = world})).json.at("asset");

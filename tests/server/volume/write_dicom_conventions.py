@@ -44,6 +44,9 @@ def spacing():
     def table(_, data):
         data.ModalityLUTSequence = items(LUTDescriptor=[240, 0, 16], ModalityLUTType="HU", LUTData=bytes(480))
     read("value-table", slices("table", table), volume, notice="a table (ModalityLUTSequence), which is not read", **PLACE)
+    def padded(_, data):
+        data.PixelPaddingValue = 50
+    read("padding", slices("padded", padded), volume, notice="stored number is 50 are padding", **PLACE)
     read("no-rescale", slices("no-rescale"), volume, notice="states no scaling; its numbers are read as HU", **PLACE)
     # Nuclear medicine: the sign of the spacing tells on which side of the first slice the others lie.
     def nuclear(step, **more):

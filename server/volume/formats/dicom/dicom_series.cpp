@@ -280,6 +280,7 @@ class DicomSlices : public StoredSlices {
     for (std::size_t i = first; i < first + count; ++i, into += header_.slice_bytes()) {
       const DicomImage& image = stack_[i];
       const std::span<const std::byte> samples = frames_.samples(image);
+      note_padding(image, samples);
       if (rescale_) {
         to_values(image, samples.data(), into);
       } else {
@@ -288,7 +289,24 @@ class DicomSlices : public StoredSlices {
     }
   }
 
+  [[nodiscard]] std::vector<std::string> findings() const override {
+    if (!padding_) return {};
+    return {"'" + stack_.front().file.string() + "': samples whose stored number is " +
+            shortest_text(*padding_) +
+            " are padding outside of the image (PixelPaddingValue); they are kept as values."};
+  }
+
  private:
+  void note_padding(const DicomImage& image, std::span<const std::byte> samples) {
+    if (!image.padding || padding_) return;
+    const std::size_t width = bytes_of(image.type);
+    for (std::size_t at = 0; at + width <= samples.size(); at += width) {
+      if (number_from(image.type, samples.data() + at) != *image.padding) continue;
+      padding_ = image.padding;
+      return;
+    }
+  }
+
   // Converts slices with their own slope to values.
   void to_values(const DicomImage& image, const std::byte* from, std::byte* into) const {
     const std::size_t count = header_.slice_bytes() / sizeof(float);
@@ -307,6 +325,7 @@ class DicomSlices : public StoredSlices {
   ImageHeader header_;
   bool rescale_;
   DicomFrames frames_;
+  std::optional<double> padding_;  // Once it occurs.
 };
 
 }  // namespace

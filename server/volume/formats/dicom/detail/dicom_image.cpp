@@ -232,6 +232,11 @@ std::vector<DicomImage> dicom_images(const fs::path& path) {
                       data.FindDataElement(Tag(0x3004, 0x000E));  // DoseGridScaling.
   image.has_value_table = data.FindDataElement(Tag(0x0028, 0x3000));
   image.value_unit = dicom_value_unit(text_at(data, Tag(0x0028, 0x1054)), data, image.modality);
+  const auto padding = binary_at<std::uint16_t>(data, Tag(0x0028, 0x0120));
+  if (!padding.empty() && bytes_of(image.type) <= 2) {
+    const bool is_signed = name(image.type).starts_with('i');
+    image.padding = is_signed ? static_cast<std::int16_t>(padding[0]) : padding[0];
+  }
   const std::vector<double> number = numbers_at(data, Tag(0x0020, 0x0013));
   if (!number.empty() && std::abs(number[0]) < 1e15) {
     image.number = static_cast<std::int64_t>(number[0]);

@@ -70,6 +70,8 @@ struct DicomImage {
   SpacingSource slice_spacing = SpacingSource::kNone;
   bool has_rescale = false;      // The file states slope and intercept.
   bool has_value_table = false;  // The file gives values by a table, which is not applied.
+  // The number that fills samples outside of the image (PixelPaddingValue).
+  std::optional<double> padding = std::nullopt;
   double slope = 1;
   double intercept = 0;
   std::int64_t number = 0;  // Number in the series.
