@@ -1,7 +1,7 @@
 // Blocks of files in the browser's storage (IndexedDB), for the next visit. Bounded: when it is full, it begins again.
 // Where there is no storage, nothing is kept.
 
-const maxBlocks = 1 << 14; // 256 MiB.
+const maxBlocks = 1 << 15; // 256 MiB.
 const storeName = "blocks";
 
 export class BlockStore {

@@ -7,9 +7,9 @@ export type Range = readonly [offset: number, end: number];
 // Returns bytes of a required range. Throws if the file ends before.
 export type Bytes = (offset: number, end: number) => Uint8Array;
 
-const blockBytes = 1 << 14;
-const maxGap = 4; // Blocks that are fetched in vain rather than in another request.
-const maxRunBlocks = 256; // 4 MiB a request.
+const blockBytes = 1 << 13;
+const maxGap = 2; // Blocks that are fetched in vain rather than in another request.
+const maxRunBlocks = 128; // 1 MiB a request.
 const maxRequests = 6; // At a time.
 const maxKept = 1 << 28; // Bytes in memory; more only while they are needed at once.
 

@@ -16,7 +16,7 @@ export interface MadeTile extends ManifestTile {
 }
 
 const maxTileTriangles = 2 ** 20;
-const trianglesPerCell = 230; // Of 8 grid steps, at spacing 1, on the average.
+const trianglesPerCell = 500; // Of 8 grid steps, at spacing 1, on the average.
 const turn = 30; // Milliseconds until messages are received in between.
 
 export class SurfaceLevel {
