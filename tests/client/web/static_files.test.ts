@@ -22,10 +22,12 @@ import {
   StreamOutcome,
   ThresholdMapSchema,
 } from "../../../client/web/src/protocol/messages";
+import { FileBlocks } from "../../../client/web/src/static/file_blocks";
 import { FileConversation } from "../../../client/web/src/static/file_conversation";
 import { unpacked } from "../../../client/web/src/static/packed_brick";
 import { PageDatasets } from "../../../client/web/src/static/page_datasets";
 import { openPrepared } from "../../../client/web/src/static/prepared_file";
+import { RangedFile } from "../../../client/web/src/static/ranged_file";
 import { Assembler } from "../../../client/web/src/stream/assembler";
 import { manifestTile, shellModeOf } from "../../../client/web/src/stream/step_checks";
 
@@ -147,6 +149,22 @@ describe("StaticFiles", () => {
     }
     expect(messages.filter(({ case: kind }) => kind === "streamEnd")).toHaveLength(3);
     expect(fetched).toEqual(["/padded.mtd bytes=0-262143"]);
+  });
+
+  test("AreFetchedOnceByTwoAtATime", async () => {
+    const large = golden("page_padded.mtd");
+    const fetched = webServer();
+    const blocks = new FileBlocks(new RangedFile(serve("padded.mtd", large)), null);
+    const [one, other] = await Promise.all([blocks.require([[9000, 9010]]), blocks.require([[9005, 9020]])]);
+    expect([...one(9000, 9010), ...other(9010, 9020)]).toEqual([...large.subarray(9000, 9020)]);
+    expect(fetched).toHaveLength(1);
+  });
+
+  test("AreNotFetchedForASurfaceThatNobodyWantsAnyMore", async () => {
+    const fetched = webServer();
+    const blocks = new FileBlocks(new RangedFile(serve("large.mtd", new Uint8Array(100 << 20))), null);
+    await blocks.require([[0, 100 << 20]], () => false);
+    expect(fetched.length).toBeLessThan(20);
   });
 
   test("KeepThePreviewIfTheSurfaceIsTooLarge", async () => {

@@ -4,6 +4,9 @@ import type { RangedFile } from "./ranged_file";
 
 export type Range = readonly [offset: number, end: number];
 
+// Receives the share of what is fetched; returns false if nobody needs the rest any more.
+export type FetchProgress = (share: number) => boolean;
+
 // Returns bytes of a required range. Throws if the file ends before.
 export type Bytes = (offset: number, end: number) => Uint8Array;
 
@@ -15,29 +18,28 @@ const maxKept = 1 << 28; // Bytes in memory; more only while they are needed at 
 
 export class FileBlocks {
   private readonly blocks = new Map<number, Uint8Array>(); // The least recently required ones first.
+  private readonly coming = new Map<number, Promise<unknown>>(); // What is being fetched.
 
   constructor(
     private readonly file: RangedFile,
     private readonly store: BlockStore | null,
   ) {}
 
-  // `progress` receives the share of what is fetched.
-  async require(ranges: readonly Range[], progress: (share: number) => void = () => {}): Promise<Bytes> {
+  async require(ranges: readonly Range[], progress: FetchProgress = () => true): Promise<Bytes> {
     const needed = new Set<number>();
     for (const [offset, end] of ranges) {
       for (let block = Math.floor(offset / blockBytes); block * blockBytes < end; ++block) needed.add(block);
     }
+    for (let others = this.comingOf(needed); others.size > 0; others = this.comingOf(needed)) await Promise.allSettled(others);
     const held = new Map([...needed].filter((block) => this.blocks.has(block)).map((block) => [block, this.blocks.get(block)!]));
     const absent = [...needed].filter((block) => !held.has(block)).sort((a, b) => a - b);
-    const { identity } = this.file;
-    const stored = identity && absent.length > 0 ? ((await this.store?.get(identity, absent)) ?? []) : [];
-    stored.forEach((bytes, i) => bytes && held.set(absent[i], bytes));
-    const fetched = await this.fetch(
-      absent.filter((block) => !held.has(block)),
-      progress,
-    );
-    for (const [block, bytes] of fetched) held.set(block, bytes);
-    if (identity && fetched.size > 0) void this.store?.put(identity, fetched);
+    const loading = this.load(absent, progress);
+    for (const block of absent) this.coming.set(block, loading);
+    try {
+      for (const [block, bytes] of await loading) held.set(block, bytes);
+    } finally {
+      for (const block of absent) this.coming.delete(block);
+    }
     this.keep(held);
     return (offset, end) => this.bytesOf(held, offset, end);
   }
@@ -47,7 +49,25 @@ export class FileBlocks {
     this.keep(blocksOf(offset, bytes));
   }
 
-  private async fetch(absent: readonly number[], progress: (share: number) => void): Promise<Map<number, Uint8Array>> {
+  private comingOf(needed: ReadonlySet<number>): Set<Promise<unknown>> {
+    return new Set([...needed].flatMap((block) => this.coming.get(block) ?? []));
+  }
+
+  // Returns ascending blocks from the storage or the file.
+  private async load(absent: readonly number[], progress: FetchProgress): Promise<Map<number, Uint8Array>> {
+    if (absent.length === 0) return new Map();
+    const { identity } = this.file;
+    const stored = (identity && (await this.store?.get(identity, absent))) || [];
+    const found = new Map(stored.flatMap((bytes, i) => (bytes ? [[absent[i], bytes] as const] : [])));
+    const fetched = await this.fetch(
+      absent.filter((block) => !found.has(block)),
+      progress,
+    );
+    if (identity && fetched.size > 0) void this.store?.put(identity, fetched);
+    return new Map([...found, ...fetched]);
+  }
+
+  private async fetch(absent: readonly number[], progress: FetchProgress): Promise<Map<number, Uint8Array>> {
     const runs: [number, number][] = []; // First block, and the one after the last.
     for (const block of absent) {
       const last = runs.at(-1);
@@ -60,7 +80,7 @@ export class FileBlocks {
       for (let run = runs.shift(); run; run = runs.shift()) {
         const [first, end] = run.map((block) => block * blockBytes);
         for (const [block, bytes] of blocksOf(first, await this.file.read(first, end))) fetched.set(block, bytes);
-        progress(1 - runs.length / total);
+        if (!progress(1 - runs.length / total)) runs.length = 0;
       }
     };
     await Promise.all(Array.from({ length: maxRequests }, fetchNext));

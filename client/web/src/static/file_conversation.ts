@@ -121,7 +121,10 @@ export class FileConversation {
     if (!isLast) {
       if (excess) throw new Error(excess);
       const best = request.maxTriangles > 0n ? level(spacingWithin(Number(request.maxTriangles), fine, volume.info)) : fine;
-      await volume.bricks.fetch(best.bricks, (share) => isWanted() && this.progress(share));
+      await volume.bricks.fetch(best.bricks, (share) => {
+        if (isWanted()) this.progress(share);
+        return isWanted();
+      });
       const isKnown = best.spacing === coarseSpacing && steps.sent > 0;
       if (!isWanted() || !(isKnown || (await steps.sendStep(best)))) return;
     }

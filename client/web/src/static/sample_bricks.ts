@@ -1,7 +1,7 @@
 // The bricks of samples of a prepared file: fetched together, unpacked when they are read.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Vec3 } from "../stream/dataset";
-import type { Bytes, FileBlocks } from "./file_blocks";
+import type { Bytes, FetchProgress, FileBlocks } from "./file_blocks";
 import { entryOf, unpacked } from "./packed_brick";
 import { type SampleArray, sampleBytes, samplesOf } from "./sample_array";
 
@@ -47,7 +47,7 @@ export class SampleBricks {
   }
 
   // Fetches them together, for unpack().
-  fetch(bricks: readonly number[], progress?: (share: number) => void): Promise<Bytes> {
+  fetch(bricks: readonly number[], progress?: FetchProgress): Promise<Bytes> {
     return this.blocks.require(
       bricks.map((brick) => [this.places[brick].offset, this.places[brick].offset + this.places[brick].size]),
       progress,
