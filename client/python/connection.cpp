@@ -153,8 +153,9 @@ std::optional<FetchedSurface> PythonConnection::next(std::uint64_t stream) {
       .is_full_resolution = is_full_resolution(made.begin),
       .preserves_topology = preserves_topology(made.begin),
       .is_intersection_free = made.begin.request.simplify && made.begin.request.intersection_free};
+  const Affine map = grid_to_world(open_info_);
   return FetchedSurface{step->step, std::move(empty_text),
-                        mesh_of(made.mesh, grid_to_world(open_info_), facts)};
+                        mesh_of(made.mesh, world_vertices(made.mesh, map), map, facts)};
 }
 
 void PythonConnection::leave(std::uint64_t stream) {

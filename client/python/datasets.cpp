@@ -48,7 +48,7 @@ py::object python_value(GeometryBasis basis) { return py::cast(name(basis)); }
 // (4, 3): the steps along the axes, and the position of the first sample.
 py::object python_value(const Affine& map) {
   const auto& [columns, translation] = map;
-  return rows_of<double>(std::array{columns[0], columns[1], columns[2], translation});
+  return rows_of<double>({columns[0], columns[1], columns[2], translation});
 }
 py::object python_value(const Histogram& histogram) {
   return py::make_tuple(histogram.low, histogram.high, histogram.counts);

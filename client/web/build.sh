@@ -31,5 +31,6 @@ if [ "$(cat node_modules/.multitetra_packages 2>/dev/null)" != "$lock" ]; then
 fi
 bash generate.sh
 MULTITETRA_VIEWER_OUT=$output node_modules/.bin/vite build --logLevel warn
+MULTITETRA_WIDGET_OUT=$output/../widget node_modules/.bin/vite build --config vite.widget.config.ts --logLevel warn
 echo "$sources" >"$output.sources"
 echo "The browser viewer is in $output."

@@ -3,12 +3,12 @@ import { defineConfig, type Plugin } from "vite";
 import { withoutNode } from "./vite.without_node";
 
 // Nests all styles in the viewer's element, so that they change nothing else of a page.
-function scoped(): Plugin {
+export function scoped(): Plugin {
   return {
     name: "scoped",
     enforce: "pre",
     transform(code, id) {
-      if (!id.endsWith(".css")) return null;
+      if (!/\.css(\?inline)?$/.test(id)) return null;
       const inside = code
         .replaceAll(":root", "&")
         .replaceAll(".multitetra", "&")

@@ -7,27 +7,24 @@
 #include <array>
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/python/raise.hpp"
 
 namespace multitetra {
 
-// Returns an array of shape (count, 3) with the rows row(0), row(1), ...
-template <typename T, typename Row>
-pybind11::object new_rows(std::size_t count, const Row& row) {
-  pybind11::array_t<T> array({static_cast<pybind11::ssize_t>(count), pybind11::ssize_t{3}});
-  T* out = array.mutable_data();
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto numbers = row(i);
-    out = std::copy(numbers.begin(), numbers.end(), out);
-  }
-  return array;
-}
-
-template <typename T, typename Rows>
-pybind11::object rows_of(const Rows& rows) {
-  return new_rows<T>(rows.size(), [&](std::size_t i) { return rows[i]; });
+// Returns an array of shape (n, 3) that owns the rows.
+template <typename T>
+pybind11::object rows_of(std::vector<std::array<T, 3>> rows) {
+  static_assert(sizeof(std::array<T, 3>) == 3 * sizeof(T));
+  const auto size = static_cast<pybind11::ssize_t>(rows.size());
+  auto* const owned = new std::vector<std::array<T, 3>>(std::move(rows));
+  const pybind11::capsule owner(owned, [](void* rows_of_array) {
+    delete static_cast<std::vector<std::array<T, 3>>*>(rows_of_array);
+  });
+  return pybind11::array_t<T>({size, pybind11::ssize_t{3}},
+                              reinterpret_cast<const T*>(owned->data()), owner);
 }
 
 template <typename T>

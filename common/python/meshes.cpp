@@ -3,10 +3,13 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 
+#include "common/base/in_parallel.hpp"
 #include "common/python/arrays.hpp"
 
 namespace py = pybind11;
@@ -14,22 +17,6 @@ using namespace pybind11::literals;
 
 namespace multitetra {
 namespace {
-
-py::object world_vertices(const LatticeMesh& mesh, const Affine& grid_to_world) {
-  const double step = std::ldexp(1.0, -mesh.resolution);
-  return new_rows<double>(mesh.vertices.size(), [&](std::size_t i) {
-    const LatticePoint& v = mesh.vertices[i];
-    return grid_to_world({v.x * step, v.y * step, v.z * step});
-  });
-}
-
-py::object facing_low_values(const LatticeMesh& mesh, bool is_mirrored) {
-  return new_rows<std::uint32_t>(mesh.triangles.size(), [&](std::size_t i) {
-    TriangleIndices face = mesh.triangles[i];
-    if (is_mirrored) std::swap(face[1], face[2]);
-    return face;
-  });
-}
 
 py::object certificate_of(const SurfaceFacts& facts, int resolution) {
   const MeshTopology& topology = facts.topology;
@@ -48,18 +35,36 @@ py::object certificate_of(const SurfaceFacts& facts, int resolution) {
 
 }  // namespace
 
-py::object mesh_of(const LatticeMesh& mesh, const Affine& grid_to_world,
+std::vector<Vec3> world_vertices(const LatticeMesh& mesh, const Affine& grid_to_world) {
+  constexpr std::size_t kVerticesATask = 1 << 15;
+  const double step = std::ldexp(1.0, -mesh.resolution);
+  const std::size_t count = mesh.vertices.size();
+  std::vector<Vec3> vertices(count);
+  in_parallel((count + kVerticesATask - 1) / kVerticesATask, [&](std::size_t task) {
+    const std::size_t end = std::min(count, (task + 1) * kVerticesATask);
+    for (std::size_t i = task * kVerticesATask; i < end; ++i) {
+      const LatticePoint& v = mesh.vertices[i];
+      vertices[i] = grid_to_world({v.x * step, v.y * step, v.z * step});
+    }
+  });
+  return vertices;
+}
+
+py::object mesh_of(LatticeMesh mesh, std::vector<Vec3> vertices, const Affine& grid_to_world,
                    const SurfaceFacts& facts) {
+  if (grid_to_world.determinant() < 0) {
+    for (TriangleIndices& face : mesh.triangles) std::swap(face[1], face[2]);
+  }
   py::object normals = py::none();
-  if (!mesh.normals.empty()) normals = rows_of<float>(mesh.normals);
+  if (!mesh.normals.empty()) normals = rows_of<float>(std::move(mesh.normals));
   py::object scalars = py::none();
   if (!mesh.scalars.empty()) {
     scalars =
         py::array_t<float>(static_cast<py::ssize_t>(mesh.scalars.size()), mesh.scalars.data());
   }
   return py::module_::import("multitetra.mesh")
-      .attr("Mesh")(world_vertices(mesh, grid_to_world),
-                    facing_low_values(mesh, grid_to_world.determinant() < 0), normals, scalars,
+      .attr("Mesh")(rows_of<double>(std::move(vertices)),
+                    rows_of<std::uint32_t>(std::move(mesh.triangles)), normals, scalars,
                     facts.error_bound, facts.is_full_resolution,
                     certificate_of(facts, mesh.resolution));
 }

@@ -4,6 +4,7 @@
 #include <pybind11/pybind11.h>
 
 #include <optional>
+#include <vector>
 
 #include "common/base/affine.hpp"
 #include "common/mesh/content_digest.hpp"
@@ -23,9 +24,13 @@ struct SurfaceFacts {
   bool is_intersection_free = false;
 };
 
-// Returns a multitetra.mesh.Mesh. Converts in double precision, so that no vertex moves; reverses
-// faces if the map mirrors.
-[[nodiscard]] pybind11::object mesh_of(const LatticeMesh& mesh, const Affine& grid_to_world,
-                                       const SurfaceFacts& facts);
+// Returns vertices in world coordinates, on all threads. In double precision no vertex moves.
+[[nodiscard]] std::vector<Vec3> world_vertices(const LatticeMesh& mesh,
+                                               const Affine& grid_to_world);
+
+// Returns a multitetra.mesh.Mesh with the mesh's elements and these vertices, without a copy.
+// Reverses faces if the map mirrors.
+[[nodiscard]] pybind11::object mesh_of(LatticeMesh mesh, std::vector<Vec3> vertices,
+                                       const Affine& grid_to_world, const SurfaceFacts& facts);
 
 }  // namespace multitetra

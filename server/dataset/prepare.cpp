@@ -327,4 +327,18 @@ DatasetInfo complete(const std::string& dataset, const PrepareOptions& options,
   return info;
 }
 
+void write_samples(const PreparedVolume& dataset, const std::filesystem::path& output,
+                   const Provenance& note) {
+  const DatasetInfo& info = dataset.info;
+  FileSink sink(output, info);
+  for (std::size_t i = 0; i < BrickLayout(info.dims).size(); ++i) {
+    const RetainedBytes brick = dataset.samples->brick(i);
+    sink.add_samples({brick.data(), brick.size()});
+  }
+  sink.writer().finish({.info = info, .source = note, .program_version = MULTITETRA_VERSION},
+                       {.coarse = SectionBytes(dataset.coarse.bytes()),
+                        .ranges = SectionBytes(dataset.ranges.bytes()),
+                        .bins = std::as_bytes(std::span(dataset.spectrum.bins.edges()))});
+}
+
 }  // namespace multitetra

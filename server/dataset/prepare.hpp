@@ -84,4 +84,8 @@ DatasetInfo complete(const std::string& dataset, const PrepareOptions& options,
 // small sections. Throws as prepare() does.
 [[nodiscard]] DatasetPtr prepare_in_memory(VolumeSource& source, const PrepareOptions& options);
 
+// Writes such a dataset as a file without errors. Throws DatasetFileError if the disk fails.
+void write_samples(const PreparedVolume& dataset, const std::filesystem::path& output,
+                   const Provenance& note);
+
 }  // namespace multitetra

@@ -80,6 +80,13 @@ void prepare_file(const PythonSource& source, const std::string& output, bool sa
   });
 }
 
+// Writes the samples of a volume in memory.
+void write(const PythonVolume& volume, const std::string& output) {
+  run_interruptibly(0, py::none(), [&](OperationState&) {
+    write_samples(*volume.dataset, output, {.file = volume.info().name, .digest = {}});
+  });
+}
+
 PythonVolume open(const std::string& place) {
   DatasetPtr dataset;
   run_interruptibly(0, py::none(), [&](OperationState&) { dataset = open_dataset(place); });
@@ -91,16 +98,20 @@ PythonVolume open(const std::string& place) {
 struct CheckedSurface {
   Surface surface = {};
   MeshTopology topology = {};
+  std::vector<Vec3> vertices = {};  // In world coordinates.
   bool is_final = true;
 };
 
 // Checks the surface as clients do.
 CheckedSurface checked(Surface surface, const PreparedVolume& volume) {
   const IsosurfaceRequest& request = surface.request;
-  CheckedSurface made{
-      .topology =
-          topology(surface.mesh, data_border(volume.info, request.lattice_resolution,
-                                             request.topology_tolerance, surface.finest_spacing))};
+  const DataBorder border = data_border(volume.info, request.lattice_resolution,
+                                        request.topology_tolerance, surface.finest_spacing);
+  CheckedSurface made;
+  in_parallel(2, [&](std::size_t part) {
+    if (part == 0) made.topology = topology(surface.mesh, border);
+    if (part == 1) made.vertices = world_vertices(surface.mesh, grid_to_world(volume.info));
+  });
   if (!made.topology.is_sound()) {
     throw std::runtime_error("The mesh has open, non-manifold or degenerate parts; this is a bug.");
   }
@@ -130,13 +141,15 @@ SurfaceFacts facts_of(const CheckedSurface& made, const DatasetInfo& info) {
 
 // Returns the mesh, the reason why it is empty (empty text: it is not), the spacing of a preview,
 // and whether it is the final one.
-py::tuple python_step(const CheckedSurface& made, const DatasetInfo& info) {
+py::tuple python_step(CheckedSurface made, const DatasetInfo& info) {
+  const SurfaceFacts facts = facts_of(made, info);
   std::string empty_text;
   if (made.surface.mesh.triangles.empty()) {
     empty_text = empty_surface_text(made.surface.request, info);
   }
-  return py::make_tuple(mesh_of(made.surface.mesh, grid_to_world(info), facts_of(made, info)),
-                        empty_text, made.surface.finest_spacing, made.is_final);
+  return py::make_tuple(
+      mesh_of(std::move(made.surface.mesh), std::move(made.vertices), grid_to_world(info), facts),
+      empty_text, made.surface.finest_spacing, made.is_final);
 }
 
 py::tuple isosurface(const PythonVolume& volume, const IsosurfaceRequest& request, int threads,
@@ -182,9 +195,9 @@ class PythonSteps {
         made.emplace(std::move(surface));
       }
     });
-    const auto step = value_or_raise(*std::move(made));
+    auto step = value_or_raise(*std::move(made));
     if (!step) return py::none();
-    return python_step(*step, volume_.info());
+    return python_step(*std::move(step), volume_.info());
   }
 
  private:
@@ -234,6 +247,7 @@ void define_volumes(py::module_& module) {
   module.def("load", &load);
   module.def("prepare", &prepare_file);
   module.def("open", &open);
+  module.def("write", &write);
   py::class_<PythonVolume>(module, "Volume")
       .def_property_readonly("info", &PythonVolume::info,
                              py::return_value_policy::reference_internal)

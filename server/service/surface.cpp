@@ -11,7 +11,7 @@
 namespace multitetra {
 namespace {
 
-Result<LatticeMesh> tile_of(const ReceivedSurface& tiles, std::size_t i) {
+Result<LatticeMesh> tile_of(const ReceivedSurface& tiles, std::size_t i, TileOrder order) {
   const IsosurfaceRequest& request = tiles.begin.request;
   LatticeMesh mesh;
   if (tiles.meshes.empty()) {
@@ -21,10 +21,11 @@ Result<LatticeMesh> tile_of(const ReceivedSurface& tiles, std::size_t i) {
     auto decoded = decode_tile(*tiles.payloads[i], tiles.begin.tiles[i], request.lattice_resolution,
                                request.normal_bits);
     if (!decoded) return decoded;
-    mesh = in_canonical_order(*decoded);
+    mesh = *std::move(decoded);
   } else {
-    mesh = in_canonical_order(*tiles.meshes[i]);
+    mesh = *tiles.meshes[i];
   }
+  if (order == TileOrder::kCanonical) mesh = in_canonical_order(mesh);
   if (tiles.begin.scalars) {
     if (!tiles.scalars[i]) {
       return fail(ErrorCode::kDamagedData,
@@ -69,7 +70,8 @@ Result<void> check_triangles(const StepBegin& step, std::uint64_t max_triangles)
                   "; allow a larger error, set max_triangles, or request it as a stream.");
 }
 
-Result<Surface> assembled(ReceivedSurface tiles, const std::stop_token& stop) {
+Result<Surface> assembled(ReceivedSurface tiles, const std::stop_token& stop,
+                          TileOrder tile_order) {
   // The digest of a surface is the sum of those of its tiles, which are checked as they are
   // decoded.
   ContentDigest all;
@@ -83,7 +85,7 @@ Result<Surface> assembled(ReceivedSurface tiles, const std::stop_token& stop) {
   in_parallel(
       order.size(),
       [&](std::size_t i) {
-        made[i] = tile_of(tiles, order[i]);
+        made[i] = tile_of(tiles, order[i], tile_order);
         if (tiles.meshes.empty()) return;
         // Releases each tile early, to not hold two complete meshes.
         tiles.meshes[order[i]].reset();

@@ -49,9 +49,15 @@ struct Surface {
 // Returns the bytes that the mesh's elements occupy in memory.
 [[nodiscard]] std::size_t bytes_of(const LatticeMesh& mesh);
 
+enum class TileOrder {
+  kCanonical,  // Elements of a tile are sorted, so that encoded tiles give the same mesh.
+  kAsMade,     // The quickest.
+};
+
 // Welds the tiles, on all threads. Returns kDamagedData if a tile is missing or differs from its
 // summary. Throws Cancelled soon after `stop` is triggered.
-[[nodiscard]] Result<Surface> assembled(ReceivedSurface tiles, const std::stop_token& stop);
+[[nodiscard]] Result<Surface> assembled(ReceivedSurface tiles, const std::stop_token& stop,
+                                        TileOrder order = TileOrder::kCanonical);
 
 // Returns kLimitExceeded, with advice, for a step with more triangles.
 [[nodiscard]] Result<void> check_triangles(const StepBegin& step, std::uint64_t max_triangles);

@@ -46,7 +46,8 @@ Result<std::optional<SurfaceStep>> SurfaceSteps::next(const std::stop_token& sto
   state_.delivered.push_back(
       {.step = made->step, .size = size_of(made->encoded), .seconds = seconds});
   SurfaceStep step{.surface = {}, .is_final = made->is_final};
-  auto surface = assembled(tiles_of(*std::move(made), source_->info(), std::nullopt), stop);
+  auto surface = assembled(tiles_of(*std::move(made), source_->info(), std::nullopt), stop,
+                           TileOrder::kAsMade);
   if (!surface) return tl::unexpected(surface.error());
   step.surface = *std::move(surface);
   return step;

@@ -32,13 +32,13 @@ from .thresholds import ball, box, camera, half_space
 
 if TYPE_CHECKING:
     from .certification import Comparison, certify  # noqa: F401
-    from .viewer import Viewer  # noqa: F401
+    from .viewer import Viewer, view  # noqa: F401
     from .volume import Step, Volume, VolumeError, VolumeWarning, isosurface, prepare  # noqa: F401
 
 # Loaded on first use: clients of servers need no engine, and only the viewer needs ipywidgets.
 _FURTHER = {
     "certification": ("Comparison", "certify"),
-    "viewer": ("Viewer",),
+    "viewer": ("Viewer", "view"),
     "volume": ("Step", "Volume", "VolumeError", "VolumeWarning", "isosurface", "prepare"),
 }
 

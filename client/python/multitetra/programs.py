@@ -5,11 +5,24 @@ import pathlib
 import sys
 
 
-def server_program():
-    """The path of multitetra-server: in the wheel, or in the build that the package is in. None if it was not built."""
+def _found(name):
+    """A file of the build: in the wheel, or in the build that the package is in. None if it was not built."""
     package = pathlib.Path(__file__).parent
-    places = (package / "programs_of_build" / "bin", package.parent.parent / "bin")
-    return next((place / "multitetra-server" for place in places if (place / "multitetra-server").exists()), None)
+    places = (package / "programs_of_build" / name, package.parent.parent / name)
+    return next((place for place in places if place.exists()), None)
+
+
+def server_program():
+    """The path of multitetra-server, or None."""
+    return _found("bin/multitetra-server")
+
+
+def shared_file(name):
+    """The path of a file beside the viewer, such as "widget/widget.js"."""
+    file = _found(f"share/multitetra/{name}")
+    if file is None:
+        raise FileNotFoundError(f"This package was made from a build without {name}; build multitetra_viewer.")
+    return file
 
 
 def main():

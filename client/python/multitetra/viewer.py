@@ -1,17 +1,18 @@
 """The viewer in a notebook's cell, with settings that go both ways.
 
-    viewer = multitetra.Viewer("http://127.0.0.1:7480", dataset="head", isovalue=500.5)
+    viewer = multitetra.view(volume, isovalue=300.5)     # A Volume, an array, a file, or the address of a server.
     viewer                                   # Shows it.
     viewer.set(isovalue=300.5, error=1.0)    # Turns what is shown.
     viewer.isovalue                          # The current one, also after it was dragged.
     viewer.picks                             # Places that were clicked.
     viewer.observe(lambda change: ..., "picks")
 
-It is the server's own page in a frame, so that the notebook's address has to be allowed there: multitetra-server serve
---allow-origin http://localhost:8888. It needs ipywidgets (6 or later). Where a front end has no widgets, viewer.frame() shows
-the same page with what was set before, and nothing comes back.
+The viewer talks to its server through the kernel, by messages of the widget: the browser reaches nothing but the notebook. It needs
+ipywidgets (6 or later), and in JupyterLab and VS Code anywidget. Where a front end has no widgets, viewer.frame() shows the page
+of a server, and nothing comes back. A notebook without a kernel shows the last picture.
 """
 
+import base64
 import html
 import json
 import pathlib
@@ -22,7 +23,14 @@ import ipywidgets
 import traitlets
 from IPython.display import HTML, Javascript, display
 
-from .addresses import page_address
+from . import _client
+from .addresses import page_address, stream_address
+from .programs import shared_file
+
+try:
+    from anywidget import AnyWidget as _Widget  # Has the front end of JupyterLab and VS Code.
+except ImportError:
+    _Widget = ipywidgets.DOMWidget
 
 # Documented in client/web/src/state/settings.ts.
 SETTINGS = frozenset(
@@ -34,12 +42,18 @@ SETTINGS = frozenset(
 MODULE = "multitetra_viewer"
 
 
-class Viewer(ipywidgets.DOMWidget):
-    """One dataset of a server: `server` is the address of its page, other names are settings."""
+class Viewer(_Widget):
+    """One dataset: `volume` is a Volume, what one is made of, or the address of a server; other names are settings.
 
-    _view_name = traitlets.Unicode("ViewerView").tag(sync=True)
-    _view_module = traitlets.Unicode(MODULE).tag(sync=True)
-    page = traitlets.Unicode(help="The address of the frame.").tag(sync=True)
+    `token` and `ca` are those of `multitetra.connect`.
+    """
+
+    if _Widget is ipywidgets.DOMWidget:
+        _view_name = traitlets.Unicode("ViewerView").tag(sync=True)
+        _view_module = traitlets.Unicode(MODULE).tag(sync=True)
+    else:
+        _esm = pathlib.Path(__file__).with_name("viewer_widget.js").read_text() + "export default { render };\n"
+    page = traitlets.Unicode(help="The address of the server's page; empty if it has none.")
     height = traitlets.Int(480, help="Height of the cell, in pixels.").tag(sync=True)
     wanted = traitlets.Dict(help="Settings changed in Python.").tag(sync=True)
     settings = traitlets.Dict(help="All settings, as the viewer has them; empty before it is shown.").tag(sync=True)
@@ -47,9 +61,56 @@ class Viewer(ipywidgets.DOMWidget):
     picks = traitlets.List(help="Places that were clicked: world, index, isovalue.").tag(sync=True)
     ignored = traitlets.List(help="Names of settings that are unknown or whose values are invalid.").tag(sync=True)
 
-    def __init__(self, server="http://127.0.0.1:7480", *, height=480, **settings):
+    def __init__(self, volume="http://127.0.0.1:7480", *, height=480, token="", ca=None, **settings):
         checked(settings)
-        super().__init__(page=page_of(server, settings), height=height, wanted=settings)
+        self._server = None
+        if is_server(volume):
+            address, page = stream_address(volume), page_of(volume, settings) if volume.startswith(("http", "ws")) else ""
+        else:
+            from .local_server import LocalServer
+
+            self._server = LocalServer(volume)
+            address, token, page = self._server.address, self._server.token, page_of(self._server.page, settings)
+            settings.setdefault("dataset", self._server.dataset)
+        self._address, self._token, self._ca = address, token, ca
+        self._channels, self._picture, self._shown_at = {}, None, []
+        super().__init__(page=page, height=height, wanted=settings)
+        self.on_msg(lambda _, content, buffers: self._heard(content, buffers))
+
+    # What the page and the server say to each other, as client/web/src/notebook/kernel_channel.ts describes it.
+    def _heard(self, content, buffers):
+        number, kind = content.get("channel"), content["kind"]
+        if kind == "code":
+            code = b"" if content.get("isKnown") else shared_file("widget/widget.js").read_bytes()
+            self.send({"kind": "code", "token": self._token}, [code])
+        elif kind == "picture":
+            self._picture = bytes(buffers[0])
+            for shown in self._shown_at:
+                shown.update(self._last_picture(), raw=True)
+        elif kind == "open":
+            self._channels[number] = _client.Channel(
+                self._address, self._ca or "", False,
+                lambda message: self.send({"channel": number, "kind": "message"}, [message]),
+                lambda reason: self.send({"channel": number, "kind": "closed", "reason": reason}),
+            )  # fmt: skip
+        elif number in self._channels:
+            channel = self._channels[number]
+            if kind == "message":
+                channel.send(buffers[0])
+            elif kind == "taken":
+                channel.taken(content["bytes"])
+            elif kind == "close":
+                del self._channels[number]
+                channel.close()
+
+    def close(self):
+        """Ends its connections, and the server of its volume."""
+        for channel in self._channels.values():
+            channel.close()
+        self._channels = {}
+        if self._server is not None:
+            self._server.close()
+        super().close()
 
     def set(self, **settings):
         """Changes some settings of what is shown; the others are unchanged."""
@@ -115,9 +176,63 @@ class Viewer(ipywidgets.DOMWidget):
         """The viewer without widgets, for front ends without them and for exported pages: changes in it are not reported to Python."""
         return HTML(frame_of(self.page, self.height))
 
+    def _last_picture(self):
+        """An output beside the widget, which hides it: what a notebook shows without a kernel."""
+        picture = {"text/plain": f"<Viewer of {self.wanted.get('dataset', 'a server')}>", "text/html": '<div class="multitetra-picture"></div>'}
+        if self._picture:
+            png = base64.b64encode(self._picture).decode()
+            picture |= {"text/html": f'<img class="multitetra-picture" src="data:image/png;base64,{png}">', "image/png": png}
+        return picture
+
     def _ipython_display_(self, **options):
-        display(Javascript(module_of_notebook()))
-        super()._ipython_display_(**options)
+        if _Widget is ipywidgets.DOMWidget:
+            display(Javascript(module_of_notebook()))
+        if ipywidgets.version_info[0] < 7:  # It takes a front end that was there before the kernel for a missing one, and says so.
+            self._send({"method": "display"})
+        elif hasattr(super(), "_ipython_display_"):  # Before ipywidgets 8.
+            super()._ipython_display_(**options)
+        else:
+            display(self._repr_mimebundle_(), raw=True)
+        self._shown_at = [*self._shown_at[-1:], display(self._last_picture(), raw=True, display_id=True)]
+
+
+def view(volume, **settings):
+    """Shows a volume: in a notebook as a Viewer, elsewhere in the browser, while the returned server lives.
+
+    Parameters
+    ----------
+    volume : Volume, array_like, path, or address of a server
+    **settings
+        As of `Viewer.set`: isovalue, error, surfaces and so on.
+    """
+    if is_in_notebook():
+        return Viewer(volume, **settings)
+    import webbrowser
+
+    from .local_server import LocalServer
+
+    checked(settings)
+    server = None if is_server(volume) else LocalServer(volume)
+    page = page_of(volume if server is None else server.page, settings).replace("?embed", "", 1)
+    if server is not None:
+        page += f"&token={server.token}" if urlsplit(page).fragment else f"#token={server.token}"
+    webbrowser.open(page)
+    return server
+
+
+def is_server(volume):
+    """Whether this is the address of a server, and not of a volume or dataset."""
+    if not isinstance(volume, str):
+        return False
+    parts = urlsplit(volume)
+    return parts.scheme in ("ws", "wss", "tcp", "tls") or (parts.scheme in ("http", "https") and parts.path in ("", "/", "/v1/stream"))
+
+
+def is_in_notebook():
+    try:
+        return get_ipython().kernel is not None  # noqa: F821: IPython defines it.
+    except (NameError, AttributeError):
+        return False
 
 
 def checked(settings):
@@ -162,7 +277,15 @@ if (typeof define === "function" && define.amd) {{
     return {{
       ViewerView: widgets.DOMWidgetView.extend({{
         render() {{
-          this.end = render({{ model: this.model, el: this.el }});
+          const {{ model }} = this;
+          const send = model.send;
+          // Before ipywidgets 7 custom messages count as pending for ever, and state waits for pending ones.
+          model.send = (...message) => {{
+            const pending = model.pending_msgs;
+            send.apply(model, message);
+            model.pending_msgs = pending;
+          }};
+          this.end = render({{ model, el: this.el }});
         }},
         remove() {{
           this.end();

@@ -103,6 +103,7 @@ class Volume:
             given = {"spacing": spacing, "origin": origin, "affine": affine, "unit": unit, "pad_value": pad_value, "pad": pad, **reading}
             _require_none(given, "A prepared dataset states this itself")
             self._volume, self._axes = _engine.open(place), (0, 1, 2)
+            self._place = place  # Where servers find it, too.
             return
         with _shown(progress) as report:
             source, self._axes = _source(data, spacing, origin, affine, unit, name, subtract, allow_loss, reading)

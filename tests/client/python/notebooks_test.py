@@ -11,8 +11,10 @@ import re
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
+import unittest.mock
 
 try:
     import ipykernel  # noqa: F401
@@ -20,6 +22,7 @@ try:
     import matplotlib  # noqa: F401
     import nbclient
     import nbformat
+    import numpy as np
 
     import multitetra  # Needs numpy.
 except ImportError as missing:
@@ -63,15 +66,37 @@ class ViewerOfNotebooks(unittest.TestCase):
         for mistake in ({"isovlaue": 3}, {"isovalue": float("nan")}):
             with self.assertRaises(ValueError):
                 viewer.set(**mistake)
-        for address in ("tcp://127.0.0.1:1", "nonsense", "javascript:alert(1)"):
-            with self.assertRaisesRegex(ValueError, "not the address of a server's page"):
-                multitetra.Viewer(address)
+        for neither_server_nor_file in ("nonsense", "javascript:alert(1)"):
+            with self.assertRaisesRegex(ValueError, "does not exist"):
+                multitetra.Viewer(neither_server_nor_file)
 
     def test_falls_back_to_a_frame_without_widgets(self):
         viewer = multitetra.Viewer(dataset='"><script>')
         frame = viewer.frame().data
         self.assertNotIn("<script", frame)
         self.assertIn('src="http://127.0.0.1:7480/?embed#dataset=%22%3E%3Cscript%3E"', frame)
+
+
+    def test_passes_messages_on_without_more_than_the_page_takes(self):
+        viewer = multitetra.Viewer(np.random.default_rng(1).standard_normal((40, 40, 40), np.float32))
+        sent, has_changed = [], threading.Condition()
+
+        def send(content, buffers=()):
+            with has_changed:
+                sent.append((content, buffers))
+                has_changed.notify_all()
+
+        with unittest.mock.patch.object(viewer, "send", send):
+            viewer._heard({"kind": "code", "isKnown": True}, [])
+            self.assertEqual(sent.pop()[0], {"kind": "code", "token": viewer._token})
+            viewer._heard({"channel": 1, "kind": "open"}, [])
+            viewer._heard({"channel": 1, "kind": "message"}, [b"\xff" * 9])  # No message: the server says so, and ends.
+            with has_changed:
+                self.assertTrue(has_changed.wait_for(lambda: any(content["kind"] == "closed" for content, _ in sent), 60), sent)
+        self.assertEqual({content["channel"] for content, _ in sent}, {1})
+        folder = viewer._server._folder.name
+        viewer.close()
+        self.assertFalse(os.path.exists(folder))
 
 
 class Examples(unittest.TestCase):

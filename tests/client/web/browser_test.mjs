@@ -38,7 +38,6 @@ await test("UndoesAndRestoresBookmarks", undoes);
 await test("ColorsASurfaceByAnotherField", colorsByAField);
 await test("ExchangesMessagesWithTheEmbeddingPage", exchangesMessages);
 await test("RunsTheExampleOfTheGuide", runsTheExample);
-await test("RunsTheWidgetOfNotebooks", runsTheWidget);
 await test("HidesToolsInLowFrames", hidesTools);
 await test("ShowsSamplesAndTheirValuesOnAPlane", showsASlice);
 await test("ShowsTomographyInItsWindows", showsTomography);
@@ -1103,50 +1102,6 @@ async function runsTheExample(page) {
     before, { timeout: patience },
   );
   await page.waitForFunction((at) => window.eye !== at, eye, { timeout: patience }); // Another size is fitted.
-}
-
-// Settings and events go both ways between the page in the widget's frame and the widget's model.
-async function runsTheWidget(page) {
-  const widget = readFileSync(new URL("../../../client/python/multitetra/viewer_widget.js", import.meta.url), "utf8");
-  const notebook = `${server.page}notebook.html`;
-  await page.route(notebook, (route) => route.fulfill({ contentType: "text/html", body: `<title>notebook</title><div></div><script>${widget}</script>` }));
-  await page.goto(notebook);
-  await page.evaluate((address) => {
-    window.state = { page: address, height: 400, wanted: { isovalue: 0.1 }, settings: {}, shown: {}, picks: [], ignored: [] };
-    window.saved = 0;
-    const listeners = {};
-    window.want = (settings) => {
-      window.state.wanted = settings;
-      listeners["change:wanted"]();
-    };
-    const model = {
-      get: (name) => window.state[name],
-      set: (name, value) => (window.state[name] = value),
-      save_changes: () => ++window.saved,
-      on: (event, act) => (listeners[event] = act),
-    };
-    window.end = render({ model, el: document.querySelector("div") });
-  }, `${server.page}?embed#dataset=gyroid&error=2&follow_view=false`);
-  const shows = (isovalue) => page.waitForFunction(
-    (value) => window.state.shown.isFinal && window.state.shown.isovalue === value && window.state.settings.isovalue === value, isovalue, { timeout: patience });
-  await shows(0.1); // Requested before the frame listened.
-  await page.evaluate(() => window.want({ isovalue: 0.3, nonsense: 1 }));
-  await shows(0.3);
-  assert.deepEqual(await page.evaluate(() => window.state.ignored), ["nonsense"]);
-  const frame = await page.locator("iframe").boundingBox();
-  assert.equal(frame.height, 400);
-  await page.mouse.click(frame.x + frame.width / 2, frame.y + frame.height / 2);
-  await page.waitForFunction(() => window.state.picks.length === 1, null, { timeout: patience });
-  const { saved, pick } = await page.evaluate(() => ({ saved: window.saved, pick: window.state.picks[0] }));
-  assert(saved > 4 && pick.world.length === 3 && pick.isovalue === 0.3 && !("multitetra" in pick), `${saved}, ${JSON.stringify(pick)}`);
-  // A removed widget hears nothing.
-  await page.evaluate(() => {
-    window.end();
-    window.want({ isovalue: 0.2 });
-  });
-  await page.frames()[1].waitForFunction(() => /isovalue=0\.2(&|$)/.test(location.hash), null, { timeout: patience });
-  await page.waitForTimeout(200);
-  assert.equal(await page.evaluate(() => window.state.settings.isovalue), 0.3);
 }
 
 async function hidesTools(page) {

@@ -119,6 +119,9 @@ TEST(PrepareInMemory, EqualsTheFileWithoutErrors) {
     DatasetInfo info = file->info;
     info.content_id = 0;
     EXPECT_EQ(memory->info, info);
+    const std::filesystem::path again = folder.path() / "again.mtd";
+    write_samples(*memory, again, {.file = setting.name, .digest = {}});
+    EXPECT_TRUE(bytes_of_file(again) == bytes_of_file(path));
     EXPECT_TRUE(equal(memory->coarse.bytes(), file->coarse.bytes()));
     EXPECT_TRUE(equal(memory->ranges.bytes(), file->ranges.bytes()));
     EXPECT_EQ(memory->spectrum.bins.edges(), file->spectrum.bins.edges());

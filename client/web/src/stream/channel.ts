@@ -1,4 +1,5 @@
-// What a link exchanges messages through: the WebSocket of a server, or a worker of this page that reads files.
+// What a link exchanges messages through: the WebSocket of a server, a worker of this page that reads files, or what the
+// page that embeds the viewer offers, such as the kernel's connection of a notebook.
 import { subprotocol } from "../protocol/messages";
 import { FileChannel, isOfFiles } from "../static/file_channel";
 
@@ -13,7 +14,16 @@ export interface Channel {
   close(code?: number, reason?: string): void;
 }
 
+const ofPage = new Map<string, (address: string) => Channel>();
+
+// Addresses that begin with `scheme`, such as "kernel:", are opened by the page.
+export function offerChannels(scheme: string, open: (address: string) => Channel): void {
+  ofPage.set(scheme, open);
+}
+
 // Throws if it is not an address, or if the page may not connect to it.
 export function openChannel(address: string): Channel {
+  const open = ofPage.get(address.slice(0, address.indexOf(":") + 1));
+  if (open) return open(address);
   return isOfFiles(address) ? new FileChannel(address) : new WebSocket(address, subprotocol);
 }
