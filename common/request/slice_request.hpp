@@ -47,7 +47,7 @@ struct SliceRequest {
   std::uint32_t layers = 1;
   Interpolation interpolation = Interpolation::kLinear;
   SliceDetail detail = SliceDetail::kAuto;
-  bool accepts_packed = false;  // The reply may be packed (see packed_samples.hpp).
+  bool accepts_packed = false;  // The reply may be packed (see packed_values.hpp).
 
   [[nodiscard]] std::size_t pixels_of_layer() const { return std::size_t{width} * height; }
   [[nodiscard]] std::size_t pixels() const { return layers * pixels_of_layer(); }

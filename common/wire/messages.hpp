@@ -262,7 +262,7 @@ struct SliceReply {
   std::uint32_t sample_spacing = 1;  // 1, or 8 if every eighth sample was used.
   // A little-endian float per pixel, layer by layer and row by row; NaN where there is no field.
   std::shared_ptr<const std::string> values = {};
-  // Set if the values are packed as numbers of this type (packed_samples.hpp).
+  // Set if the values are packed as numbers of this type (packed_values.hpp).
   std::optional<SampleType> packed_type = {};
 };
 

@@ -7,7 +7,7 @@
 #include "server/core/planning/budget.hpp"
 #include "server/core/sampling/field_probe.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
-#include "server/extraction/packed_samples.hpp"
+#include "server/extraction/packed_values.hpp"
 #include "server/extraction/sampled_slice.hpp"
 #include "server/stream/stream_plan.hpp"
 
@@ -47,7 +47,7 @@ Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Slice& que
                    .layers = query.slice.layers,
                    .sample_spacing = static_cast<std::uint32_t>(sampled->spacing)};
   if (query.slice.accepts_packed) {
-    PackedSamples packed = packed_samples(sampled->values, source.info().type);
+    PackedValues packed = packed_values(sampled->values, source.info().type);
     reply.packed_type = packed.type;
     reply.values = std::make_shared<const std::string>(std::move(packed.bytes));
   } else {

@@ -136,6 +136,21 @@ for name in head "$portrait"; do
   done
 done
 
+# The viewer's rays and VTK's, of a head that may be shown.
+viewer=$programs/../share/multitetra/viewer
+chromium=${CHROMIUM:-/usr/bin/chromium}
+if [ -f "$female" ] && [ -f "$viewer/index.html" ] && [ -x "$chromium" ] && command -v node >/dev/null; then
+  camera=(--dataset rays --eye 232 -78 128 --target 126 128 54)
+  "$python" "$project/tests/bench/paper/averaged.py" "$female" 2 rays.nrrd
+  mkdir rays
+  "$server" prepare rays.nrrd -o rays/rays.mtd --name rays --samples-only --quiet
+  CHROMIUM=$chromium node "$project/tests/bench/paper/viewer_picture.mjs" "$server" "$viewer" rays \
+    "$("$python" "$project/tests/bench/paper/raycast.py" rays.nrrd "${camera[@]}")" rays_viewer.png
+  xvfb-run -a "$python" "$project/tests/bench/paper/raycast.py" rays.nrrd rays_viewer.png "${camera[@]}" -o rays_vtk.png >rays.json
+else
+  echo "!! LEFT OUT: the viewer's rays beside VTK's: they need the Visible Female, the viewer, node and Chromium"
+fi
+
 echo "== The page"
 "$python" "$project/tests/bench/paper/page.py" "$work" "$out"
 echo "$out/README.md"

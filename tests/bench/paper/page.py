@@ -64,12 +64,17 @@ class Measured:
     def portrait(self):
         return self.note("portrait.name")
 
+    @property
+    def has_rays(self):
+        return (self.work / "rays.json").exists()
+
     def everything(self):
         counts = {path.name.removesuffix(".counts.json"): json.loads(path.read_text())
                   for path in sorted(self.work.glob("*.counts.json"))}
         return {"paper": {"counts": PAPER, "halves": PAPER_HALVES, "seconds": PAPER_SECONDS}, "ours": counts,
                 "volume_rendering": {name: {error: self.report(f"{name}_volume_{error}") for error in VOLUME_ERRORS}
-                                     for name in ("head", self.portrait)}}
+                                     for name in ("head", self.portrait)},
+                **({"rays": self.report("rays")} if self.has_rays else {})}
 
 
 def figure_5(measured, name, title, path):
@@ -259,6 +264,21 @@ Simplification leaves {count(halves_simplified["triangles"])} of {count(halves["
     ["a picture takes"] + [f'{volume["seconds"]:.1f} s' for volume in volumes.values()],
 ])}
   The error holds at the isosurface only.
+{rays(measured)}"""
+
+
+def rays(measured):
+    """The viewer's volume rendering beside VTK's."""
+    if not measured.has_rays:
+        return ""
+    report = measured.report("rays")
+    return f"""* **Direct volume projection** of all samples, together with the surfaces: the viewer's rays, and those of {report["renderer"]} with the same
+  transfer function and camera. {percent(report["silhouettes_in_common"])} of the two silhouettes' union is in both, and the brightness within has
+  the rank correlation {report["rank_correlation"]:.3f}.
+
+| the viewer | {report["renderer"]} |
+| --- | --- |
+| ![The viewer's volume](rays_viewer.png) | ![VTK's volume](rays_vtk.png) |
 """
 
 
@@ -278,6 +298,8 @@ def main():
     keep_picture(work / "portrait_border.png", out / "head_border.png", (middle - 360, above, middle + 360, above + 480))
     for error in VOLUME_ERRORS:
         keep_picture(work / f"{measured.portrait}_volume_{error}.png", out / f"volume_{error}.png")
+    for renderer in ("viewer", "vtk") if measured.has_rays else ():
+        keep_picture(work / f"rays_{renderer}.png", out / f"rays_{renderer}.png")
     (out / "paper.json").write_text(json.dumps(measured.everything(), indent=1) + "\n")
     (out / "README.md").write_text(text)
     size = sum(path.stat().st_size for path in out.iterdir())

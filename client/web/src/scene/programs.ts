@@ -20,10 +20,10 @@ export class Programs {
   ) {}
 
   // Returns whether objects of this kind can be drawn immediately. If not, compilation begins, and the callback is
-  // called when it is complete.
-  areReady(kind: string, object: THREE.Object3D): boolean {
+  // called when it is complete. `isPass`: it is drawn without the scene's lights, and never to the canvas.
+  areReady(kind: string, object: THREE.Object3D, isPass = false): boolean {
     if (this.ready.has(kind)) return true;
-    if (!this.compiling.has(kind)) void this.compile(kind, object);
+    if (!this.compiling.has(kind)) void this.compile(kind, object, isPass);
     return false;
   }
 
@@ -32,10 +32,11 @@ export class Programs {
     this.ready.clear();
   }
 
-  private async compile(kind: string, object: THREE.Object3D): Promise<void> {
+  private async compile(kind: string, object: THREE.Object3D, isPass: boolean): Promise<void> {
     this.compiling.add(kind);
-    for (const target of this.targets) {
-      await Promise.race([this.compiled(object, target), new Promise((resolve) => setTimeout(resolve, compileTimeout))]);
+    const scene = isPass ? null : this.scene;
+    for (const target of this.targets.filter((one) => one !== null || !isPass)) {
+      await Promise.race([this.compiled(object, scene, target), new Promise((resolve) => setTimeout(resolve, compileTimeout))]);
     }
     this.compiling.delete(kind);
     this.ready.add(kind);
@@ -43,8 +44,8 @@ export class Programs {
   }
 
   // A GPU that cannot report when a program is ready reports at least a completed draw.
-  private async compiled(object: THREE.Object3D, target: THREE.WebGLRenderTarget | null): Promise<void> {
-    const { renderer, camera, scene } = this;
+  private async compiled(object: THREE.Object3D, scene: THREE.Scene | null, target: THREE.WebGLRenderTarget | null): Promise<void> {
+    const { renderer, camera } = this;
     const canReport = renderer.extensions.has("KHR_parallel_shader_compile");
     renderer.setRenderTarget(target);
     const made = canReport ? renderer.compileAsync(object, camera, scene) : renderer.compile(object, camera, scene);

@@ -62,11 +62,8 @@ const compositeShader = /* glsl */ `
   }`;
 
 export class SceneRenderer {
-  private readonly solid = new THREE.WebGLRenderTarget(1, 1, {
-    samples: 4,
-    type: THREE.HalfFloatType,
-    depthTexture: exactDepths(),
-  });
+  private readonly smooth = solidTarget(4);
+  private readonly quick = solidTarget(0); // Without a graphics card, four samples a pixel cost more than the rest of a frame.
   private readonly uploadTarget = new THREE.WebGLRenderTarget(1, 1, { type: THREE.HalfFloatType }); // The target of uploads.
   private readonly occlusion = new Occlusion();
   private readonly translucency = new Translucency();
@@ -93,7 +90,7 @@ export class SceneRenderer {
 
   // The render targets of the scene; each needs its own programs.
   get targets(): (THREE.WebGLRenderTarget | null)[] {
-    return [null, this.solid];
+    return [null, this.smooth];
   }
 
   // Uploads the buffers of the layer `upload` to the GPU without redrawing the picture.
@@ -116,25 +113,27 @@ export class SceneRenderer {
       return;
     }
     const size = renderer.getDrawingBufferSize(new THREE.Vector2());
-    this.solid.setSize(size.x, size.y);
+    const { volume } = options;
+    const target = volume && volume.quality === "moving" && !volume.pass.isQuick ? this.quick : this.smooth;
+    target.setSize(size.x, size.y);
     camera.layers.set(layers.solid);
     camera.layers.enable(layers.marks);
-    renderer.setRenderTarget(this.solid);
+    renderer.setRenderTarget(target);
     renderer.clear();
     renderer.render(scene, camera);
-    const depths = this.solid.depthTexture!;
+    const depths = target.depthTexture!;
     const { uniforms } = this.composite.material as THREE.ShaderMaterial;
-    uniforms.solid.value = this.solid.texture;
+    uniforms.solid.value = target.texture;
     uniforms.depths.value = depths;
     uniforms.hasOcclusion.value = options.occlusion !== null;
     uniforms.hasTranslucent.value = options.peels > 0 || options.volume !== null;
     if (options.occlusion !== null) {
       uniforms.shape.value = this.occlusion.depths;
-      uniforms.occlusion.value = this.occlusion.texture(renderer, scene, camera, options.occlusion, this.solid);
+      uniforms.occlusion.value = this.occlusion.texture(renderer, scene, camera, options.occlusion, target);
     }
     if (uniforms.hasTranslucent.value) {
-      const pass = options.volume?.pass ?? null;
-      pass?.begin(camera, size, options.volume!.quality);
+      const pass = volume?.pass ?? null;
+      pass?.begin(camera, { width: size.x, height: size.y }, volume!.quality);
       uniforms.translucent.value = this.translucency.texture(renderer, scene, camera, depths, options.peels, pass);
       pass?.end();
     }
@@ -152,4 +151,8 @@ export class SceneRenderer {
     camera.layers.enableAll();
     renderer.autoClear = true;
   }
+}
+
+function solidTarget(samples: number): THREE.WebGLRenderTarget {
+  return new THREE.WebGLRenderTarget(1, 1, { samples, type: THREE.HalfFloatType, depthTexture: exactDepths() });
 }

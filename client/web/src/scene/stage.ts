@@ -364,7 +364,8 @@ export class Stage {
 
   private volumeToDraw(quality: VolumeQuality): FrameOptions["volume"] {
     const { volume: pass, programs } = this;
-    return pass?.isShown && programs.areReady("volume", pass.object) ? { pass, quality } : null;
+    const isReady = pass?.isWanted && programs.areReady("volume", pass.object, true);
+    return isReady && pass.isShown ? { pass, quality } : null;
   }
 
   // Returns the number of passes: most pixels have few overlapping surfaces, even if there are many.

@@ -67,6 +67,7 @@ export class Translucency {
     passes: number,
     volume: VolumePass | null,
   ): THREE.Texture {
+    if (volume && passes === 0) return volume.texture({ solid, before: null, after: null });
     const { width, height } = solid.image as { width: number; height: number };
     for (const target of [...this.targets, this.sum]) target.setSize(width, height);
     renderer.setRenderTarget(this.sum);

@@ -20,10 +20,10 @@ export async function unpackedSamples(type: SampleType, bytes: Uint8Array, count
   if (!width) throw new Error("The server sent samples of an unknown type.");
   const planes = await inflated(bytes, width * count);
   if (type === SampleType.F32) return new Float32Array(numbers(new Uint32Array(count), planes).buffer);
-  if (type === SampleType.U8) return Float32Array.from(numbers(new Uint8Array(count), planes));
-  if (type === SampleType.I8) return Float32Array.from(new Int8Array(numbers(new Uint8Array(count), planes).buffer));
+  if (type === SampleType.U8) return new Float32Array(numbers(new Uint8Array(count), planes));
+  if (type === SampleType.I8) return new Float32Array(new Int8Array(numbers(new Uint8Array(count), planes).buffer));
   const shorts = numbers(new Uint16Array(count), planes);
-  return Float32Array.from(type === SampleType.U16 ? shorts : new Int16Array(shorts.buffer));
+  return new Float32Array(type === SampleType.U16 ? shorts : new Int16Array(shorts.buffer));
 }
 
 // Adds up the differences.

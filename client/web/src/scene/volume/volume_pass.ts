@@ -30,7 +30,7 @@ export interface Depths {
   after: THREE.Texture | null; // The part ends at this layer; null: at opaque surfaces.
 }
 
-const goal = { moving: 60, resting: 4000 }; // Milliseconds of a frame.
+const goal = { moving: 35, resting: 4000 }; // Milliseconds of a frame.
 const finest = { shrink: 1, stride: 0.5 };
 const maxShrink = 8; // Scene pixels along the side of a pixel.
 
@@ -44,6 +44,7 @@ export class VolumePass {
     depthWrite: false,
   });
   private readonly quad = new FullScreenQuad(this.material);
+  readonly object = new THREE.Mesh(new THREE.PlaneGeometry(), this.material); // To compile programs for.
   private readonly target = new THREE.WebGLRenderTarget(1, 1, { type: THREE.HalfFloatType, depthBuffer: false });
   private shown: VolumeTexture | null = null;
   private info: DatasetInfo | null = null;
@@ -55,13 +56,13 @@ export class VolumePass {
 
   constructor(private readonly renderer: THREE.WebGLRenderer) {}
 
-  // The object to compile programs for.
-  get object(): THREE.Object3D {
-    return new THREE.Mesh(new THREE.PlaneGeometry(), this.material);
-  }
-
   get isShown(): boolean {
     return this.shown !== null && this.look !== null;
+  }
+
+  // Whether it is or will be shown.
+  get isWanted(): boolean {
+    return this.look !== null;
   }
 
   get isMaximum(): boolean {
@@ -108,6 +109,7 @@ export class VolumePass {
     const { shrink, stride } = this.fineness(quality);
     this.target.setSize(Math.ceil(width / shrink), Math.ceil(height / shrink));
     this.material.uniforms.stride.value = stride;
+    this.material.uniforms.isQuick.value = quality === "moving" && !this.isQuick;
     this.place(camera);
     this.begun = this.isMeasuring ? null : gpuFinished(this.renderer, 2).then(() => performance.now());
     this.measured = shrink ** 2 * stride;
@@ -199,7 +201,7 @@ function toTexture({ indexToWorld }: DatasetInfo, { step, counts }: Level): THRE
 
 function uniforms(): Record<string, THREE.IUniform> {
   const none = ["samples", "blocks", "solid", "after", "before", "opacities", "colors"];
-  const off = ["hasBefore", "hasAfter", "isLog", "isMaximum", "isShaded"];
+  const off = ["hasBefore", "hasAfter", "isLog", "isMaximum", "isShaded", "isQuick"];
   return {
     ...Object.fromEntries(none.map((name) => [name, { value: null }])),
     ...Object.fromEntries(off.map((name) => [name, { value: false }])),

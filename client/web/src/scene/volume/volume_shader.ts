@@ -31,6 +31,7 @@ export const fragment = /* glsl */ `
   uniform bool isLog;
   uniform bool isMaximum;
   uniform bool isShaded;
+  uniform bool isQuick; // Half as many samples for shading.
   varying vec2 vUv;
   ${fractionInShader}
 
@@ -64,13 +65,15 @@ export const fragment = /* glsl */ `
     return texture(samples, place).r;
   }
 
-  // Lit from the camera, slightly from above; without a slope, as it is.
-  vec3 shaded(vec3 color, vec3 place, vec3 ray) {
-    vec3 by = 1.0 / counts;
-    vec3 slope = vec3(
-      sampleAt(place + vec3(by.x, 0.0, 0.0)) - sampleAt(place - vec3(by.x, 0.0, 0.0)),
-      sampleAt(place + vec3(0.0, by.y, 0.0)) - sampleAt(place - vec3(0.0, by.y, 0.0)),
-      sampleAt(place + vec3(0.0, 0.0, by.z)) - sampleAt(place - vec3(0.0, 0.0, by.z)));
+  // Returns the values one sample further along each axis; with -1, before.
+  vec3 beside(vec3 place, float way) {
+    vec3 by = way / counts;
+    return vec3(sampleAt(place + vec3(by.x, 0.0, 0.0)), sampleAt(place + vec3(0.0, by.y, 0.0)), sampleAt(place + vec3(0.0, 0.0, by.z)));
+  }
+
+  // Lit from the camera; without a slope, as it is. \`value\`: about that of the place.
+  vec3 shaded(vec3 color, float value, vec3 place, vec3 ray) {
+    vec3 slope = beside(place, 1.0) - (isQuick ? vec3(value) : beside(place, -1.0));
     vec3 gradient = gradientToWorld * (slope * counts);
     float steepness = length(gradient);
     if (steepness < 1e-12) return color;
@@ -156,8 +159,9 @@ export const fragment = /* glsl */ `
           extinction = extinctionOf(value);
           float mean = before > -1e-3 ? meanExtinction(extinctionBefore, extinction) : extinction.y;
           if (mean > 0.0) {
-            vec3 color = colorOf(before > -1e-3 ? 0.5 * (before + value) : value);
-            if (isShaded) color = shaded(color, place - 0.5 * spacing * direction, ray);
+            float middle = before > -1e-3 ? 0.5 * (before + value) : value;
+            vec3 color = colorOf(middle);
+            if (isShaded) color = shaded(color, middle, place - 0.5 * spacing * direction, ray);
             float part = (1.0 - sum.a) * (1.0 - exp(-mean * thickness));
             sum += vec4(part * color, part);
             if (sum.a > 0.996) break;

@@ -51,10 +51,10 @@ export class VolumeTexture {
 
   private texels(values: Float32Array): Uint8Array<ArrayBuffer> | Uint16Array<ArrayBuffer> {
     const [low] = this.range;
-    if (this.isOfBytes) return Uint8Array.from(values, (value) => value - low);
-    const texels = new Uint16Array(values.length);
     const { halves } = this;
-    for (let i = 0; i < values.length; ++i) texels[i] = halves?.[values[i] - low] ?? this.half(values[i]);
+    const texels = this.isOfBytes ? new Uint8Array(values.length) : new Uint16Array(values.length);
+    if (this.isOfBytes) for (let i = 0; i < values.length; ++i) texels[i] = values[i] - low;
+    else for (let i = 0; i < values.length; ++i) texels[i] = halves?.[values[i] - low] ?? this.half(values[i]);
     return texels;
   }
 

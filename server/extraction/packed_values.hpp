@@ -9,12 +9,12 @@
 
 namespace multitetra {
 
-struct PackedSamples {
+struct PackedValues {
   SampleType type = SampleType::kF32;
   std::string bytes = {};  // A zlib stream.
 };
 
 // Packs values as numbers of `type` if it holds all of them exactly, else as floats.
-[[nodiscard]] PackedSamples packed_samples(std::span<const float> values, SampleType type);
+[[nodiscard]] PackedValues packed_values(std::span<const float> values, SampleType type);
 
 }  // namespace multitetra

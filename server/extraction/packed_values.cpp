@@ -1,4 +1,4 @@
-#include "server/extraction/packed_samples.hpp"
+#include "server/extraction/packed_values.hpp"
 
 #include <zlib.h>
 
@@ -65,8 +65,8 @@ std::string deflated(std::string planes) {
 
 }  // namespace
 
-PackedSamples packed_samples(std::span<const float> values, SampleType type) {
-  return visit_type(type, [&]<typename Sample>(const Sample*) -> PackedSamples {
+PackedValues packed_values(std::span<const float> values, SampleType type) {
+  return visit_type(type, [&]<typename Sample>(const Sample*) -> PackedValues {
     if constexpr (std::is_integral_v<Sample>) {
       using Bits = std::make_unsigned_t<Sample>;
       if (std::all_of(values.begin(), values.end(), holds<Sample>)) {
