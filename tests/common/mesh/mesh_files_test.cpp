@@ -262,7 +262,8 @@ TEST(MeshFile, MarksClosedSurfacesAsManifoldInGlb) {
   const nlohmann::json closed = read_glb(mesh_file(torus, MeshFormat::kGlb)).json;
   EXPECT_EQ(closed.at("extensionsUsed"), nlohmann::json::array({"EXT_mesh_manifold"}));
   const nlohmann::json& mesh = closed.at("meshes").at(0);
-  const nlohmann::json& solid = mesh.at("extensions").at("EXT_mesh_manifold").at("manifoldPrimitive");
+  const nlohmann::json& solid =
+      mesh.at("extensions").at("EXT_mesh_manifold").at("manifoldPrimitive");
   const nlohmann::json& drawn = mesh.at("primitives").at(0);
   EXPECT_EQ(solid.at("attributes"),
             (nlohmann::json{{"POSITION", drawn.at("attributes").at("POSITION")}}));
