@@ -88,7 +88,7 @@ EOT
 
 # Every option of a command in a guide is in that command's help.
 for guide in README.md client/FETCHING.md server/volume/FORMATS.md server/operations/DEPLOYMENT.md client/paraview/README.md \
-  docker/parts/README.md docker/serving/README.md; do
+  client/web/PAGES.md docker/parts/README.md docker/serving/README.md; do
   sed -e ':join' -e '/\\$/{N;s/\\\n//;b join' -e '}' "$root/$guide" | grep -o '^ *multitetra-[a-z]* .*' |
     sed 's/ # .*//; s/  *#.*//' | while read -r program rest; do
     command=${rest%% *}

@@ -21,7 +21,8 @@ export type GivenSettings = Partial<Omit<Settings, "surfaces">> & {
 };
 
 export interface ViewerOptions extends GivenSettings {
-  // The server's address: "https://example.org/volumes/", or that of its WebSocket. Default: the page's own server.
+  // The server's address: "https://example.org/volumes/", that of its WebSocket, or that of a file
+  // that needs none: "static:https://example.org/head.mtd". Default: the page's own server.
   server?: string;
   token?: string | TokenStorage;
 }

@@ -10,6 +10,7 @@ import {
   CoordinateSystem,
   create,
   ErrorUnit,
+  EstimateSchema,
   HelloSchema,
   IsosurfaceRequestSchema,
   ListDatasetsSchema,
@@ -172,6 +173,12 @@ describe("StaticFiles", () => {
     const messages = await streamed(address, "padded", -300.5, { maxBytes: 10_000, steps: StepPolicy.FINAL_ONLY });
     expect((await digests(messages)).map(({ spacing }) => spacing)).toEqual([8]);
     expect(failureOf(messages)).toMatch(/^Every eighth sample is shown: the samples around this surface take/);
+  });
+
+  test("HaveAnExpectedSize", async () => {
+    const { messages, end } = conversation(serve("padded.mtd", golden("page_padded.mtd")));
+    await end.receive({ case: "estimate", value: create(EstimateSchema, { requestId: 1n, dataset: "padded", request: request(-300.5) }) });
+    expect(messages[0]).toMatchObject({ case: "estimateReply", value: { triangles: 10656n } }); // It has one tile.
   });
 
   test("HaveNoBudgetsAndNoColors", async () => {

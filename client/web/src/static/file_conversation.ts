@@ -84,7 +84,8 @@ export class FileConversation {
         return this.stream(message.value);
       case "estimate": {
         const { requestId, dataset, request } = message.value;
-        const triangles = BigInt(new SurfaceLevel(await this.datasets.volume(dataset), request?.isovalue ?? 0, 5, 1).expectedTriangles);
+        const level = new SurfaceLevel(await this.datasets.volume(dataset), request?.isovalue ?? 0, 5, 1);
+        const triangles = BigInt(await level.expectedTriangles(await this.tools));
         return this.send({ case: "estimateReply", value: create(EstimateReplySchema, { requestId, triangles, bytes: triangles / 4n }) });
       }
       case "slice": {
@@ -108,11 +109,11 @@ export class FileConversation {
     const request = open.request ?? create(IsosurfaceRequestSchema);
     const lack = lackOf(open, request);
     if (lack) throw new Error(`${lack} a server: this page reads files alone.`);
-    const volume = await this.datasets.volume(dataset);
+    const [volume, tools] = await Promise.all([this.datasets.volume(dataset), this.tools]);
     const isWanted = () => this.running === requestId;
     if (!isWanted()) return;
     const level = (spacing: number) => new SurfaceLevel(volume, request.isovalue, request.lattice || 5, spacing);
-    const steps = new StepSender(open, request, this.send, await this.tools, isWanted);
+    const steps = new StepSender(open, request, this.send, tools, isWanted);
     const fine = level(1);
     const excess = excessOf(volume, fine, this.maxBytes);
     const isPreviewed = policy !== StepPolicy.FINAL_ONLY || excess !== null;
@@ -120,7 +121,7 @@ export class FileConversation {
     const isLast = policy === StepPolicy.PREVIEWS_ONLY && steps.sent > 0;
     if (!isLast) {
       if (excess) throw new Error(excess);
-      const best = request.maxTriangles > 0n ? level(spacingWithin(Number(request.maxTriangles), fine, volume.info)) : fine;
+      const best = request.maxTriangles > 0n ? level(spacingWithin(Number(request.maxTriangles), await fine.expectedTriangles(tools), volume.info)) : fine;
       await volume.bricks.fetch(best.bricks, (share) => {
         if (isWanted()) this.progress(share);
         return isWanted();
@@ -146,8 +147,8 @@ function lackOf({ scalars, furtherDatasets }: OpenStream, { normals, maxBytes, c
 }
 
 // Returns the finest spacing with about this many triangles at most; 2 to 8, because a final step keeps its budget exactly.
-function spacingWithin(budget: number, { expectedTriangles }: SurfaceLevel, { gridExponent }: DatasetInfo): number {
-  const found = [2, 4].find((spacing) => expectedTriangles / spacing ** 2 <= budget) ?? coarseSpacing;
+function spacingWithin(budget: number, triangles: number, { gridExponent }: DatasetInfo): number {
+  const found = [2, 4].find((spacing) => triangles / spacing ** 2 <= budget) ?? coarseSpacing;
   return Math.min(found, 2 ** (gridExponent - 1));
 }
 

@@ -30,8 +30,11 @@ export class LevelSamples {
     this.crossed = this.findCrossed();
   }
 
-  get crossedCells(): number {
-    return this.crossed.reduce((sum, one) => sum + one, 0);
+  // Returns the number of crossed cells in the cubes.
+  crossedCells(cubes: readonly OctreeCube[]): number {
+    let count = 0;
+    for (const cube of cubes) this.visit(cellsOf(cube), () => ++count < 0);
+    return count;
   }
 
   // Returns the cubes that the surface crosses.

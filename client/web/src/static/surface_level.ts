@@ -16,7 +16,7 @@ export interface MadeTile extends ManifestTile {
 }
 
 const maxTileTriangles = 2 ** 20;
-const trianglesPerCell = 500; // Of 8 grid steps, at spacing 1, on the average.
+const countedCubes = 24; // For an estimate.
 const turn = 30; // Milliseconds until messages are received in between.
 
 export class SurfaceLevel {
@@ -35,8 +35,17 @@ export class SurfaceLevel {
     this.bricks = [...new Set(this.cubes.flatMap((cube) => this.samples.bricks(cube)))];
   }
 
-  get expectedTriangles(): number {
-    return this.samples.crossedCells * trianglesPerCell;
+  // Counts the triangles in some of the cubes.
+  async expectedTriangles({ count }: Tools): Promise<number> {
+    const apart = Math.ceil(this.cubes.length / countedCubes);
+    const some = this.cubes.filter((_, i) => i % apart === 0);
+    await this.volume.bricks.fetch(some.flatMap((cube) => this.samples.bricks(cube)));
+    let triangles = 0;
+    for (const cube of some) {
+      const payload = this.payload(cube, await this.volume.bricks.unpack(this.samples.bricks(cube)));
+      if (payload) triangles += count(payload).triangles;
+    }
+    return Math.round((triangles * this.samples.crossedCells(this.cubes)) / Math.max(1, this.samples.crossedCells(some)));
   }
 
   // Returns null as soon as nobody wants them any more. Requires fetched bricks.

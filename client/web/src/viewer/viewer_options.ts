@@ -2,7 +2,8 @@
 import type { Settings } from "../state/settings";
 
 export interface ViewerOptions extends Partial<Settings> {
-  // The server's address: "https://example.org/volumes/", or that of its WebSocket. Default: the page's own server.
+  // The server's address: "https://example.org/volumes/", that of its WebSocket, or that of a file
+  // that needs none: "static:https://example.org/head.mtd". Default: the page's own server.
   server?: string;
   token?: string | TokenStorage;
   showAgain?: () => void; // Begins again when the browser has taken the scene's graphics away.
