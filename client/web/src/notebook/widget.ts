@@ -2,9 +2,9 @@
 // reached through the kernel. client/python/multitetra/viewer.py is the Python side.
 import { type GivenSettings, Viewer } from "../module";
 import { offerChannels } from "../stream/channel";
-import { KernelChannels, type WidgetModel } from "./kernel_channel";
 import colors from "../style/colors.css?inline";
 import picture from "../style/picture.css?inline";
+import { KernelChannels, type WidgetModel } from "./kernel_channel";
 
 const scheme = "kernel:";
 const pictureDelay = 1000; // Milliseconds after a surface is complete.

@@ -84,9 +84,13 @@ export class FileConversation {
         return this.stream(message.value);
       case "estimate": {
         const { requestId, dataset, request } = message.value;
-        const level = new SurfaceLevel(await this.datasets.volume(dataset), request?.isovalue ?? 0, 5, 1);
+        const volume = await this.datasets.volume(dataset);
+        const level = new SurfaceLevel(volume, request?.isovalue ?? 0, 5, 1);
         const triangles = BigInt(await level.expectedTriangles(await this.tools));
-        return this.send({ case: "estimateReply", value: create(EstimateReplySchema, { requestId, triangles, bytes: triangles / 4n }) });
+        return this.send({
+          case: "estimateReply",
+          value: create(EstimateReplySchema, { requestId, triangles, bytes: BigInt(volume.bricks.packedBytes(level.bricks)) }),
+        });
       }
       case "slice": {
         const { requestId, dataset, width, height, layers } = message.value;

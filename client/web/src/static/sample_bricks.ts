@@ -46,6 +46,10 @@ export class SampleBricks {
     return [x, y, z].map((at, axis) => Math.min(brickSide, this.info.dims[axis] - brickSide * at)) as Vec3;
   }
 
+  packedBytes(bricks: readonly number[]): number {
+    return bricks.reduce((sum, brick) => sum + this.places[brick].size, 0);
+  }
+
   // Fetches them together, for unpack().
   fetch(bricks: readonly number[], progress?: FetchProgress): Promise<Bytes> {
     return this.blocks.require(
