@@ -6,7 +6,7 @@ install(TARGETS multitetra_server_program multitetra_gateway_program multitetra_
 # A short name for the most common command, `multitetra view`.
 set(installed "\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}")
 install(CODE "file(CREATE_LINK multitetra-server ${installed}/${CMAKE_INSTALL_BINDIR}/multitetra SYMBOLIC)")
-install(DIRECTORY ${PROJECT_BINARY_DIR}/share/multitetra DESTINATION ${CMAKE_INSTALL_DATADIR} PATTERN "*.sources" EXCLUDE)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/share/multitetra DESTINATION ${CMAKE_INSTALL_DATADIR} PATTERN "*.sources" EXCLUDE PATTERN "widget" EXCLUDE)
 foreach(program multitetra multitetra-client multitetra-gateway multitetra-load multitetra-server)
   install(FILES ${CMAKE_CURRENT_LIST_DIR}/debian/completion.bash
           DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME ${program})

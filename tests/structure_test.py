@@ -55,7 +55,7 @@ LIBRARIES = {
     "server/routes": ["server/http", "server/tilesets", "common/json", "common/picture"],
     "server/gateway": ["server/session"],
     "server/programs": ["server/gateway", "server/routes", "server/certify", "server/dataset/partitioned"],
-    "server/python": ["server/service", "server/certify", "common/python"],
+    "server/python": ["server/service", "server/certify", "server/dataset/partitioned", "common/python"],
     "client/library": ["common/wire", "common/cli", "common/sandbox"],
     "client": ["client/library"],
     "client/commands": ["client", "common/picture"],

@@ -8,5 +8,6 @@ namespace multitetra {
 void define_sources(pybind11::module_& module);
 void define_volumes(pybind11::module_& module);
 void define_certificates(pybind11::module_& module);
+void define_parts(pybind11::module_& module);
 
 }  // namespace multitetra

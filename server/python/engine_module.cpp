@@ -11,5 +11,6 @@ PYBIND11_MODULE(_engine, module) {
   define_sources(module);
   define_volumes(module);
   define_certificates(module);
+  define_parts(module);
   module.def("use_sandbox_program", &use_sandbox_program);
 }

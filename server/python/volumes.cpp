@@ -36,17 +36,8 @@ PythonVolume::PythonVolume(DatasetPtr opened)
       surfaces(std::make_shared<const CachingSurfaceProvider>(
           std::make_shared<const SurfaceExtractor>(dataset))) {}
 
-namespace {
-
-// The border of the data and the limits of a call.
-struct Call {
-  std::optional<double> pad_value;
-  std::int32_t pad = 0;
-  int threads = 0;
-  py::object progress;
-};
-
-PrepareOptions options_for(const PythonSource& source, const Call& call, OperationState& state) {
+PrepareOptions options_for(const PythonSource& source, const PythonCall& call,
+                           OperationState& state) {
   constexpr std::size_t kShortSlab = std::size_t{8} << 20;  // Stops within a tenth of a second.
   return {.name = source.name,
           .outside = call.pad_value,
@@ -59,7 +50,9 @@ PrepareOptions options_for(const PythonSource& source, const Call& call, Operati
           }};
 }
 
-PythonVolume load(const PythonSource& source, const Call& call) {
+namespace {
+
+PythonVolume load(const PythonSource& source, const PythonCall& call) {
   DatasetPtr dataset;
   run_interruptibly(call.threads, call.progress, [&](OperationState& state) {
     state.report("open", 0);
@@ -70,7 +63,7 @@ PythonVolume load(const PythonSource& source, const Call& call) {
 }
 
 void prepare_file(const PythonSource& source, const std::string& output, bool samples_only,
-                  const Call& call) {
+                  const PythonCall& call) {
   run_interruptibly(call.threads, call.progress, [&](OperationState& state) {
     state.report("open", 0);
     const auto samples = source.open();
@@ -238,11 +231,11 @@ std::vector<IsosurfaceRequest> with_shared_budget(const PythonVolume& volume,
 }  // namespace
 
 void define_volumes(py::module_& module) {
-  py::class_<Call>(module, "Call")
+  py::class_<PythonCall>(module, "Call")
       .def(py::init(
           [](std::optional<double> pad_value, std::int32_t pad, int threads, py::object progress) {
             if (threads < 0) raise(PyExc_ValueError, "threads must be 0 (all) or greater.");
-            return Call{pad_value, pad, threads, std::move(progress)};
+            return PythonCall{pad_value, pad, threads, std::move(progress)};
           }));
   module.def("load", &load);
   module.def("prepare", &prepare_file);

@@ -62,8 +62,8 @@ class Viewer(_Widget):
     ignored = traitlets.List(help="Names of settings that are unknown or whose values are invalid.").tag(sync=True)
 
     def __init__(self, volume="http://127.0.0.1:7480", *, height=480, token="", ca=None, **settings):
+        self._server, self._channels = None, {}
         checked(settings)
-        self._server = None
         if is_server(volume):
             address, page = stream_address(volume), page_of(volume, settings) if volume.startswith(("http", "ws")) else ""
         else:
@@ -73,7 +73,7 @@ class Viewer(_Widget):
             address, token, page = self._server.address, self._server.token, page_of(self._server.page, settings)
             settings.setdefault("dataset", self._server.dataset)
         self._address, self._token, self._ca = address, token, ca
-        self._channels, self._picture, self._shown_at = {}, None, []
+        self._picture, self._shown_at = None, []
         super().__init__(page=page, height=height, wanted=settings)
         self.on_msg(lambda _, content, buffers: self._heard(content, buffers))
 
@@ -221,11 +221,12 @@ def view(volume, **settings):
 
 
 def is_server(volume):
-    """Whether this is the address of a server, and not of a volume or dataset."""
+    """Whether this is the address of a server, and not of a volume or dataset, whose name has a suffix."""
     if not isinstance(volume, str):
         return False
     parts = urlsplit(volume)
-    return parts.scheme in ("ws", "wss", "tcp", "tls") or (parts.scheme in ("http", "https") and parts.path in ("", "/", "/v1/stream"))
+    last = parts.path.rsplit("/", 1)[-1]
+    return parts.scheme in ("ws", "wss", "tcp", "tls") or (parts.scheme in ("http", "https") and "." not in last)
 
 
 def is_in_notebook():

@@ -26,7 +26,7 @@ except ImportError as missing:
 import multitetra
 import multitetra.volume
 
-PROGRAMS = pathlib.Path(sys.argv.pop(1))
+PROGRAMS = pathlib.Path(sys.argv.pop(1)) if len(sys.argv) > 1 else None
 
 
 def ball(shape=(24, 26, 29), dtype=np.float32):
@@ -134,6 +134,23 @@ class Surfaces(unittest.TestCase):
         chunked = dask.array.from_array(ball(), chunks=(7, 26, 29))
         self.assertEqual(digest(chunked.map_blocks(count, meta=np.empty((0, 0, 0), np.float32))), digest(ball()))
         self.assertEqual(len(counted), 2 * 4)  # Each chunk once for the samples, and once for the histogram of floats.
+
+    @needs("distributed")
+    def test_dask_prepares_the_file_of_one_machine(self):
+        import dask.array
+        import distributed
+
+        import multitetra.dask
+
+        samples = np.random.default_rng(1).standard_normal((40, 50, 150), np.float32)
+        alone = multitetra.prepare(samples, self.path / "alone.mtd", spacing=(1, 2, 3), pad_value=0)
+        np.save(self.path / "samples.npy", samples)
+        with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, distributed.Client(cluster) as client:
+            for data in (samples, dask.array.from_array(samples, chunks=(16, 50, 150))):
+                made = multitetra.dask.prepare(client, data, self.path / "made.mtd", parts=3, spacing=(1, 2, 3), pad_value=0)
+                self.assertEqual(pathlib.Path(made).read_bytes(), pathlib.Path(alone).read_bytes())
+                os.remove(made)
+        self.assertEqual(sorted(file.name for file in self.path.iterdir()), ["alone.mtd", "samples.npy"])
 
     @needs("xarray")
     def test_xarray_states_coordinates_and_units(self):
@@ -394,5 +411,5 @@ class Surfaces(unittest.TestCase):
         subprocess.run([sys.executable, "-c", code], check=True, env=os.environ)
 
 
-if __name__ == "__main__":
+if __name__ == "__main__":  # Processes of dask import this file again.
     unittest.main(verbosity=2)

@@ -70,6 +70,14 @@ class ViewerOfNotebooks(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "does not exist"):
                 multitetra.Viewer(neither_server_nor_file)
 
+    def test_tells_servers_from_volumes(self):
+        from multitetra.viewer import is_server
+
+        for server in ("http://127.0.0.1:7480", "https://volumes.example/some/path/", "wss://a.example/v1/stream", "tcp://127.0.0.1:7410"):
+            self.assertTrue(is_server(server), server)
+        for volume in ("https://volumes.example/head.zarr", "s3://bucket/head.mtd", "head.nrrd", "tcp", pathlib.Path("x"), np.zeros((3, 3, 3))):
+            self.assertFalse(is_server(volume), volume)
+
     def test_falls_back_to_a_frame_without_widgets(self):
         viewer = multitetra.Viewer(dataset='"><script>')
         frame = viewer.frame().data
@@ -133,6 +141,9 @@ class Examples(unittest.TestCase):
 
     def test_surfaces_as_arrays(self):
         self.run_example("surfaces_as_arrays")
+
+    def test_surfaces_of_arrays(self):
+        self.run_example("surfaces_of_arrays")
 
     def test_samples_and_surfaces(self):
         self.run_example("samples_and_surfaces")
