@@ -10,6 +10,7 @@ import { drawHistogram } from "./histogram";
 type Points = readonly OpacityPoint[];
 
 const steps: Record<string, [number, number]> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1] };
+const curveSteps = 100; // Of the line, which is bent because small opacities have more space.
 const reach = 14; // CSS pixels around a point that belong to it.
 
 export class OpacityEditor {
@@ -48,8 +49,9 @@ export class OpacityEditor {
     this.high.textContent = this.text(info.max);
     for (const handle of this.handles.splice(points.length)) handle.remove();
     points.forEach((point, at) => this.showPoint(point, at));
-    const ends = [{ ...points[0], value: info.min }, ...points, { ...points[points.length - 1], value: info.max }];
-    const places = ends.map(({ value, opacity }) => `${100 * this.share(value)},${100 * (1 - heightOf(opacity))}`);
+    const between = Array.from({ length: curveSteps + 1 }, (_, i) => info.min + (i / curveSteps) * (info.max - info.min));
+    const curve = [...points, ...between.map((value) => ({ value, opacity: opacityAt(points, value) }))].sort((a, b) => a.value - b.value);
+    const places = curve.map(({ value, opacity }) => `${100 * this.share(value)},${100 * (1 - heightOf(opacity))}`);
     this.polyline.setAttribute("points", places.join(" "));
   }
 

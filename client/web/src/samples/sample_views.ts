@@ -123,6 +123,7 @@ export class SampleViews {
   }
 
   close(): void {
+    this.volume.update(this.sources.settings(), null, null);
     this.views.close();
   }
 

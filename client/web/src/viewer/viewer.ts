@@ -225,8 +225,9 @@ export class Viewer {
   }
 
   // Resolves when everything visible at the current time is complete or has failed.
-  settled(): Promise<void> {
-    return this.surfaces.settled(() => this.info);
+  async settled(): Promise<void> {
+    await this.surfaces.settled(() => this.info);
+    await this.samples.settled();
   }
 
   // Registers a listener; returns a function that removes it.

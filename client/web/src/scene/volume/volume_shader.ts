@@ -122,7 +122,7 @@ export const fragment = /* glsl */ `
     vec3 inSamples = abs(direction * counts);
     float spacing = stride / max(inSamples.x, max(inSamples.y, inSamples.z));
     // The same places in all parts of a ray. Noise replaces rings; the largest value is at a sample.
-    float noise = isMaximum ? 0.0 : fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+    float noise = isMaximum || isQuick ? 0.0 : fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
     float phase = entered + noise * spacing;
     float number = ceil((first - phase) / spacing - 1e-3);
     float thickness = spacing / voxel;
