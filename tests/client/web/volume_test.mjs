@@ -161,8 +161,9 @@ async function picture(page, axis, zoom, settings) {
   return savedPicture(page);
 }
 
-function shownIn({ rgba }, none) {
-  return Array.from({ length: rgba.length / 4 }, (_, at) => [0, 1, 2].some((i) => Math.abs(rgba[4 * at + i] - none.rgba[4 * at + i]) > 12));
+// Above the legend, returns which pixels differ.
+function shownIn({ rgba, width, height }, none) {
+  return Array.from({ length: width * (height - 60) }, (_, at) => [0, 1, 2].some((i) => Math.abs(rgba[4 * at + i] - none.rgba[4 * at + i]) > 12));
 }
 
 function count(mask) {
