@@ -25,6 +25,7 @@ for (const axis of [0, 1, 2]) await test(`Volume.MaximumAlong${"XYZ"[axis]}IsTha
 await test("Volume.AStepHasTheSilhouetteOfTheSurface", comparesSilhouettes);
 await test("Volume.EndsAtOpaqueSurfacesAndShowsThroughTranslucentOnes", comparesOrder);
 await test("Volume.IsCutByClipAndCrop", isCut);
+await test("Volume.ReturnsWithALostContext", returns);
 await test("Volume.OpacitiesAreEditedInThePanel", edits);
 await test("Volume.IsRefusedWithSurfacesOnly", isRefused);
 await finish();
@@ -85,6 +86,19 @@ async function isCut(page) {
   const quarter = count(shownIn(await of(`volume=on&crop=0,0,0,${middle},32,${middle}`), none));
   assert.ok(Math.abs(half / whole - 0.5) < 0.05, `${half} of ${whole} pixels`);
   assert.ok(Math.abs(quarter / whole - 0.25) < 0.05, `${quarter} of ${whole} pixels`);
+}
+
+async function returns(page) {
+  const before = await picture(page, 1, 12, "dataset=blob&visible=false&volume=on&opacities=300:0,300:1");
+  await page.evaluate(async () => {
+    const context = document.querySelector(".stage canvas").getContext("webgl2").getExtension("WEBGL_lose_context");
+    context.loseContext();
+    await new Promise((resolve) => setTimeout(resolve, 200));
+    context.restoreContext();
+    await new Promise((resolve) => setTimeout(resolve, 200));
+  });
+  const after = await savedPicture(page);
+  assert.ok(largestDifference(before, after, new Array(before.rgba.length / 4).fill(true)) <= 2, "the picture is the same");
 }
 
 async function edits(page) {
