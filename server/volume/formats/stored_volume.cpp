@@ -90,6 +90,23 @@ std::string choice_notice(const fs::path& file, std::size_t count, const std::st
          ", " + used + " is used; select another with " + option + ".";
 }
 
+void offer_images(const fs::path& file, const std::string& kind,
+                  const std::vector<std::string>& images, const VolumeChoice& choice,
+                  StoredVolume& volume) {
+  if (images.size() < 2) return;
+  volume.series = std::ssize(images);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    volume.contents.entries.push_back({.kind = kind,
+                                       .name = images[i],
+                                       .detail = {},
+                                       .option = "--series " + std::to_string(i + 1)});
+  }
+  if (choice.series.empty()) {
+    volume.notices.push_back(
+        choice_notice(file, images.size(), kind + "s", images.front(), "--series, from 1"));
+  }
+}
+
 void note_palette(ImageHeader& header) {
   header.contradictions.push_back(
       {Fact::kScaling, "its numbers are indices of a color palette; they are read as stored"});

@@ -180,6 +180,11 @@ void check_header(const std::filesystem::path& file, const ImageHeader& header);
                                         const std::string& kind, const std::string& used,
                                         const std::string& option);
 
+// Lists the images of which choice.series chooses one, and notes which is used if it does not.
+void offer_images(const std::filesystem::path& file, const std::string& kind,
+                  const std::vector<std::string>& images, const VolumeChoice& choice,
+                  StoredVolume& volume);
+
 // Notes that numbers are indices of a color palette.
 void note_palette(ImageHeader& header);
 

@@ -178,14 +178,8 @@ StoredVolume open_pages(const fs::path& path, const VolumeChoice& choice, bool i
   header.dims[2] = description.slices;
   place_pages(tiff, description, header);
   check_header(path, header);
-  if (description.images.size() > 1) {
-    volume.series = static_cast<std::int64_t>(description.images.size());
-    if (choice.series.empty()) {
-      volume.notices.push_back(choice_notice(path, description.images.size(), "images",
-                                             description.images.front(), "--series, from 1"));
-    }
-  }
   volume.contents = {.times = description.times, .fields = fields_of_channels(description)};
+  offer_images(path, "image", description.images, choice, volume);
   volume.channels = description.channels;
   const FileEntries channels = {
       .count = description.channels,

@@ -68,7 +68,7 @@ void add_times(const XmlElement& xml, BdvDescription& description) {
   description.times.assign(times.begin(), times.end());
 }
 
-void add_loader(const fs::path& file, const XmlElement& xml, BdvDescription& description) {
+void add_loader(const XmlElement& xml, BdvDescription& description) {
   const std::vector<const XmlElement*> loaders = xml.all("ImageLoader");
   if (loaders.empty()) return;
   description.format = loaders.front()->attribute("format");
@@ -77,7 +77,7 @@ void add_loader(const fs::path& file, const XmlElement& xml, BdvDescription& des
   if (named == nullptr) return;
   const bool is_absolute = named->attribute("type") == "absolute";
   const std::string base = is_absolute ? std::string() : xml.text_of("BasePath");
-  description.samples = file.parent_path() / base / named->text;
+  description.samples = std::filesystem::path(base) / named->text;
 }
 
 // The setup by its number from 1 or its name, or the only one.
@@ -128,7 +128,7 @@ BdvDescription bdv_description(const fs::path& file) {
   }
   add_registrations(file, *xml, description);
   add_times(*xml, description);
-  add_loader(file, *xml, description);
+  add_loader(*xml, description);
   return description;
 }
 
@@ -153,7 +153,7 @@ std::optional<BdvDescription> bdv_description_beside(const fs::path& file) {
       continue;
     }
     BdvDescription description = bdv_description(xml);
-    if (xml == of_same_name || fs::equivalent(description.samples, samples, error)) {
+    if (xml == of_same_name || fs::equivalent(folder / description.samples, samples, error)) {
       return description;
     }
   }
@@ -235,19 +235,14 @@ StoredVolume open_bdv(const fs::path& xml, const VolumeChoice& choice) {
                                  std::to_string(time) + "/s" + std::to_string(level);
   }
   const fs::path samples =
-      named_data_place(xml, fs::relative(description.samples, xml.parent_path()).string(),
-                       choice.allow_external_files);
+      named_data_place(xml, description.samples.string(), choice.allow_external_files);
   StoredVolume volume = is_hdf5 ? open_hdf5(samples, inside) : open_zarr(samples.string(), inside);
   volume.contents.times = {.count = times};
-  volume.series = std::ssize(description.setups);
-  for (std::size_t i = 0; i < description.setups.size() && volume.series > 1; ++i) {
-    const std::string& name = description.setups[i].name;
-    volume.contents.entries.push_back(
-        {.kind = "setup",
-         .name = name.empty() ? std::to_string(description.setups[i].id) : name,
-         .detail = {},
-         .option = "--series " + std::to_string(i + 1)});
+  std::vector<std::string> names;
+  for (const BdvSetup& one : description.setups) {
+    names.push_back(one.name.empty() ? std::to_string(one.id) : one.name);
   }
+  offer_images(xml, "setup", names, choice, volume);
   return volume;
 }
 

@@ -29,11 +29,11 @@ struct BdvDescription {
   std::map<std::pair<std::int64_t, std::int64_t>, Affine> registrations = {};
   std::vector<std::int64_t> times = {};  // Timepoints, ascending; at least one.
   std::string format = {};               // "bdv.hdf5", "bdv.n5" or another.
-  std::filesystem::path samples = {};    // The file or folder with the samples, not checked.
+  // The file or folder with the samples, from the folder of the XML file on; not checked.
+  std::filesystem::path samples = {};
 };
 
-// Parses an XML file, whose path it is for sentences and for relative paths. Throws
-// VolumeFileError.
+// Parses an XML file. Throws VolumeFileError.
 [[nodiscard]] BdvDescription bdv_description(const std::filesystem::path& xml);
 
 // Returns the description beside the samples at `file`: the XML file of the same name, or the one

@@ -80,23 +80,6 @@ ArrayMeaning meaning_in_zarr(const ZarrContainer& file, const std::string& array
   return *std::move(of_image);
 }
 
-// Offers the images that one group describes, and says which one is taken if nobody chose.
-void offer_images(const std::filesystem::path& file, const std::vector<std::string>& images,
-                  const VolumeChoice& choice, StoredVolume& volume) {
-  if (images.size() < 2) return;
-  volume.series = static_cast<std::int64_t>(images.size());
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    volume.contents.entries.push_back({.kind = "image",
-                                       .name = images[i],
-                                       .detail = {},
-                                       .option = "--series " + std::to_string(i + 1)});
-  }
-  if (choice.series.empty()) {
-    volume.notices.push_back(
-        choice_notice(file, images.size(), "images", images.front(), "--series, from 1"));
-  }
-}
-
 StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice& choice) {
   ZarrContainer file(store);
   file.described_by = choice.described_by;
@@ -127,7 +110,7 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
       described_volume(file, path, std::move(meaning), choice, /*has_components=*/false, place);
   stored.contents.labels = zarr_labels(attributes);
   stored.contents.entries = std::move(contents.entries);
-  offer_images(file.file(), images, choice, stored);
+  offer_images(file.file(), "image", images, choice, stored);
   const auto channel_at = std::find(roles.begin(), roles.end(), DimensionRole::kChannel);
   std::int64_t channel = 0;
   if (channel_at != roles.end())

@@ -69,9 +69,8 @@ VolumeContents contents_beside(const std::vector<VtiArray>& arrays, const VtiArr
 std::vector<std::string> choice_notices(const fs::path& file, const std::vector<VtiArray>& arrays,
                                         const VtiArray& chosen, const std::string& wanted) {
   if (arrays.size() < 2 || !wanted.empty()) return {};
-  return {"'" + file.string() + "': of its " + std::to_string(arrays.size()) + " arrays, '" +
-          chosen.name + "' is used; select another with --array (" + names_of(arrays) +
-          "), or prepare each with --field."};
+  return {choice_notice(file, arrays.size(), "arrays", "'" + chosen.name + "'",
+                        "--array (" + names_of(arrays) + "), or prepare each with --field")};
 }
 
 }  // namespace multitetra

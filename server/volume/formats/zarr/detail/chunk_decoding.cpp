@@ -1,6 +1,7 @@
 // Decodes the stored bytes of chunks.
+#include <boost/crc.hpp>
+
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <span>
 #include <utility>
@@ -12,29 +13,16 @@
 namespace multitetra {
 namespace {
 
-std::uint32_t crc32c(std::span<const std::byte> bytes) {
-  static const std::array<std::uint32_t, 256> kTable = [] {
-    std::array<std::uint32_t, 256> table{};
-    for (std::uint32_t i = 0; i < 256; ++i) {
-      std::uint32_t value = i;
-      for (int bit = 0; bit < 8; ++bit) value = value >> 1 ^ ((value & 1) != 0 ? 0x82F63B78u : 0);
-      table[i] = value;
-    }
-    return table;
-  }();
-  std::uint32_t crc = ~std::uint32_t{0};
-  for (const std::byte byte : bytes) {
-    crc = crc >> 8 ^ kTable[(crc ^ std::to_integer<std::uint32_t>(byte)) & 0xFF];
-  }
-  return ~crc;
-}
+using Crc32c = boost::crc_optimal<32, 0x1EDC6F41, 0xFFFFFFFF, 0xFFFFFFFF, true, true>;
 
 Result<std::span<const std::byte>> checked_crc(std::span<const std::byte> bytes) {
   std::uint32_t stored = 0;
   if (bytes.size() < sizeof(stored)) return fail(ErrorCode::kDamagedData, "it ends too early");
   const auto body = bytes.first(bytes.size() - sizeof(stored));
   std::memcpy(&stored, bytes.data() + body.size(), sizeof(stored));
-  if (stored != crc32c(body))
+  Crc32c crc;
+  crc.process_bytes(body.data(), body.size());
+  if (stored != crc.checksum())
     return fail(ErrorCode::kDamagedData, "its checksum (CRC-32C) does not match");
   return body;
 }
