@@ -5,6 +5,17 @@ import { defineConfig, type Plugin } from "vite";
 
 import { withoutNode } from "./vite.without_node";
 
+// What a package has compiled in, beside its own license.
+const parts: Record<string, string> = {
+  numcodecs: `It contains, compiled:
+c-blosc, BSD-3-Clause, https://github.com/Blosc/c-blosc/blob/main/LICENSE.txt
+LZ4, BSD-2-Clause, https://github.com/lz4/lz4/blob/dev/lib/LICENSE
+Zstandard, BSD-3-Clause, https://github.com/facebook/zstd/blob/dev/LICENSE
+Snappy, BSD-3-Clause, https://github.com/google/snappy/blob/main/COPYING
+zlib, Zlib, https://zlib.net/zlib_license.html
+`,
+};
+
 // Adds the licenses of bundled packages.
 function thirdParty(packages: string[]): Plugin {
   const text = packages.map((name) => {
@@ -14,7 +25,7 @@ function thirdParty(packages: string[]): Plugin {
     const ours = new URL("../../LICENSE", import.meta.url);
     const isApache = license.startsWith("Apache-2.0") && existsSync(ours);
     const words = file ? readFileSync(new URL(file, folder), "utf8") : isApache ? readFileSync(ours, "utf8") : license;
-    return `${name} ${version} (${license})\n\n${words.trim()}\n`;
+    return [`${name} ${version} (${license})\n\n${words.trim()}\n`, ...(parts[name] ? [parts[name]] : [])].join("\n");
   });
   return {
     name: "third-party",
