@@ -53,8 +53,10 @@ class BrickReader {
 
   // Returns the place in units of this reader's samples. Requires a place in the data.
   [[nodiscard]] Vec3 unit_place(const Vec3& index) const {
-    return {snapped_to_sample(index[0]), snapped_to_sample(index[1]), snapped_to_sample(index[2])};
+    return {along(0, index[0]), along(1, index[1]), along(2, index[2])};
   }
+  // One of its coordinates.
+  [[nodiscard]] static double along(std::size_t, double index) { return snapped_to_sample(index); }
   // Requires 0 <= p < dims.
   [[nodiscard]] float at(GridPoint p) {
     const GridCounts brick = {p.x / kSide, p.y / kSide, p.z / kSide};
@@ -105,14 +107,12 @@ class CoarseReader {
   }
 
   [[nodiscard]] Vec3 unit_place(const Vec3& index) const {
-    Vec3 place{};
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto i = static_cast<std::size_t>(axis);
-      const double unit =
-          (snapped_to_sample(index[i]) + margin_) / kSpectrumSpacing - extent_.low[axis];
-      place[i] = std::clamp(unit, 0.0, static_cast<double>(extent_.extent[axis] - 1));
-    }
-    return place;
+    return {along(0, index[0]), along(1, index[1]), along(2, index[2])};
+  }
+  [[nodiscard]] double along(std::size_t axis, double index) const {
+    const auto i = static_cast<int>(axis);
+    const double unit = (snapped_to_sample(index) + margin_) / kSpectrumSpacing - extent_.low[i];
+    return std::clamp(unit, 0.0, static_cast<double>(extent_.extent[i] - 1));
   }
   [[nodiscard]] float at(GridPoint p) const {
     Sample sample;
@@ -127,11 +127,15 @@ class CoarseReader {
   std::int32_t margin_;
 };
 
+[[nodiscard]] inline std::int32_t nearest_sample(double unit_coordinate) {
+  return static_cast<std::int32_t>(std::floor(unit_coordinate + 0.5));
+}
+
 // Returns the sample nearest to a place in units of the reader.
 template <typename Reader>
 [[nodiscard]] float nearest_value(Reader& reader, const Vec3& unit_place) {
-  const auto rounded = [](double v) { return static_cast<std::int32_t>(std::floor(v + 0.5)); };
-  return reader.at({rounded(unit_place[0]), rounded(unit_place[1]), rounded(unit_place[2])});
+  return reader.at({nearest_sample(unit_place[0]), nearest_sample(unit_place[1]),
+                    nearest_sample(unit_place[2])});
 }
 
 // Returns the trilinear value at a place in units of the reader. Ignores samples with weight 0, so

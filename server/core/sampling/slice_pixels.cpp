@@ -9,6 +9,21 @@
 namespace multitetra {
 namespace {
 
+// Fills a row along x with the nearest samples. Requires y and z in the data. Nearly all pixels of
+// boxes are in such rows, where only x needs to be converted.
+template <typename Reader>
+void fill_row_along_x(Reader& reader, const DatasetInfo& info, const Vec3& left, double step,
+                      std::span<float> values) {
+  const std::int32_t y = nearest_sample(reader.along(1, left[1]));
+  const std::int32_t z = nearest_sample(reader.along(2, left[2]));
+  const double last = info.dims[0] - 1;
+  for (std::size_t column = 0; column < values.size(); ++column) {
+    const double x = snapped_to_sample(left[0] + static_cast<double>(column) * step);
+    const bool is_inside = x >= 0 && x <= last;
+    values[column] = is_inside ? reader.at({nearest_sample(reader.along(0, x)), y, z}) : kNoField;
+  }
+}
+
 template <typename Reader>
 void fill_rows(Reader reader, const DatasetInfo& info, const SliceRequest& plane,
                std::uint32_t first_row, std::uint32_t rows, std::span<float> values) {
@@ -17,6 +32,11 @@ void fill_rows(Reader reader, const DatasetInfo& info, const SliceRequest& plane
     for (std::uint32_t row = first_row; row < first_row + rows; ++row) {
       std::size_t pixel = layer * plane.pixels_of_layer() + std::size_t{row} * plane.width;
       const Vec3 left = moved(origin, row, plane.down);
+      if (plane.interpolation == Interpolation::kNearest && plane.right[1] == 0 &&
+          plane.right[2] == 0 && is_in_data({0, left[1], left[2]}, info)) {
+        fill_row_along_x(reader, info, left, plane.right[0], values.subspan(pixel, plane.width));
+        continue;
+      }
       for (std::uint32_t column = 0; column < plane.width; ++column, ++pixel) {
         const Vec3 index = moved(left, column, plane.right);
         if (!is_in_data(index, info)) {
