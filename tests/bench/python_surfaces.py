@@ -1,6 +1,6 @@
 """Surfaces of an array in Python: multitetra beside scikit-image and VTK's flying edges, in alternation.
 
-    PYTHONPATH=build/release/python /usr/bin/python3 tests/bench/python_surfaces.py [--size 256] [--rounds 3]
+    PYTHONPATH=build/release/python /usr/bin/python3 tests/bench/python_surfaces.py [--size 256] [--rounds 3]     (--size 64 takes a minute)
 
 Each run is a process of its own. Seconds, and CPU seconds of all threads, are medians over the rounds, from the array to arrays of
 vertices and faces; memory is what the call adds at its peak. Holes, topology and the worst distance are those that multitetra.certify finds, against the isosurface of
@@ -90,8 +90,10 @@ def compared(array, vertices, faces):
     import multitetra
 
     volume = multitetra.Volume(array)
-    ways = [multitetra.certify((vertices, faces), volume, ISOVALUE, inside_out=way) for way in (False, True)]
-    best = next((way for way in ways if way.topology_kept), ways[0])
+    for is_inside_out in (False, True):  # Programs differ in the side that triangles face.
+        best = multitetra.certify((vertices, faces), volume, ISOVALUE, inside_out=is_inside_out)
+        if best.topology_kept:
+            break
     mesh = best.report["mesh"]
     return {"distance": best.distance, "holes": mesh["open_edges"] + mesh["nonmanifold_edges"], "topology": best.topology_kept}
 
