@@ -20,7 +20,7 @@ export class OpacityEditor {
   private readonly polyline = this.line.appendChild(document.createElementNS("http://www.w3.org/2000/svg", "polyline"));
   private readonly handles: HTMLElement[] = []; // One per point.
   private readonly plot = h("div", {
-    class: "histogram-plot opacities",
+    class: "opacities",
     "data-tip": "The opacity of each value: drag the points; a click adds one, and a double click removes it. Small opacities have more space.",
   });
   private readonly low = h("span");
