@@ -20,6 +20,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kIndex = "datasets.json";
 constexpr int kIndexVersion = 1;
+constexpr const char* kMark =
+    "multitetra-static";  // In the index.html of such pages, and no other.
 
 std::string content(const fs::path& file) {
   auto bytes = OpenFile(file).content(SIZE_MAX);
@@ -29,7 +31,13 @@ std::string content(const fs::path& file) {
 
 class PageWriter {
  public:
-  explicit PageWriter(fs::path folder) : folder_(std::move(folder)) {}
+  // Throws if the folder has files that would be lost. A page that was exported is replaced.
+  explicit PageWriter(fs::path folder) : folder_(std::move(folder)) {
+    const fs::path page = folder_ / "index.html";
+    is_replaced_ = fs::exists(page) && content(page).find(kMark) != std::string::npos;
+    require_free(page);
+    require_free(folder_ / kIndex);
+  }
 
   [[nodiscard]] const ExportedPage& exported() const { return exported_; }
 
@@ -53,6 +61,7 @@ class PageWriter {
     const fs::path target = folder_ / name;
     fs::create_directories(target.parent_path());
     if (!fs::exists(target) || !fs::equivalent(file, target)) {
+      require_free(target);
       fs::copy_file(file, target, fs::copy_options::overwrite_existing);
     }
     index_.push_back({{"file", percent_encoded(name.generic_string(), "/")},
@@ -71,8 +80,14 @@ class PageWriter {
     const std::string head = "<head>";
     const std::size_t at = page.find(head);
     if (at == std::string::npos) throw std::runtime_error("The viewer's index.html has no <head>.");
-    return page.insert(at + head.size(), "\n    <meta name=\"multitetra-static\" content=\"" +
-                                             std::string(kIndex) + "\" />");
+    return page.insert(at + head.size(), "\n    <meta name=\"" + std::string(kMark) +
+                                             "\" content=\"" + kIndex + "\" />");
+  }
+
+  void require_free(const fs::path& target) const {
+    if (is_replaced_ || !fs::exists(target)) return;
+    throw std::runtime_error("'" + target.string() +
+                             "' exists, and its folder has no exported page; name another folder.");
   }
 
   void write(const fs::path& name, const std::string& bytes) {
@@ -87,6 +102,7 @@ class PageWriter {
   }
 
   fs::path folder_;
+  bool is_replaced_ = false;
   std::set<std::string> names_;
   Json index_ = Json::array();
   ExportedPage exported_;

@@ -208,14 +208,18 @@ def check_page(folder, program):
     assert (dataset["metadata"]["name"], dataset["metadata"]["dims"]) == ("gyroid", [97, 97, 97]), dataset
     assert (folder / "page/some more/a#b.mtd").read_bytes() == (folder / "gyroid.mtd").read_bytes()
     (folder / "many/again.mtd").write_bytes((folder / "gyroid.mtd").read_bytes())
+    (folder / "home").mkdir()
+    (folder / "home/index.html").write_text("of somebody else")
     for words, problem in (
         (["many", "--page", "page"], b'Two datasets are named "gyroid"'),
         (["mesh", "--page", "page"], b"There is no dataset in mesh."),
+        (["gyroid.mtd", "--page", "home"], b"index.html' exists, and its folder has no exported page"),
         (["https://site.example/a.mtd", "--page", "page"], b"download https://site.example/a.mtd first"),
         (["gyroid.mtd"], b"--output: is required, or --page."),
     ):
         refused = subprocess.run([program, "export", *words], cwd=folder, capture_output=True)
         assert refused.returncode in (1, 2) and problem in refused.stderr, refused
+    assert (folder / "home/index.html").read_text() == "of somebody else"
 
 
 def main():
