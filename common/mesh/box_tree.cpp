@@ -21,15 +21,6 @@ void Box3::add(const Box3& box) {
   add(box.high);
 }
 
-double Box3::squared_distance(const Vec3& point) const {
-  double sum = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double outside = std::max({low[axis] - point[axis], point[axis] - high[axis], 0.0});
-    sum += outside * outside;
-  }
-  return sum;
-}
-
 BoxTree::BoxTree(std::span<const Box3> boxes) {
   assert(boxes.size() < std::numeric_limits<std::uint32_t>::max());
   std::vector<Entry> entries;

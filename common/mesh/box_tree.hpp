@@ -27,7 +27,16 @@ struct Box3 {
     }
     return true;
   }
-  [[nodiscard]] double squared_distance(const Vec3& point) const;
+  [[nodiscard]] double squared_distance(const Vec3& point) const {
+    double sum = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double below = low[axis] - point[axis];
+      const double above = point[axis] - high[axis];
+      const double outside = std::max(std::max(below, above), 0.0);
+      sum += outside * outside;
+    }
+    return sum;
+  }
 };
 
 // Immutable and therefore thread-safe. Takes about 30 bytes per box.
@@ -63,10 +72,12 @@ class BoxTree {
     std::uint32_t place = std::numeric_limits<std::uint32_t>::max();
   };
   // Returns the place with the least `squared_distance(place)`, which must be at least the squared
-  // distance of the point from the box. The distance is infinite if there are no boxes.
+  // distance of the point from the box. Searches only for distances less than `below`, which is
+  // returned if there are none.
   template <typename SquaredDistance>
-  [[nodiscard]] Nearest nearest(const Vec3& point, const SquaredDistance& squared_distance) const {
-    Nearest best;
+  [[nodiscard]] Nearest nearest(const Vec3& point, const SquaredDistance& squared_distance,
+                                double below = std::numeric_limits<double>::infinity()) const {
+    Nearest best = {.squared_distance = below};
     if (nodes_.empty()) return best;
     struct Waiting {
       std::uint32_t node;

@@ -11,31 +11,35 @@
 namespace multitetra {
 namespace {
 
-double squared_distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
-  const Vec3 ab = difference(b, a);
-  const Vec3 ap = difference(p, a);
-  const double length = dot(ab, ab);
-  const double t = length > 0 ? std::clamp(dot(ap, ab) / length, 0.0, 1.0) : 0.0;
-  const Vec3 rest = {ap[0] - t * ab[0], ap[1] - t * ab[1], ap[2] - t * ab[2]};
+// Of a point from a segment; both as differences from the segment's start.
+double squared_distance_to_segment(const Vec3& point, const Vec3& segment) {
+  const double length = dot(segment, segment);
+  const double t = length > 0 ? std::clamp(dot(point, segment) / length, 0.0, 1.0) : 0.0;
+  const Vec3 rest = difference(point, scaled(segment, t));
   return dot(rest, rest);
 }
 
+// Squared sine of the angle below which a triangle is too thin to have a reliable plane.
+constexpr double kThin = 1e-16;
+
 // Returns the squared distance to the plane if the perpendicular's foot lies inside, otherwise to
-// the nearest side. A triangle too thin to have a reliable plane counts as its sides.
+// the nearest of the sides that have it on their outer side. A thin triangle counts as its sides.
 double squared_distance_to_triangle(const Vec3& p, const SurfaceTriangle& t) {
-  const Vec3 normal = cross(difference(t[1], t[0]), difference(t[2], t[0]));
+  const std::array<Vec3, 3> side = {difference(t[1], t[0]), difference(t[2], t[1]),
+                                    difference(t[0], t[2])};
+  const Vec3 normal = cross(side[2], side[0]);
   const double area = dot(normal, normal);
-  bool is_inside = area > 0;
+  const bool is_thin = !(area > kThin * dot(side[0], side[0]) * dot(side[2], side[2]));
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3& a = t[i];
-    const Vec3& b = t[(i + 1) % 3];
-    is_inside = is_inside && dot(cross(difference(b, a), difference(p, a)), normal) > 0;
-    nearest = std::min(nearest, squared_distance_to_segment(p, a, b));
+    const Vec3 from_start = difference(p, t[i]);
+    if (is_thin || !(dot(cross(side[i], from_start), normal) > 0)) {
+      nearest = std::min(nearest, squared_distance_to_segment(from_start, side[i]));
+    }
   }
-  if (!is_inside) return nearest;
+  if (nearest < std::numeric_limits<double>::infinity()) return nearest;
   const double height = dot(difference(p, t[0]), normal);
-  return std::min(nearest, height * height / area);
+  return height * height / area;
 }
 
 double area_of(const SurfaceTriangle& t) {
@@ -113,11 +117,20 @@ NearestTriangle::NearestTriangle(std::span<const SurfaceTriangle> triangles)
   for (const std::uint32_t number : tree_.order()) triangles_.push_back(triangles[number]);
 }
 
-NearestTriangle::Found NearestTriangle::nearest(const Vec3& point) const {
-  const BoxTree::Nearest found = tree_.nearest(point, [&](std::uint32_t place) {
-    return squared_distance_to_triangle(point, triangles_[place]);
-  });
+NearestTriangle::Found NearestTriangle::nearest(const Vec3& point,
+                                                const SurfaceTriangle* near) const {
   if (triangles_.empty()) return {};
+  const auto squared_distance = [&](std::uint32_t place) {
+    return squared_distance_to_triangle(point, triangles_[place]);
+  };
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  BoxTree::Nearest found;
+  if (near != nullptr) {
+    const double at_most = squared_distance_to_triangle(point, *near);
+    found = tree_.nearest(point, squared_distance, std::nextafter(at_most, kInfinity));
+  }
+  // By rounding, a triangle may seem nearer than its box.
+  if (found.place >= triangles_.size()) found = tree_.nearest(point, squared_distance);
   return {std::sqrt(found.squared_distance), &triangles_[found.place], tree_.order()[found.place]};
 }
 

@@ -39,7 +39,9 @@ class NearestTriangle {
     const SurfaceTriangle* triangle = nullptr;
     std::uint32_t index = 0;  // Of the triangle, in the order given to the constructor.
   };
-  [[nodiscard]] Found nearest(const Vec3& point) const;
+  // The search is shorter with a triangle of this surface that is near the point; it finds the
+  // same.
+  [[nodiscard]] Found nearest(const Vec3& point, const SurfaceTriangle* near = nullptr) const;
   // Infinite if there is no triangle.
   [[nodiscard]] double distance(const Vec3& point) const { return nearest(point).distance; }
   [[nodiscard]] bool is_empty() const { return triangles_.empty(); }

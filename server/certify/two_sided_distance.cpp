@@ -51,6 +51,21 @@ struct Piece {
 
 Vec3 middle(const Vec3& a, const Vec3& b) { return scaled(sum(a, b), 0.5); }
 
+// Neighbours in the list are mostly neighbours in space.
+std::vector<Found> nearest_of(std::span<const Vec3> points, const NearestTriangle& surface) {
+  constexpr std::size_t kBlock = 256;
+  std::vector<Found> nearest(points.size());
+  in_parallel((points.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
+    const SurfaceTriangle* near = nullptr;
+    const std::size_t end = std::min((block + 1) * kBlock, points.size());
+    for (std::size_t i = block * kBlock; i < end; ++i) {
+      nearest[i] = surface.nearest(points[i], near);
+      near = nearest[i].triangle;
+    }
+  });
+  return nearest;
+}
+
 class MaximumSearch {
  public:
   MaximumSearch(const NearestTriangle& other, const DistanceSearch& search)
@@ -99,10 +114,11 @@ class MaximumSearch {
 
   // Where surfaces share vertices, a fan of triangles is nearest to a corner, and any of it is
   // found there; the middle finds the one that runs along.
-  [[nodiscard]] double tightened(double bound, const SurfaceTriangle& corners) const {
+  [[nodiscard]] double tightened(double bound, const SurfaceTriangle& corners,
+                                 const SurfaceTriangle* nearest) const {
     if (!is_undecided(bound)) return bound;
     const Vec3 center = scaled(sum(sum(corners[0], corners[1]), corners[2]), 1.0 / 3);
-    return std::min(bound, bound_by(corners, *other_.nearest(center).triangle));
+    return std::min(bound, bound_by(corners, *other_.nearest(center, nearest).triangle));
   }
 
   [[nodiscard]] Piece piece_of(const TriangleMesh& mesh, std::size_t triangle) const {
@@ -113,16 +129,15 @@ class MaximumSearch {
 
   // Returns the triangles whose interior may be farther than all vertices; largest bounds first.
   std::vector<std::uint32_t> undecided_triangles(const TriangleMesh& mesh) {
-    nearest_.resize(mesh.vertices.size());
-    in_parallel(nearest_.size(),
-                [&](std::size_t i) { nearest_[i] = other_.nearest(mesh.vertices[i]); });
+    nearest_ = nearest_of(mesh.vertices, other_);
     for (std::size_t i = 0; i < nearest_.size(); ++i) {
       record(mesh.vertices[i], nearest_[i].distance);
     }
     bounds_.resize(mesh.triangles.size());
     in_parallel(bounds_.size(), [&](std::size_t i) {
       const Piece piece = piece_of(mesh, i);
-      bounds_[i] = tightened(bound_of(piece.corners, piece.nearest), piece.corners);
+      bounds_[i] = tightened(bound_of(piece.corners, piece.nearest), piece.corners,
+                             piece.nearest[0].triangle);
     });
     std::vector<std::uint32_t> undecided;
     for (std::uint32_t i = 0; i < bounds_.size(); ++i) {
@@ -160,9 +175,9 @@ class MaximumSearch {
       const Vec3 ab = middle(a, b);
       const Vec3 bc = middle(b, c);
       const Vec3 ca = middle(c, a);
-      const Found nab = other_.nearest(ab);
-      const Found nbc = other_.nearest(bc);
-      const Found nca = other_.nearest(ca);
+      const Found nab = other_.nearest(ab, na.triangle);
+      const Found nbc = other_.nearest(bc, nb.triangle);
+      const Found nca = other_.nearest(ca, nc.triangle);
       const std::array<Piece, 4> four = {{{{a, ab, ca}, {na, nab, nca}},
                                           {{ab, b, bc}, {nab, nb, nbc}},
                                           {{ca, bc, c}, {nca, nbc, nc}},
@@ -170,7 +185,8 @@ class MaximumSearch {
       for (std::size_t part = 0; part < 4; ++part) {
         parts[4 * i + part] = four[part];
         const double bound = bound_of(four[part].corners, four[part].nearest);
-        parts[4 * i + part].bound = tightened(std::min(pieces[i].bound, bound), four[part].corners);
+        parts[4 * i + part].bound = tightened(std::min(pieces[i].bound, bound), four[part].corners,
+                                              four[part].nearest[0].triangle);
       }
     });
     return parts;
@@ -191,8 +207,9 @@ void sample(SurfaceDistance& result, std::span<const SurfaceTriangle> triangles,
             const NearestTriangle& other, std::uint64_t samples) {
   const std::vector<Vec3> points = sampled_points(triangles, samples);
   if (points.empty()) return;
-  std::vector<double> distances(points.size());
-  in_parallel(points.size(), [&](std::size_t i) { distances[i] = other.distance(points[i]); });
+  std::vector<double> distances;
+  distances.reserve(points.size());
+  for (const Found& found : nearest_of(points, other)) distances.push_back(found.distance);
   result.samples = points.size();
   result.mean = std::accumulate(distances.begin(), distances.end(), 0.0) /
                 static_cast<double>(distances.size());

@@ -59,7 +59,8 @@ TEST_P(CertifiedDistances, NeverExceedErrorPlusLattice) {
       const Certificate certificate = certify(testing::in_world(fetched->step->mesh, info), source,
                                               {.isovalue = isovalue,
                                                .error = error * voxel_length(info),
-                                               .lattice = kDefaultLatticeResolution});
+                                               .lattice = kDefaultLatticeResolution,
+                                               .samples = 20'000});
       EXPECT_TRUE(certificate.keeps_topology());
       EXPECT_EQ(certificate.mesh, fetched->step->topology);
       // At error 0, points with error 0 are fused: fewer triangles, the same surface.
