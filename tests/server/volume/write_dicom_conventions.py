@@ -113,6 +113,53 @@ def spacing():
     read("uneven-given", slices("uneven", uneven), volume, options="spacing=0.5:1.5:2", **PLACE)
 
 
+def bits():
+    """Samples of 12 of 16 bits, the lowest or others; the rest holds whatever its writer left there."""
+    signed = (volume * 16 - 2000).astype("<i2")
+    packed = signed.view("<u2") & 0xFFF
+
+    def stored(high, is_signed, samples):
+        def change(i, data):
+            data.BitsStored, data.HighBit, data.PixelRepresentation = 12, high, is_signed
+            data.PixelData = samples[i].astype("<u2").tobytes()
+        return change
+
+    for name, high, samples in (("lowest", 11, packed), ("highest", 15, packed << 4 | 5), ("middle", 13, packed << 2 | 0x8001)):
+        read(f"bits-{name}", slices(f"bits-{name}", stored(high, 1, samples)), signed, **PLACE)
+        read(f"bits-{name}-unsigned", slices(f"bits-{name}-u", stored(high, 0, samples)), packed, **PLACE)
+
+    def run_lengths(i, data):
+        stored(15, 1, packed << 4 | 5)(i, data)
+        data.compress("1.2.840.10008.1.2.5")
+    refuse("bits-rle", slices("bits-rle", run_lengths), "Decompress it first")
+
+
+def ultrasound():
+    def region(dx, dy, spatial=1, unit=3):
+        return items(RegionSpatialFormat=spatial, RegionDataType=1, PhysicalUnitsXDirection=unit, PhysicalUnitsYDirection=unit,
+                     PhysicalDeltaX=dx, PhysicalDeltaY=dy)[0]
+
+    def frames(*regions, **more):
+        def change(data):
+            from pydicom.sequence import Sequence
+            data.Modality, data.SliceThickness = "US", 2
+            del data.PixelSpacing
+            data.SequenceOfUltrasoundRegions = Sequence(regions)
+            for key, value in more.items():
+                setattr(data, key, value)
+        return change
+
+    kind = "1.2.840.10008.5.1.4.1.1.3.1"
+    place = {"steps": diagonal(0.5, 1.5, 2), "unit": "mm"}
+    plane, motion = region(0.05, -0.15), region(0.2, 0.01, spatial=2, unit=4)
+    read("us-region", one_file("us", frames(plane, motion, plane), kind), volume, notice="!states no spacing", **place)
+    read("us-cine", one_file("us-cine", frames(plane, FrameTime=40), kind), volume, notice="follow each other in time", **place)
+    unknown = {**place, "steps": diagonal(1, 1, 2)}
+    read("us-two", one_file("us-two", frames(plane, region(0.1, 0.1)), kind), volume, notice="several distances", **unknown)
+    read("us-motion", one_file("us-motion", frames(motion), kind), volume, notice="no distances in a plane", **unknown)
+    read("us-both", one_file("us-both", frames(region(0.1, 0.1), PixelSpacing=[1.5, 0.5]), kind), volume, notice="than PixelSpacing", **place)
+
+
 def mosaics():
     # Five slices as tiles of 3 x 3, the position being that of a mosaic with their common center.
     tiles = numpy.zeros((3 * 6, 3 * 8), "<i2")
@@ -318,4 +365,4 @@ def compressed():
     read("j2k-unsigned", path, numbers, **PLACE)
 
 
-run_with_packages(spacing, mosaics, without_preamble, segmentations, parametric_maps, compressed)
+run_with_packages(spacing, bits, ultrasound, mosaics, without_preamble, segmentations, parametric_maps, compressed)

@@ -186,6 +186,14 @@ void note_places(const fs::path& place, const DicomImage& first,
   if (first.frames > 1 && !first.has_own_place && first.slice_spacing != SpacingSource::kStated) {
     note("its frames have no positions; they are placed " + slice_spacing_text(first));
   }
+  if (!first.region_notice.empty()) note(first.region_notice);
+  if (first.unused_bits > 0 && first.is_jpeg) {
+    note("its header counts bits from another one than its compressed samples have (HighBit); they "
+         "are read as decompressed");
+  }
+  if (first.is_cine) {
+    note("its frames follow each other in time (FrameTime); they are stacked as slices");
+  }
   if (first.is_projection) {
     note(
         "its frames are images of nuclear medicine that are not reconstructed: no slices of a "

@@ -12,21 +12,22 @@
 namespace multitetra {
 namespace {
 
-// Samples of JPEG streams have image.stored_bits bits; negative ones need theirs repeated above.
-void extend_signs(const DicomImage& image, std::span<std::byte> pixels) {
-  const auto extend = [&]<typename Number>(Number) {
-    const int unused = 8 * static_cast<int>(sizeof(Number)) - image.stored_bits;
-    for (std::size_t at = 0; at + sizeof(Number) <= pixels.size(); at += sizeof(Number)) {
-      Number number;
-      std::memcpy(&number, pixels.data() + at, sizeof number);
-      number = static_cast<Number>(static_cast<Number>(number << unused) >> unused);
-      std::memcpy(pixels.data() + at, &number, sizeof number);
+// Moves the image.stored_bits bits of each sample to the lowest ones, where JPEG streams have them,
+// and repeats their sign above.
+void take_stored_bits(const DicomImage& image, std::span<std::byte> pixels) {
+  const int above = 8 * static_cast<int>(bytes_of(image.type)) - image.stored_bits;
+  const int below = image.is_jpeg ? 0 : image.unused_bits;
+  if (image.stored_bits <= 0 || above <= 0 || image.has_bits) return;
+  with_number_type(image.type, [&]<typename Number>() {
+    if constexpr (std::is_integral_v<Number>) {
+      for (std::size_t at = 0; at + sizeof(Number) <= pixels.size(); at += sizeof(Number)) {
+        Number number;
+        std::memcpy(&number, pixels.data() + at, sizeof number);
+        number = static_cast<Number>(static_cast<Number>(number >> below << above) >> above);
+        std::memcpy(pixels.data() + at, &number, sizeof number);
+      }
     }
-  };
-  if (image.stored_bits <= 0) return;
-  if (image.type == StoredType::kI8 && image.stored_bits < 8) extend(std::int8_t{});
-  if (image.type == StoredType::kI16 && image.stored_bits < 16) extend(std::int16_t{});
-  if (image.type == StoredType::kI32 && image.stored_bits < 32) extend(std::int32_t{});
+  });
 }
 
 }  // namespace
@@ -80,12 +81,12 @@ std::span<const std::byte> DicomFrames::tile_of_mosaic(const DicomImage& image) 
 void DicomFrames::load(const DicomImage& image) {
   if (loaded_ == image.file) return;
   loaded_.clear();
-  if (image.element != 0x0010 || image.has_bits) {
+  if (image.element != 0x0010 || image.has_bits || (image.unused_bits > 0 && !image.is_jpeg)) {
     load_element(image);
   } else {
     load_by_gdcm(image);
   }
-  if (image.is_jpeg) extend_signs(image, pixels_);
+  take_stored_bits(image, pixels_);
   loaded_ = image.file;
 }
 
@@ -111,7 +112,7 @@ void DicomFrames::load_by_gdcm(const DicomImage& image) {
   }
 }
 
-// Loads an element that GDCM takes for no image: floats, or bits.
+// Loads an element that GDCM takes for no image, or drops bits of.
 void DicomFrames::load_element(const DicomImage& image) {
   gdcm::Reader reader;
   reader.SetFileName(image.file.c_str());

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstring>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -47,6 +48,41 @@ void set_spacing(const gdcm::DataSet& data, DicomImage& image) {
   for (const auto& [tag, source] : kPlanes) set_plane_spacing(numbers_at(data, tag), source, image);
   set_slice_spacing(numbers_at(data, kSliceThickness), SpacingSource::kSliceThickness, image);
   set_slice_spacing(numbers_at(data, kSpacingBetweenSlices), SpacingSource::kBetweenSlices, image);
+}
+
+// Sets the spacing that the regions of an ultrasound image state, if they agree on one.
+void set_region_spacing(const gdcm::DataSet& data, DicomImage& image) {
+  constexpr std::uint16_t kPlane = 1;
+  constexpr std::uint16_t kCentimeters = 3;
+  const DicomSequence regions = sequence_at(data, Tag(0x0018, 0x6011));
+  const std::size_t count = regions == nullptr ? 0 : regions->GetNumberOfItems();
+  std::set<std::array<double, 2>> spacings;
+  for (std::size_t i = 1; i <= count; ++i) {
+    const gdcm::DataSet& region = regions->GetItem(i).GetNestedDataSet();
+    const auto is = [&](std::uint16_t element, std::uint16_t wanted) {
+      const auto number = binary_at<std::uint16_t>(region, Tag(0x0018, element));
+      return !number.empty() && number[0] == wanted;
+    };
+    const auto x = binary_at<double>(region, Tag(0x0018, 0x602C));
+    const auto y = binary_at<double>(region, Tag(0x0018, 0x602E));
+    if (!is(0x6012, kPlane) || !is(0x6024, kCentimeters) || !is(0x6026, kCentimeters)) continue;
+    if (!x.empty() && !y.empty()) spacings.insert({10 * std::abs(y[0]), 10 * std::abs(x[0])});
+  }
+  if (spacings.size() == 1 && image.plane_spacing == SpacingSource::kNone) {
+    const auto [rows, columns] = *spacings.begin();
+    return set_plane_spacing({rows, columns}, SpacingSource::kStated, image);
+  }
+  const bool differs = !spacings.empty() && !spacings.contains({image.spacing[1], image.spacing[0]});
+  if (count > 0 && spacings.size() != 1 && image.plane_spacing == SpacingSource::kNone) {
+    image.region_notice = spacings.empty()
+                              ? "its ultrasound regions state no distances in a plane"
+                              : "its ultrasound regions state several distances of columns and "
+                                "rows; none is used";
+  } else if (differs) {
+    image.region_notice =
+        "its ultrasound regions state other distances of columns and rows than PixelSpacing, which "
+        "is used";
+  }
 }
 
 Vec3 vector_in(const std::vector<double>& numbers, std::size_t first) {
@@ -270,7 +306,9 @@ std::vector<DicomImage> frames_of_dicom(DicomImage whole, const gdcm::File& file
     if (detector.FindDataElement(Tag(0x0020, 0x0032))) whole.has_origin = true;
   });
   set_spacing(data, whole);
-
+  set_region_spacing(data, whole);
+  whole.is_cine = whole.frames > 1 && (data.FindDataElement(Tag(0x0018, 0x1063)) ||
+                                       data.FindDataElement(Tag(0x0018, 0x1065)));
   const std::string kind = text_at(data, Tag(0x0008, 0x0016));
   const bool has_real_values = kind == "1.2.840.10008.5.1.4.1.1.30";  // A parametric map.
   const auto apply = [&](const gdcm::DataSet& item, DicomImage& image) {

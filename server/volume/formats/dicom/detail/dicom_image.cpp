@@ -152,6 +152,11 @@ std::uint64_t set_type(const DicomHeader& header, DicomImage& image) {
   const gdcm::PixelFormat format = gdcm::ImageHelper::GetPixelFormatValue(header.reader.GetFile());
   image.components = format.GetSamplesPerPixel();
   image.stored_bits = format.GetBitsStored();
+  // GDCM takes bits that end elsewhere for the lowest ones.
+  const auto high = binary_at<std::uint16_t>(header.data(), Tag(0x0028, 0x0102));
+  if (!high.empty() && high[0] >= image.stored_bits && high[0] < format.GetBitsAllocated()) {
+    image.unused_bits = high[0] + 1 - image.stored_bits;
+  }
   image.has_bits = image.segmentation != Segmentation::kNone && format.GetBitsAllocated() == 1;
   if (image.has_bits) return 1;
   const std::optional<StoredType> type = dicom_type(format);

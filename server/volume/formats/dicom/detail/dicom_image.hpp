@@ -56,6 +56,7 @@ struct DicomImage {
   StoredType type = StoredType::kU8;
   int components = 1;
   int stored_bits = 0;
+  int unused_bits = 0;  // Below those of a sample: HighBit + 1 - BitsStored.
   // Directions of increasing column and row number.
   Vec3 row{};
   Vec3 column{};
@@ -68,6 +69,8 @@ struct DicomImage {
   Vec3 spacing = {1, 1, 1};                            // Columns, rows and slices apart; > 0.
   SpacingSource plane_spacing = SpacingSource::kNone;  // Of columns and rows.
   SpacingSource slice_spacing = SpacingSource::kNone;
+  std::string region_notice = {};  // Why regions of an ultrasound image give it no spacing.
+  bool is_cine = false;            // Frames follow each other in time.
   bool has_rescale = false;      // The file states slope and intercept.
   bool has_value_table = false;  // The file gives values by a table, which is not applied.
   // The number that fills samples outside of the image (PixelPaddingValue).
