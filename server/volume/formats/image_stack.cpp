@@ -261,6 +261,7 @@ StoredVolume open_image_stack(const fs::path& path) {
   stack.dims[2] = static_cast<std::int64_t>(files.size());
   check_header(path, stack);
   std::vector<std::string> notices = numbering_notices(path, files);
+  notices.insert(notices.end(), first.notices.begin(), first.notices.end());
   return {.header = stack,
           .slices = std::make_unique<StackSlices>(std::move(files), first.header),
           .notices = std::move(notices)};

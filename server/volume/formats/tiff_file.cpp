@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -23,15 +24,33 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMaxTagBytes = 4096;  // Bytes behind an image that tags may have.
 
+struct PageOfFile {
+  fs::path file;
+  std::size_t page = 0;
+};
+
+void check_page(const fs::path& file, std::size_t page, const TiffPages& tiff) {
+  if (page < tiff.count()) return;
+  fail_reading(file,
+               "its description refers to page " + std::to_string(page + 1) + ", but it has " +
+                   std::to_string(tiff.count()) + " pages",
+               "Get a complete copy of the file, or save it again as one file");
+}
+
 class TiffSlices : public StoredSlices {
  public:
-  TiffSlices(fs::path file, TiffPages tiff, std::vector<std::size_t> pages,
+  TiffSlices(fs::path file, TiffPages tiff, std::vector<PageOfFile> pages,
              const ImageHeader& header)
       : file_(std::move(file)), tiff_(std::move(tiff)), pages_(std::move(pages)), header_(header) {}
 
   void read(std::size_t first, std::size_t count, std::byte* into) override {
     for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t page = pages_[first + i];
+      const auto& [file, page] = pages_[first + i];
+      if (file != file_) {
+        tiff_ = TiffPages(file);
+        file_ = file;
+      }
+      check_page(file, page, tiff_);
       const ImageHeader own = tiff_.header(page);
       if (own.dims[0] != header_.dims[0] || own.dims[1] != header_.dims[1] ||
           own.type != header_.type || own.components != header_.components) {
@@ -45,10 +64,9 @@ class TiffSlices : public StoredSlices {
   }
 
  private:
-  fs::path file_;
+  fs::path file_;  // The one that is open.
   TiffPages tiff_;
-  // Page of each slice.
-  std::vector<std::size_t> pages_;
+  std::vector<PageOfFile> pages_;  // Of each slice.
   ImageHeader header_;
 };
 
@@ -56,9 +74,9 @@ class TiffSlices : public StoredSlices {
 class ImagesInOneDirectory : public StoredSlices {
  public:
   ImagesInOneDirectory(const fs::path& path, std::uint64_t offset, Endian endian,
-                       std::vector<std::size_t> images, const ImageHeader& header)
+                       std::vector<PageOfFile> images, const ImageHeader& header)
       : file_(path), offset_(offset), endian_(endian), images_(std::move(images)), header_(header) {
-    const std::size_t last = *std::max_element(images_.begin(), images_.end());
+    const std::size_t last = std::ranges::max(images_, {}, &PageOfFile::page).page;
     const std::uint64_t end = offset_ + (last + 1) * header_.slice_bytes();
     if (end <= file_.size()) return;
     fail_incomplete(path, "it ends too early: its images end at byte " + std::to_string(end) +
@@ -69,7 +87,7 @@ class ImagesInOneDirectory : public StoredSlices {
     const std::size_t slice = header_.slice_bytes();
     for (std::size_t i = 0; i < count; ++i) {
       const std::span<std::byte> image(into + i * slice, slice);
-      file_.read(offset_ + images_[first + i] * slice, image);
+      file_.read(offset_ + images_[first + i].page * slice, image);
       to_host_order(image, bytes_of(header_.type), endian_);
     }
   }
@@ -78,7 +96,7 @@ class ImagesInOneDirectory : public StoredSlices {
   InputFile file_;
   std::uint64_t offset_;
   Endian endian_;
-  std::vector<std::size_t> images_;  // The image of each slice.
+  std::vector<PageOfFile> images_;  // The image of each slice.
   ImageHeader header_;
 };
 
@@ -90,10 +108,9 @@ TiffDescription plain_pages(std::int64_t count) {
   return pages;
 }
 
-TiffDescription description_of(const fs::path& file, const TiffPages& tiff,
+TiffDescription description_of(const fs::path& file, const std::string& text, const TiffPages& tiff,
                                const ImageHeader& header, const std::string& series,
-                               bool is_slice) {
-  const std::string& text = tiff.description();
+                               bool is_slice, std::vector<std::string>& notices) {
   const auto pages = static_cast<std::int64_t>(tiff.count());
   const TiffDescription plain = plain_pages(pages == 1 ? tiff.images_in_first() : pages);
   if (const auto shaped = parse_shape(text, {header.dims[0], header.dims[1]}, header.components)) {
@@ -105,7 +122,12 @@ TiffDescription description_of(const fs::path& file, const TiffPages& tiff,
   Result<TiffDescription> description =
       is_imagej ? parse_imagej_description(text)
                 : parse_ome_description(text, header.components, series);
-  if (is_slice && (!description || description->pages.size() != 1)) return plain;
+  if (is_slice && (!description || description->pages.size() != 1)) {
+    notices.push_back("'" + file.string() +
+                      "': it describes a volume of several images, which is ignored; give this file "
+                      "alone to read that.");
+    return plain;
+  }
   if (!description) {
     fail_reading(file, description.error().text,
                  series.empty()
@@ -170,11 +192,53 @@ std::vector<std::string> notices_behind(const fs::path& path, const TiffPages& t
   return {unread_notice(path, behind)};
 }
 
-StoredVolume open_pages(const fs::path& path, const VolumeChoice& choice, bool is_slice) {
+// The text that describes pages, and the file that has it.
+struct DescriptionText {
+  fs::path file;
+  std::string text;
+};
+
+std::string ome_text_in(const fs::path& file) {
+  constexpr std::size_t kMaxXmlBytes = std::size_t{1} << 26;
+  const std::string text = InputFile(file).beginning(kMaxXmlBytes);
+  return is_ome_xml(text) ? text : TiffPages(file).description();
+}
+
+// Returns the files of the pages from `first` on.
+std::vector<PageOfFile> pages_in_files(const TiffDescription& description, std::size_t first,
+                                       const fs::path& path, const DescriptionText& described,
+                                       const VolumeChoice& choice) {
+  std::map<std::size_t, fs::path> files;
+  std::vector<PageOfFile> pages;
+  for (std::size_t i = first; i < first + static_cast<std::size_t>(description.slices); ++i) {
+    const std::size_t file = description.files.empty() ? 0 : description.file_of_page[i];
+    const std::string name = description.files.empty() ? "" : description.files[file];
+    const auto [found, is_new] = files.try_emplace(file);
+    if (is_new && description.files.empty()) {
+      found->second = path;
+    } else if (is_new) {
+      found->second = name.empty() || name == described.file.filename()
+                          ? described.file
+                          : named_data_file(described.file, name, choice.allow_external_files);
+    }
+    pages.push_back({.file = found->second, .page = description.pages[i]});
+  }
+  return pages;
+}
+
+StoredVolume open_pages(const fs::path& path, DescriptionText described, const VolumeChoice& choice,
+                        bool is_slice) {
   TiffPages tiff(path);
   StoredVolume volume{.header = tiff.header(0)};
   ImageHeader& header = volume.header;
-  const TiffDescription description = description_of(path, tiff, header, choice.series, is_slice);
+  if (described.text.empty()) described = {.file = path, .text = tiff.description()};
+  if (const std::string beside = parse_ome_set(described.text).metadata_file;
+      !beside.empty() && !is_slice) {
+    described.file = named_data_file(path, beside, choice.allow_external_files);
+    described.text = ome_text_in(described.file);
+  }
+  const TiffDescription description =
+      description_of(path, described.text, tiff, header, choice.series, is_slice, volume.notices);
   header.dims[2] = description.slices;
   place_pages(tiff, description, header);
   check_header(path, header);
@@ -188,9 +252,9 @@ StoredVolume open_pages(const fs::path& path, const VolumeChoice& choice, bool i
       .missing = "it has no channel"};
   const std::int64_t channel = chosen_entry(path, channels, choice.channel, choice.first);
   const std::int64_t time = chosen_time(path, description.times.count, choice);
-  const auto first =
-      description.pages.begin() + (time * description.channels + channel) * description.slices;
-  std::vector<std::size_t> pages(first, first + description.slices);
+  const auto first = static_cast<std::size_t>((time * description.channels + channel) *
+                                              description.slices);
+  std::vector<PageOfFile> pages = pages_in_files(description, first, path, described, choice);
   const auto all = static_cast<std::int64_t>(description.pages.size());
   if (tiff.count() == 1 && all > 1 && description.images.empty()) {
     // ImageJ, tifffile and MetaMorph write stacks as one page, followed by the samples of others.
@@ -205,16 +269,12 @@ StoredVolume open_pages(const fs::path& path, const VolumeChoice& choice, bool i
         std::move(pages), header);
     return volume;
   }
-  const std::size_t last = *std::max_element(pages.begin(), pages.end());
-  if (last >= tiff.count()) {
-    fail_reading(path,
-                 "its description refers to page " + std::to_string(last + 1) + ", but it has " +
-                     std::to_string(tiff.count()) + " pages",
-                 "Get a complete copy of the file, or save it again as one file");
+  for (const auto& [file, page] : pages) {
+    if (file == path) check_page(path, page, tiff);
   }
   if (const std::size_t unread =
           tiff.count() > description.pages.size() ? tiff.count() - description.pages.size() : 0;
-      unread > 0 && !is_slice && description.images.size() < 2) {
+      unread > 0 && !is_slice && description.images.size() < 2 && description.files.empty()) {
     volume.notices.push_back("'" + path.string() + "': " + std::to_string(unread) +
                              " of its pages are not in its description; they are not read.");
   }
@@ -228,11 +288,20 @@ StoredVolume open_pages(const fs::path& path, const VolumeChoice& choice, bool i
 }  // namespace
 
 StoredVolume open_tiff(const fs::path& path, const VolumeChoice& choice) {
-  return open_pages(path, choice, /*is_slice=*/false);
+  const std::string beginning = InputFile(path).beginning(kMaxTagBytes);
+  if (!is_ome_xml(beginning)) return open_pages(path, {}, choice, /*is_slice=*/false);
+  const DescriptionText described = {.file = path, .text = ome_text_in(path)};
+  const std::string first = parse_ome_set(described.text).first_file;
+  if (first.empty()) {
+    fail_reading(path, "it is a description by OME without names of TIFF files",
+                 "Give the files that it describes, or convert them to OME-TIFF, as with bfconvert");
+  }
+  return open_pages(named_data_file(path, first, choice.allow_external_files), described, choice,
+                    /*is_slice=*/false);
 }
 
 StoredVolume open_tiff_slice(const fs::path& path) {
-  return open_pages(path, {}, /*is_slice=*/true);
+  return open_pages(path, {}, {}, /*is_slice=*/true);
 }
 
 }  // namespace multitetra

@@ -11,6 +11,7 @@ namespace multitetra {
 // times (choice.channel and choice.time select) of one of several images (choice.series), with
 // spacing and unit; else the resolution gives the spacing along x and y in mm, unless it is a
 // screen's 72 or 96 pixels per inch. All images may follow the only page, as in MetaMorph stacks.
+// The pages of an OME-TIFF set may be in several files, and their description in a file of its own.
 // Samples are used as stored, including palette indices. Throws VolumeFileError.
 [[nodiscard]] StoredVolume open_tiff(const std::filesystem::path& file, const VolumeChoice& choice);
 

@@ -12,6 +12,7 @@
 #include "server/volume/formats/described_raw.hpp"
 #include "server/volume/formats/detail/header_bytes.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/tiff_description.hpp"
 #include "server/volume/formats/detail/zip_store.hpp"
 #include "server/volume/formats/dicom/dicom_series.hpp"
 #include "server/volume/formats/hdf5/hdf5_file.hpp"
@@ -56,7 +57,7 @@ bool begins_legacy_vtk(std::string_view bytes) { return bytes.starts_with("# vtk
 bool begins_tiff(std::string_view bytes) {
   using namespace std::string_view_literals;
   return bytes.starts_with("II*\0"sv) || bytes.starts_with("MM\0*"sv) ||
-         bytes.starts_with("II+\0"sv) || bytes.starts_with("MM\0+"sv);
+         bytes.starts_with("II+\0"sv) || bytes.starts_with("MM\0+"sv) || is_ome_xml(bytes);
 }
 
 bool begins_picture(std::string_view bytes) {
@@ -164,12 +165,12 @@ constexpr std::array kFormats = {
                  .suffixes = ".vtk",
                  .has_arrays = true},
     VolumeFormat{.name = "TIFF",
-                 .files = ".tif, a folder, a pattern",
+                 .files = ".tif, .ome, a folder, a pattern",
                  .notes = "pages (plain, ImageJ, OME-TIFF, MetaMorph) or a file for each slice; "
                           "--series, --channel, --time, --component",
                  .open = open_tiff_place,
                  .is_beginning = begins_tiff,
-                 .suffixes = ".tif .tiff"},
+                 .suffixes = ".tif .tiff .ome"},
     VolumeFormat{.name = "PNG, JPEG",
                  .files = ".png, .jpg, a folder, a pattern",
                  .notes = "a file for each slice; --component",

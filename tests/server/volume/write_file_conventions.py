@@ -53,6 +53,8 @@ def tiff():
     path = ome_file("strange.ome.tif", [("", strange, "<TiffData/>")], volume)
     read("ome-units-given", path, volume, options="spacing=0.3:0.4:2,unit=um", **place)
 
+    ome_sets()
+
     # ImageJ takes the absolute value.
     path = folder / "negative.tif"
     tifffile.imwrite(path, volume, imagej=True, resolution=(2, 2), metadata={"spacing": -3.0, "unit": "um", "axes": "ZYX"})
@@ -97,6 +99,41 @@ def tiff():
     data[at:at + 4] = struct.pack("<HH", 65000, 5)  # Another tag.
     path = write("unknown.tif", bytes(data))
     read("tiff-bytes-behind", path, volume[:1], notice="behind its samples are not read")
+
+
+def ome_sets():
+    """The pages of two channels in several files, each of which has the description, or whose description is elsewhere."""
+    import tifffile
+    head = '<?xml version="1.0" encoding="UTF-8"?><OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06" UUID="urn:uuid:{}">'
+    pixels = ('<Image ID="Image:0"><Pixels ID="Pixels:0" SizeX="8" SizeY="6" SizeZ="5" SizeC="2" SizeT="1" Type="uint16" DimensionOrder="XYZCT" '
+              'PhysicalSizeX="0.3" PhysicalSizeY="0.4" PhysicalSizeZ="2">{}</Pixels></Image></OME>')
+    place = {"steps": diagonal(0.3, 0.4, 2), "unit": "µm"}
+
+    def block(i, file, at, more):
+        return f'<TiffData FirstZ="{i % 5}" FirstC="{i // 5}" {more}><UUID FileName="{file}">urn:uuid:{at}</UUID></TiffData>'
+
+    def page(path, data, text):
+        path.parent.mkdir(exist_ok=True)
+        tifffile.imwrite(path, data, description=text.encode(), metadata=None, photometric="minisblack")
+
+    both = numpy.concatenate([volume, second])
+    of_channels = "".join(block(5 * c + z, f"c{c}.ome.tif", c, f'IFD="{z}"') for c in range(2) for z in range(5))
+    for c in range(2):
+        page(folder / "channels" / f"c{c}.ome.tif", both[5 * c:5 * c + 5], head.format(c) + pixels.format(of_channels))
+    for given in range(2):
+        for c, expected in enumerate((volume, second)):
+            read(f"ome-set-{given}-{c}", folder / "channels" / f"c{given}.ome.tif", expected, options=f"channel={c}", **place)
+    for name, more in (("ifd", 'IFD="0" PlaneCount="1"'), ("planes", ""), ("gone", "")):
+        planes = "".join(block(i, f"p{i}.ome.tif", i, more) for i in range(10))
+        for i in range(10):
+            page(folder / name / f"p{i}.ome.tif", both[i], head.format(i) + f'<BinaryOnly MetadataFile="all.companion.ome" UUID="urn:uuid:x"/></OME>')
+        write(f"{name}/all.companion.ome", (head.format("x") + pixels.format(planes)).encode())
+        for given in ("p3.ome.tif", "all.companion.ome") if name != "gone" else ():
+            read(f"ome-{name}-{given}", folder / name / given, second, options="channel=1", **place)
+    read("ome-set-folder", folder / "ifd" / "p?.ome.tif", both, notice="give this file alone")
+    (folder / "gone" / "p8.ome.tif").unlink()
+    refuse("ome-set-missing", folder / "gone" / "p3.ome.tif", "'p8.ome.tif' is missing", options="channel=1")
+    refuse("ome-set-nameless", write("alone.ome", (head.format("x") + pixels.format("")).encode()), "without names of TIFF files")
 
 
 def one_directory(path, order):

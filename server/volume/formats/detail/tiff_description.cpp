@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "common/base/json.hpp"
@@ -87,6 +88,12 @@ std::int64_t count_of_first(const Values& values, std::string_view name) {
   return text.empty() ? 0 : integer(text).value_or(-1);
 }
 
+constexpr std::size_t kNoFile = ~std::size_t{0};
+
+std::size_t index_of(const std::string& name, const std::vector<std::string>& names) {
+  return static_cast<std::size_t>(std::ranges::lower_bound(names, name) - names.begin());
+}
+
 // Places the blocks of pages that specify their first page; others follow `first_page`.
 Result<void> place_blocks(const XmlElement& pixels, std::size_t first_page,
                           TiffDescription& description) {
@@ -95,14 +102,22 @@ Result<void> place_blocks(const XmlElement& pixels, std::size_t first_page,
   std::vector<std::size_t> place_of(ordered.size());
   for (std::size_t i = 0; i < ordered.size(); ++i) place_of[ordered[i]] = i;
   for (std::size_t& page : description.pages) page += first_page;
-  for (const XmlElement* const element : pixels.all("TiffData")) {
+  const std::vector<const XmlElement*> blocks = pixels.all("TiffData");
+  for (const XmlElement* const element : blocks) {
     const Values& block = element->attributes;
-    if (!block.contains("IFD")) continue;
+    const XmlElement* const uuid = element->child("UUID");
+    const std::string name = uuid == nullptr ? std::string() : uuid->attribute("FileName");
+    const bool is_in_set = !description.files.empty();
+    if (!block.contains("IFD") && name.empty()) continue;
+    const std::size_t file = is_in_set ? index_of(name, description.files) : 0;
     const std::int64_t z = count_of_first(block, "FirstZ");
     const std::int64_t c = count_of_first(block, "FirstC");
     const std::int64_t t = count_of_first(block, "FirstT");
     const std::int64_t page = count_of_first(block, "IFD");
-    const std::int64_t count = block.contains("PlaneCount") ? count_of(block, "PlaneCount") : 1;
+    const bool has_rest = blocks.size() == 1 && !block.contains("IFD");  // All pages of its file.
+    const std::int64_t count = block.contains("PlaneCount") ? count_of(block, "PlaneCount")
+                               : has_rest                   ? std::ssize(ordered)
+                                                            : 1;
     if (z < 0 || z >= description.slices || c < 0 || c >= description.channels || t < 0 ||
         t >= description.times.count || page < 0 || page > kMaxTiffPages) {
       return no_description("its description has pages of slices that do not exist");
@@ -112,10 +127,15 @@ Result<void> place_blocks(const XmlElement& pixels, std::size_t first_page,
     // The block continues in the order of pages.
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
       if (ordered[first] + i >= ordered.size()) break;
-      description.pages[place_of[ordered[first] + i]] = static_cast<std::size_t>(page) + i;
+      const std::size_t place = place_of[ordered[first] + i];
+      description.pages[place] = static_cast<std::size_t>(page) + i;
+      if (is_in_set) description.file_of_page[place] = file;
     }
   }
-  return {};
+  if (std::ranges::find(description.file_of_page, kNoFile) == description.file_of_page.end()) {
+    return {};
+  }
+  return no_description("its description does not say in which file some of its slices are");
 }
 
 // Returns the attribute Color: a signed number whose bytes are red, green, blue and alpha.
@@ -126,8 +146,8 @@ std::optional<std::uint32_t> ome_color(const XmlElement& channel) {
 
 // Describes an image whose pages begin at `first_page`, unless it says otherwise.
 Result<TiffDescription> described(const XmlElement& pixels, std::int64_t components,
-                                  std::size_t first_page) {
-  TiffDescription description;
+                                  std::size_t first_page, std::vector<std::string> files) {
+  TiffDescription description{.files = std::move(files)};
   description.slices = count_of(pixels.attributes, "SizeZ");
   description.channels = count_of(pixels.attributes, "SizeC");
   // A page may contain several channels as components of its samples.
@@ -149,6 +169,7 @@ Result<TiffDescription> described(const XmlElement& pixels, std::int64_t compone
           {.name = channel->attribute("Name"), .color = ome_color(*channel)});
     }
   }
+  if (!description.files.empty()) description.file_of_page.assign(description.pages.size(), kNoFile);
   if (const auto done = place_blocks(pixels, first_page, description); !done) {
     return tl::unexpected(done.error());
   }
@@ -161,20 +182,14 @@ Result<TiffDescription> described(const XmlElement& pixels, std::int64_t compone
   return description;
 }
 
-// Returns the problem of pages that are elsewhere; empty if all are in this file.
-std::string problem_of_files(const XmlElement& ome) {
-  std::string name;
+// Returns the sorted names of the files that have pages. A single one may have been renamed.
+std::vector<std::string> files_of(const XmlElement& ome) {
+  std::set<std::string> names;
   for (const XmlElement* const uuid : ome.all("UUID")) {
-    const std::string file = uuid->attribute("FileName");
-    if (name.empty()) name = file;
-    if (!file.empty() && file != name) {
-      return "its pages are in several files, which is not supported";
-    }
+    const std::string name = uuid->attribute("FileName");
+    if (!name.empty()) names.insert(name);
   }
-  const XmlElement* const binary = ome.child("BinaryOnly");
-  if (binary == nullptr) return {};
-  return "its description is in another file, '" + binary->attribute("MetadataFile") +
-         "', which is not read";
+  return {names.begin(), names.end()};
 }
 
 }  // namespace
@@ -209,13 +224,27 @@ Result<TiffDescription> parse_imagej_description(std::string_view text) {
   return description;
 }
 
+bool is_ome_xml(std::string_view beginning) {
+  return beginning.starts_with('<') &&
+         beginning.find("openmicroscopy.org/Schemas/OME") != std::string_view::npos;
+}
+
+OmeSet parse_ome_set(std::string_view text) {
+  const Result<XmlElement> ome = parse_xml(text);
+  if (!ome) return {};
+  const XmlElement* const binary = ome->child("BinaryOnly");
+  if (binary != nullptr) return {.metadata_file = binary->attribute("MetadataFile")};
+  const std::vector<std::string> files = files_of(*ome);
+  return {.first_file = files.empty() ? std::string() : files.front()};
+}
+
 Result<TiffDescription> parse_ome_description(std::string_view text, std::int64_t components,
                                               std::string_view wanted) {
   const Result<XmlElement> ome = parse_xml(text);
   if (!ome) return no_description("of its description, " + ome.error().text);
-  if (std::string problem = problem_of_files(*ome); !problem.empty()) {
-    return no_description(problem);
-  }
+  std::vector<std::string> files = files_of(*ome);
+  if (files.size() < 2) files.clear();
+  if (!files.empty()) files.insert(files.begin(), "");
   std::vector<const XmlElement*> images = ome->all("Image");
   std::erase_if(images, [](const XmlElement* image) { return image->child("Pixels") == nullptr; });
   if (images.empty()) return no_description("its description has no Pixels");
@@ -236,11 +265,11 @@ Result<TiffDescription> parse_ome_description(std::string_view text, std::int64_
   // Images whose pages are not stated follow each other.
   std::size_t first_page = 0;
   for (std::size_t i = 0; i < chosen; ++i) {
-    const auto before = described(*images[i]->child("Pixels"), components, 0);
+    const auto before = described(*images[i]->child("Pixels"), components, 0, {});
     if (before) first_page += before->pages.size();
   }
   Result<TiffDescription> description =
-      described(*images[chosen]->child("Pixels"), components, first_page);
+      described(*images[chosen]->child("Pixels"), components, first_page, std::move(files));
   if (!description) return description;
   description->images = std::move(names);
   description->image = chosen;

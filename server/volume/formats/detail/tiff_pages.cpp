@@ -288,6 +288,7 @@ TiffPages::TiffPages(std::filesystem::path file) : file_(std::move(file)) {
 
 TiffPages::~TiffPages() = default;
 TiffPages::TiffPages(TiffPages&&) noexcept = default;
+TiffPages& TiffPages::operator=(TiffPages&&) noexcept = default;
 
 bool TiffPages::is_big_endian() const { return TIFFIsBigEndian(reader_->tiff) != 0; }
 

@@ -21,6 +21,7 @@ class TiffPages {
   explicit TiffPages(std::filesystem::path file);
   ~TiffPages();
   TiffPages(TiffPages&&) noexcept;
+  TiffPages& operator=(TiffPages&&) noexcept;
 
   [[nodiscard]] std::size_t count() const { return pages_.size(); }
 
