@@ -17,7 +17,8 @@ inline void throw_if_stopped(const std::stop_token& stop) {
 
 // Calls body(0) ... body(count - 1) on all threads oneTBB may use here, and returns when all calls
 // have returned. Checks `stop` before each call and throws Cancelled if it was triggered. Never
-// runs unrelated work in the meantime, so the caller may hold a lock.
+// runs unrelated work in the meantime, so the caller may hold a lock. Between calls it yields as
+// yielding.hpp says.
 void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body,
                  std::stop_token stop = {});
 

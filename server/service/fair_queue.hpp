@@ -14,7 +14,8 @@
 //
 // Long jobs never take all workers, and a share runs at most one long job and one other, so a short
 // job finds a worker. A job that was expected to be short and is not counts as long from the time
-// when that is noticed; waiting jobs of its kind are corrected in proportion. Background jobs run
+// when that is noticed; waiting jobs of its kind are corrected in proportion. A long job pauses
+// between its pieces while another one that is due before it has its place. Background jobs run
 // when no other job can.
 //
 // Pure: no thread, no clock.
@@ -59,6 +60,7 @@ class FairQueue {
     Job job;
     // The weight of the share when the job was taken.
     double weight = 1;
+    double finish = 0;  // In virtual time.
   };
 
   // Runs at most `max_long` long jobs (at least 1) at the same time.
@@ -88,7 +90,7 @@ class FairQueue {
     std::optional<ClientTurn> best;
     std::uint64_t number = 0;
     for (auto at = shares_.begin(); at != shares_.end(); ++at) {
-      const auto in_share = next_of(at->second);
+      const auto in_share = next_of(at->second, running_long_ < max_long_);
       if (!in_share) continue;
       const Job& job = in_share->second->jobs.front();
       const ClientTurn turn = turn_of(at->second, job, weight_of(at->second));
@@ -105,6 +107,7 @@ class FairQueue {
     ++turns_;
     begin(share, taken.job, taken.weight);
     begin(queue, taken.job, 1);
+    taken.finish = share.served_until;
     --waiting_;
     if (taken.job.is_long) {
       ++running_long_;
@@ -145,6 +148,7 @@ class FairQueue {
     const double more = seconds - std::exchange(taken.job.expected_seconds, seconds);
     share.expected_seconds += more;
     share.served_until += more / taken.weight;
+    taken.finish += more / taken.weight;
     share.clients.at(taken.client.number).served_until += more;
     for (auto& [name, other] : shares_) {
       for (auto& [number, queue] : other.clients) {
@@ -157,6 +161,23 @@ class FairQueue {
       }
     }
   }
+  // Returns whether a running long job should pause: another one that is due before it waits for
+  // its place.
+  [[nodiscard]] bool should_pause(const DequeuedJob& taken) const {
+    return taken.job.is_long && running_long_ >= max_long_ && has_long_before(taken);
+  }
+  // Returns whether a paused job should continue.
+  [[nodiscard]] bool should_resume(const DequeuedJob& taken) const {
+    return running_long_ < max_long_ && !has_long_before(taken);
+  }
+  // Reports that a long job has paused, or continues.
+  void paused(const DequeuedJob& taken) {
+    if (taken.job.is_long) --running_long_;
+  }
+  void resumed(const DequeuedJob& taken) {
+    if (taken.job.is_long) ++running_long_;
+  }
+
   // Returns how many long jobs run above their limit, because they were expected to be short. As
   // many more workers keep short jobs from waiting for them.
   [[nodiscard]] std::size_t excess_long() const {
@@ -250,11 +271,24 @@ class FairQueue {
     return weight;
   }
 
-  // Returns the client whose first job is next in a share, if one may run.
-  [[nodiscard]] std::optional<std::pair<std::uint64_t, const Queue*>> next_of(
-      const Share& share) const {
+  // Returns whether a long job of another share waits that is due before this one.
+  [[nodiscard]] bool has_long_before(const DequeuedJob& taken) const {
+    return std::any_of(shares_.begin(), shares_.end(), [&](const auto& entry) {
+      const auto& [name, share] = entry;
+      if (name == taken.client.share) return false;
+      const auto next = next_of(share, /*has_place=*/true);
+      if (!next || !next->second->jobs.front().is_long) return false;
+      const ClientTurn turn = turn_of(share, next->second->jobs.front(), weight_of(share));
+      return std::pair(turn.is_background, turn.finish) <
+             std::pair(taken.job.is_background, taken.finish);
+    });
+  }
+  // Returns the client whose first job is next in a share, if one may run. `has_place`: for a long
+  // one, too.
+  [[nodiscard]] static std::optional<std::pair<std::uint64_t, const Queue*>> next_of(
+      const Share& share, bool has_place) {
     if (share.waiting == 0 || share.running >= kMaxJobsPerShare) return std::nullopt;
-    const bool may_be_long = running_long_ < max_long_ && share.running_long < kMaxLongJobsPerShare;
+    const bool may_be_long = has_place && share.running_long < kMaxLongJobsPerShare;
     std::optional<std::pair<std::uint64_t, const Queue*>> next;
     std::optional<ClientTurn> best;
     for (const auto& [number, queue] : share.clients) {

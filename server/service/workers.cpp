@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "common/base/yielding.hpp"
 #include "server/operations/deadline.hpp"
 
 namespace multitetra {
@@ -19,6 +20,10 @@ constexpr double kForecastSeconds = 0.005;
 // A job is overdue if it takes this long, and twice as long as expected.
 constexpr double kOverdueSeconds = 0.25;
 constexpr auto kOverdueCheck = std::chrono::milliseconds(50);
+// A job runs at least this long, and as long as it has paused, before it pauses. As it may hold
+// what the others need, such as the surface that they request too, its pauses end.
+constexpr auto kShortestRun = std::chrono::milliseconds(250);
+constexpr auto kLongestPause = std::chrono::seconds(2);
 
 // The kind under which the ratio of actual to forecast times is recorded.
 std::string ratio_of(const std::string& kind) { return kind + " per forecast"; }
@@ -29,10 +34,27 @@ double seconds_since(Clock::time_point start) {
 
 }  // namespace
 
-// As many threads again stand by for jobs that turn out to be long.
+double Workers::Running::seconds() const {
+  return seconds_since(start) - std::chrono::duration<double>(paused).count();
+}
+
+class Workers::Pauses : public Yields {
+ public:
+  Pauses(Workers& workers, Running& one) : workers_(workers), one_(one) {}
+  [[nodiscard]] bool is_due() const override {
+    return one_.should_pause.load(std::memory_order_relaxed);
+  }
+  void wait() override { workers_.pause(one_); }
+
+ private:
+  Workers& workers_;
+  Running& one_;
+};
+
+// As many threads again stand by for jobs that turn out to be long, and for those that pause.
 Workers::Workers(std::size_t threads)
     : queue_(threads > 1 ? threads - 1 : 1), max_running_(std::max<std::size_t>(threads, 1)) {
-  for (std::size_t i = 0; i < 2 * max_running_; ++i) {
+  for (std::size_t i = 0; i < 3 * max_running_; ++i) {
     threads_.emplace_back([this] { work(); });
   }
 }
@@ -104,17 +126,41 @@ Backlog Workers::backlog(const std::string& share) const {
 
 std::optional<FairQueue::DequeuedJob> Workers::take() {
   const std::size_t allowed = max_running_ + std::min(queue_.excess_long(), max_running_);
-  return running_.size() < allowed ? queue_.take() : std::nullopt;
+  return running_.size() - paused_ < allowed ? queue_.take() : std::nullopt;
 }
 
-void Workers::note_overdue() {
+void Workers::look_at_running() {
+  const Clock::time_point now = Clock::now();
   for (Running& one : running_) {
-    const double seconds = seconds_since(one.start);
+    const double seconds = one.seconds();
     const double expected = one.taken.job.expected_seconds;
-    if (one.taken.job.is_long || seconds < std::max(kOverdueSeconds, 2 * expected)) continue;
-    queue_.overdue(one.taken, seconds);
-    record(one, seconds);
+    if (!one.taken.job.is_long && seconds >= std::max(kOverdueSeconds, 2 * expected)) {
+      queue_.overdue(one.taken, seconds);
+      record(one, seconds);
+    }
+    if (now >= one.no_pause_before && paused_ < max_running_ && queue_.should_pause(one.taken)) {
+      one.should_pause = true;
+    }
   }
+}
+
+void Workers::pause(Running& one) {
+  std::unique_lock lock(mutex_);
+  one.should_pause = false;
+  if (paused_ >= max_running_ || !queue_.should_pause(one.taken)) return;
+  const Clock::time_point start = Clock::now();
+  queue_.paused(one.taken);
+  ++paused_;
+  work_available_.notify_one();
+  may_resume_.notify_all();
+  may_resume_.wait_until(lock, start + kLongestPause,
+                         [&] { return queue_.should_resume(one.taken); });
+  --paused_;
+  queue_.resumed(one.taken);
+  one.should_pause = false;  // Noted again during the pause.
+  const Clock::duration paused = Clock::now() - start;
+  one.paused += paused;
+  one.no_pause_before = Clock::now() + std::max<Clock::duration>(kShortestRun, paused);
 }
 
 void Workers::record(const Running& one, double seconds) {
@@ -129,7 +175,7 @@ void Workers::work() {
   for (;;) {
     std::optional<FairQueue::DequeuedJob> taken;
     const auto has_work = [&] {
-      note_overdue();
+      look_at_running();
       taken = take();
       return taken || (is_closed_ && queue_.waiting() == 0);
     };
@@ -141,17 +187,23 @@ void Workers::work() {
       }
     }
     if (!taken) return;
-    const auto one = running_.insert(running_.end(), {*std::move(taken), Clock::now()});
+    running_.emplace_back(*std::move(taken), Clock::now());
+    const auto one = std::prev(running_.end());
     lock.unlock();
-    one->taken.job.run();
+    {
+      Pauses pauses(*this, *one);
+      const YieldScope scope(&pauses);
+      one->taken.job.run();
+    }
     one->taken.job.run = nullptr;  // Releases its captures before others wait for them.
-    const double seconds = seconds_since(one->start);
     lock.lock();
+    const double seconds = one->seconds();
     queue_.done(one->taken, seconds);
     record(*one, seconds);
     running_.erase(one);
     // A long job that was held back may now run on any thread.
     work_available_.notify_all();
+    may_resume_.notify_all();
   }
 }
 

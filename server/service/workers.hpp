@@ -1,6 +1,7 @@
 // The worker threads, shared fairly among clients (see fair_queue.hpp).
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
@@ -46,7 +47,8 @@ struct Backlog {
 class Workers {
  public:
   // Runs `threads` jobs at the same time, at least 1; all but one of them may be long. Jobs that
-  // turn out to be long do not keep others from their places.
+  // turn out to be long do not keep others from their places, and between their pieces
+  // (yielding.hpp) long jobs pause for others that are due before them.
   explicit Workers(std::size_t threads);
   // Runs all waiting jobs before it returns.
   ~Workers();
@@ -62,14 +64,24 @@ class Workers {
   [[nodiscard]] Backlog backlog(const std::string& share) const;
 
  private:
+  class Pauses;
   struct Running {
     FairQueue::DequeuedJob taken;
     std::chrono::steady_clock::time_point start;
+    std::chrono::steady_clock::duration paused = {};  // Of the time since then.
+    std::chrono::steady_clock::time_point no_pause_before = start;
+    std::atomic<bool> should_pause = false;
+
+    // Seconds without the pauses.
+    [[nodiscard]] double seconds() const;
   };
   // Returns the next job, if one more may run.
   [[nodiscard]] std::optional<FairQueue::DequeuedJob> take();
-  // Reports jobs that run longer than expected to the queue, before they end.
-  void note_overdue();
+  // Reports jobs that run longer than expected to the queue, before they end, and notes which ones
+  // should pause.
+  void look_at_running();
+  // Returns when the job should continue, or after kLongestPause.
+  void pause(Running& one);
   void record(const Running& one, double seconds);
   // `seconds` is the forecast, if any.
   void add(const FairQueue::Client& client, Work work, std::optional<double> seconds);
@@ -77,10 +89,12 @@ class Workers {
 
   mutable std::mutex mutex_;  // Guards all but max_running_ and threads_.
   std::condition_variable work_available_;
+  std::condition_variable may_resume_;  // A job has ended or paused.
   FairQueue queue_;
   WorkCosts costs_;
   const std::size_t max_running_;  // Beside those for which overdue jobs make room.
-  std::list<Running> running_;
+  std::list<Running> running_;  // Includes paused ones.
+  std::size_t paused_ = 0;
   std::uint64_t next_client_ = 0;
   bool is_closed_ = false;
   std::vector<std::jthread> threads_;

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "common/base/in_parallel.hpp"
+#include "common/base/yielding.hpp"
 
 namespace multitetra {
 namespace {
@@ -45,6 +46,51 @@ TEST(InParallelUpwards, CallsEveryNodeOnceAfterItsChildren) {
     }
   }
   in_parallel_upwards({}, [](std::size_t) { FAIL(); });
+}
+
+// Is due after every piece.
+class AlwaysDue : public Yields {
+ public:
+  [[nodiscard]] bool is_due() const override { return has_run; }
+  void wait() override {
+    EXPECT_EQ(running, 0) << "a piece runs";
+    has_run = false;
+    ++waits;
+  }
+  void run_piece() {
+    ++running;
+    has_run = true;
+    --running;
+  }
+
+  std::atomic<bool> has_run = false;
+  std::atomic<int> running = 0;
+  int waits = 0;
+};
+
+TEST(InParallelUpwards, YieldsBetweenNodes) {
+  const std::vector<std::size_t> parents = random_tree(200, 1);
+  AlwaysDue yields;
+  const YieldScope scope(&yields);
+  std::vector<int> calls(200, 0);
+  in_parallel_upwards(parents, [&](std::size_t node) {
+    ++calls[node];
+    yields.run_piece();
+  });
+  EXPECT_EQ(calls, std::vector<int>(200, 1));
+  EXPECT_GE(yields.waits, 10);
+}
+
+TEST(InParallel, YieldsBetweenItsCallsAndNotWithinThem) {
+  AlwaysDue yields;
+  const YieldScope scope(&yields);
+  std::vector<std::atomic<int>> calls(100);
+  in_parallel(calls.size(), [&](std::size_t i) {
+    in_parallel(2, [&](std::size_t) { ++calls[i]; });
+    yields.run_piece();
+  });
+  for (const std::atomic<int>& count : calls) EXPECT_EQ(count, 2);
+  EXPECT_GE(yields.waits, 10);
 }
 
 TEST(InParallelUpwards, StartsNoParentAfterAFailure) {

@@ -19,7 +19,7 @@ std::string numbered(const char* format, int number) {
 }
 
 // Workers that take jobs from a queue. A job takes its expected time, or the given actual time,
-// then `run` is called.
+// then `run` is called. Its pieces are shorter than kCheck, so it may pause at each check.
 class SimulatedWorkers {
  public:
   explicit SimulatedWorkers(std::size_t workers) : workers_(workers), queue_(workers - 1) {}
@@ -44,12 +44,14 @@ class SimulatedWorkers {
       if (first->first > next_check) {
         now_ = next_check;
         note_overdue();
+        pause_overtaken();
       } else {
         now_ = first->first;
         const Running done = std::move(first->second);
         running_.erase(first);
         queue_.done(done.taken, now_ - done.start);
         done.taken.job.run();
+        resume_paused();
       }
       take();
     }
@@ -80,8 +82,37 @@ class SimulatedWorkers {
     }
   }
 
+  void pause_overtaken() {
+    for (auto at = running_.begin(); at != running_.end();) {
+      Running& one = at->second;
+      if (paused_.size() < workers_ && queue_.should_pause(one.taken)) {
+        queue_.paused(one.taken);
+        paused_.emplace_back(at->first - now_, std::move(one));
+        paused_.back().second.start -= now_;
+        at = running_.erase(at);
+        take();
+      } else {
+        ++at;
+      }
+    }
+  }
+  void resume_paused() {
+    for (auto at = paused_.begin(); at != paused_.end();) {
+      auto& [remaining, one] = *at;
+      if (queue_.should_resume(one.taken)) {
+        queue_.resumed(one.taken);
+        one.start += now_;
+        running_.emplace(now_ + remaining, std::move(one));
+        at = paused_.erase(at);
+      } else {
+        ++at;
+      }
+    }
+  }
+
   std::size_t workers_;
   FairQueue queue_;
+  std::vector<std::pair<double, Running>> paused_;  // With the remaining time; starts before 0.
   std::multimap<double, Running> running_;  // By end time.
   double now_ = 0;
 };
@@ -158,6 +189,28 @@ TEST(FairQueueSimulation, CompletesASmallSurfaceBesideLongOnesThatWereExpectedTo
     workers.run_until(later + 1);
     EXPECT_GE(small.seconds().size(), 1U) << "after " << later << " s";
   }
+}
+
+TEST(FairQueueSimulation, CompletesAStepOfASecondBesideTwoHundredOfAMinute) {
+  for (const double later : {5.0, 50.0, 70.0}) {
+    SimulatedWorkers workers(3);
+    const Streams long_ones = started(workers, 200, "address 192.0.2.%d", 60.0);
+    workers.run_until(later);
+    Stream medium(workers, {"address 198.51.100.1", 1000}, 0.02, 1.0);
+    medium.start();
+    workers.run_until(later + 2);
+    EXPECT_GE(medium.seconds().size(), 1U) << "after " << later << " s";
+  }
+}
+
+TEST(FairQueueSimulation, CompletesStepsThatOthersOvertake) {
+  SimulatedWorkers workers(3);
+  const Streams medium_ones = started(workers, 30, "address 192.0.2.%d", 0.6);
+  Stream large(workers, {"address 198.51.100.1", 1000}, 0.02, 20.0);
+  large.start();
+  // Each of 31 shares gets 2/31 of the time of two workers: 20 s of work take 310 s.
+  workers.run_until(400);
+  EXPECT_GE(large.seconds().size(), 1U);
 }
 
 TEST(FairQueueSimulation, CompletesLongStepsDespiteManyShortOnes) {

@@ -5,8 +5,11 @@
 #include <future>
 #include <map>
 #include <string>
+#include <thread>
 
 #include <gtest/gtest.h>
+
+#include "common/base/in_parallel.hpp"
 
 namespace multitetra {
 namespace {
@@ -184,6 +187,91 @@ TEST(FairQueue, ForgetsIdleClients) {
   for (int i = 0; i < 100; ++i) serve_next(queue, 1.0);
   EXPECT_EQ(queue.busy_shares(), 0U);
   EXPECT_EQ(queue.waiting(), 0U);
+}
+
+TEST(FairQueue, PausesALongJobForOneThatIsDueBeforeIt) {
+  const auto lasting = [](double seconds) {
+    return FairQueue::Job{.run = [] {}, .is_long = true, .expected_seconds = seconds};
+  };
+  FairQueue queue(1);
+  queue.add(alone(0), lasting(60));
+  const auto first = queue.take();
+  EXPECT_FALSE(queue.should_pause(*first)) << "nobody waits";
+  queue.add(alone(0), lasting(1));
+  queue.add(alone(1), lasting(60));
+  queue.add(alone(2), short_job());
+  EXPECT_FALSE(queue.should_pause(*first)) << "of its own share, of its length, and short";
+  queue.add(alone(3), lasting(1));
+  EXPECT_TRUE(queue.should_pause(*first));
+  queue.paused(*first);
+  EXPECT_FALSE(queue.should_resume(*first));
+  EXPECT_EQ(queue.take()->client.number, 2U);
+  const auto second = queue.take();
+  ASSERT_EQ(second->client.number, 3U);
+  EXPECT_FALSE(queue.should_resume(*first));
+  EXPECT_FALSE(queue.take());
+  queue.done(*second, 1);
+  EXPECT_TRUE(queue.should_resume(*first));
+  queue.resumed(*first);
+  EXPECT_FALSE(queue.take()) << "it has its place again";
+}
+
+// Pieces of a millisecond until `is_over`.
+Work in_pieces(double seconds, std::function<bool()> is_over, std::function<void()> done) {
+  const auto run = [is_over = std::move(is_over), done = std::move(done)] {
+    in_parallel(20'000, [&](std::size_t) {
+      if (!is_over()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    });
+    done();
+  };
+  return {.run = run, .is_long = true, .forecast = [seconds] { return seconds; }};
+}
+
+TEST(Workers, PauseALongJobBetweenItsPiecesForAShorterOne) {
+  Workers workers(2);
+  std::atomic<bool> has_begun = false;
+  std::atomic<bool> has_ended = false;
+  std::promise<void> shorter_has_ended;
+  workers.post(alone(0), in_pieces(
+                             60,
+                             [&] {
+                               has_begun = true;
+                               return has_ended.load();
+                             },
+                             [] {}));
+  while (!has_begun) std::this_thread::yield();
+  workers.post(alone(1), in_pieces(
+                             1, [] { return true; }, [&] { shorter_has_ended.set_value(); }));
+  EXPECT_EQ(shorter_has_ended.get_future().wait_for(std::chrono::seconds(5)),
+            std::future_status::ready);
+  has_ended = true;
+  workers.join();
+}
+
+// The shorter job waits for the longer one, as for a surface that both make.
+TEST(Workers, ResumeAJobThatOthersWaitFor) {
+  Workers workers(2);
+  std::atomic<bool> has_begun = false;
+  std::atomic<bool> may_end = false;
+  std::promise<void> longer_has_ended;
+  const auto ended = longer_has_ended.get_future().share();
+  workers.post(alone(0), in_pieces(
+                             60,
+                             [&] {
+                               has_begun = true;
+                               return may_end.load();
+                             },
+                             [&] { longer_has_ended.set_value(); }));
+  while (!has_begun) std::this_thread::yield();
+  workers.post(alone(1), {.run =
+                              [&] {
+                                may_end = true;
+                                ended.wait();
+                              },
+                          .is_long = true,
+                          .forecast = [] { return 1.0; }});
+  EXPECT_EQ(ended.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  workers.join();
 }
 
 TEST(Workers, RunAllJobsBeforeTheyAreDestroyed) {
