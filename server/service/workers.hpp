@@ -93,7 +93,7 @@ class Workers {
   FairQueue queue_;
   WorkCosts costs_;
   const std::size_t max_running_;  // Beside those for which overdue jobs make room.
-  std::list<Running> running_;  // Includes paused ones.
+  std::list<Running> running_;     // Includes paused ones.
   std::size_t paused_ = 0;
   std::uint64_t next_client_ = 0;
   bool is_closed_ = false;

@@ -109,8 +109,8 @@ TiffDescription plain_pages(std::int64_t count) {
 }
 
 TiffDescription description_of(const fs::path& file, const std::string& text, const TiffPages& tiff,
-                               const ImageHeader& header, const std::string& series,
-                               bool is_slice, std::vector<std::string>& notices) {
+                               const ImageHeader& header, const std::string& series, bool is_slice,
+                               std::vector<std::string>& notices) {
   const auto pages = static_cast<std::int64_t>(tiff.count());
   const TiffDescription plain = plain_pages(pages == 1 ? tiff.images_in_first() : pages);
   if (const auto shaped = parse_shape(text, {header.dims[0], header.dims[1]}, header.components)) {
@@ -123,9 +123,10 @@ TiffDescription description_of(const fs::path& file, const std::string& text, co
       is_imagej ? parse_imagej_description(text)
                 : parse_ome_description(text, header.components, series);
   if (is_slice && (!description || description->pages.size() != 1)) {
-    notices.push_back("'" + file.string() +
-                      "': it describes a volume of several images, which is ignored; give this file "
-                      "alone to read that.");
+    notices.push_back(
+        "'" + file.string() +
+        "': it describes a volume of several images, which is ignored; give this file "
+        "alone to read that.");
     return plain;
   }
   if (!description) {
@@ -252,8 +253,8 @@ StoredVolume open_pages(const fs::path& path, DescriptionText described, const V
       .missing = "it has no channel"};
   const std::int64_t channel = chosen_entry(path, channels, choice.channel, choice.first);
   const std::int64_t time = chosen_time(path, description.times.count, choice);
-  const auto first = static_cast<std::size_t>((time * description.channels + channel) *
-                                              description.slices);
+  const auto first =
+      static_cast<std::size_t>((time * description.channels + channel) * description.slices);
   std::vector<PageOfFile> pages = pages_in_files(description, first, path, described, choice);
   const auto all = static_cast<std::int64_t>(description.pages.size());
   if (tiff.count() == 1 && all > 1 && description.images.empty()) {
@@ -293,8 +294,9 @@ StoredVolume open_tiff(const fs::path& path, const VolumeChoice& choice) {
   const DescriptionText described = {.file = path, .text = ome_text_in(path)};
   const std::string first = parse_ome_set(described.text).first_file;
   if (first.empty()) {
-    fail_reading(path, "it is a description by OME without names of TIFF files",
-                 "Give the files that it describes, or convert them to OME-TIFF, as with bfconvert");
+    fail_reading(
+        path, "it is a description by OME without names of TIFF files",
+        "Give the files that it describes, or convert them to OME-TIFF, as with bfconvert");
   }
   return open_pages(named_data_file(path, first, choice.allow_external_files), described, choice,
                     /*is_slice=*/false);

@@ -20,11 +20,13 @@ using testing::prepared;
 using testing::PreparedSetting;
 namespace fields = testing::fields;
 
-std::vector<DatasetPtr> datasets() {
-  return {prepared({"noisy_gyroid", fields::gyroid(90, 0.2, 8)}),
-          prepared({"ball", fields::ball({70, 60, 80}, 25)}),
-          prepared({"noise", fields::noise({50, 60, 70}, 3)}),
-          prepared({"stretched", fields::gyroid(60, 0.05, 9, {1, 1.3, 2}), 0.0, 1})};
+const std::vector<DatasetPtr>& datasets() {
+  static const std::vector<DatasetPtr> all = {
+      prepared({"noisy_gyroid", fields::gyroid(90, 0.2, 8)}),
+      prepared({"ball", fields::ball({70, 60, 80}, 25)}),
+      prepared({"noise", fields::noise({50, 60, 70}, 3)}),
+      prepared({"stretched", fields::gyroid(60, 0.05, 9, {1, 1.3, 2}), 0.0, 1})};
+  return all;
 }
 
 // The size of the encoded step.
@@ -79,7 +81,7 @@ TEST(SurfaceSizes, AreNearTheRealSizesIfSimplified) {
     const SizeEstimates sizes = surface_sizes(extractor, {}, SizeAccuracy::kAccurate);
     const SizeEstimates quickly = surface_sizes(extractor, {}, SizeAccuracy::kQuick);
     const double isovalue = dataset->info.min + 0.45 * (dataset->info.max - dataset->info.min);
-    for (const double error : testing::sweep<std::vector<double>>({0.25, 1.0}, {0.0, 0.25, 1.0})) {
+    for (const double error : testing::sweep<std::vector<double>>({0.5}, {0.0, 0.25, 1.0})) {
       SCOPED_TRACE(dataset->info.name + ", error " + std::to_string(error));
       const StepRequest step{.request = {.isovalue = isovalue, .error = error, .simplify = true}};
       const SurfaceSize real = size_of(dataset, step);

@@ -113,7 +113,7 @@ class SimulatedWorkers {
   std::size_t workers_;
   FairQueue queue_;
   std::vector<std::pair<double, Running>> paused_;  // With the remaining time; starts before 0.
-  std::multimap<double, Running> running_;  // By end time.
+  std::multimap<double, Running> running_;          // By end time.
   double now_ = 0;
 };
 

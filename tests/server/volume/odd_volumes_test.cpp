@@ -15,6 +15,7 @@
 
 #include "server/volume/formats/volume_formats.hpp"
 #include "server/volume/volume_files.hpp"
+#include "tests/support/sweep.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
@@ -297,13 +298,13 @@ TEST(VolumeFileVariants, ReadTheConventionsOfFiles) {
   expect_as_written("write_file_conventions.py");
 }
 
-// Reads each kind of file in 60 variants of size, type, order, packing and placement. Another seed:
+// Reads each kind of file in variants of size, type, order, packing and placement. Another seed:
 // MULTITETRA_SEED=2 formats_test --gtest_filter=RandomVolumeFiles.*
 void expect_variants_read(const std::string& script) {
   const TemporaryFolder folder;
   const char* const seed = std::getenv("MULTITETRA_SEED");
-  const std::vector<Fields> volumes =
-      written_volumes(script, folder.path(), std::string("60 ") + (seed ? seed : "1"));
+  const std::vector<Fields> volumes = written_volumes(
+      script, folder.path(), testing::sweep<std::string>("16 ", "60 ") + (seed ? seed : "1"));
   if (volumes.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
   for (const Fields& fields : volumes) {
     SCOPED_TRACE(fields.at(1));

@@ -28,10 +28,15 @@ struct WrittenFormat {
 
 // Writes one file per format into `folder` and returns them. Prints a warning for missing packages.
 std::vector<WrittenFormat> written_formats(const fs::path& folder) {
-  const fs::path list = folder / "list.txt";
-  const std::string command = std::string(MULTITETRA_PYTHON) + " " + MULTITETRA_VOLUME_SCRIPTS +
-                              "/write_volumes.py " + folder.string() + " > " + list.string();
-  if (std::system(command.c_str()) != 0) return {};
+  // Written once for all tests of this process.
+  static const TemporaryFolder all;
+  const fs::path list = all.path() / "list.txt";
+  if (!fs::exists(list)) {
+    const std::string command = std::string(MULTITETRA_PYTHON) + " " + MULTITETRA_VOLUME_SCRIPTS +
+                                "/write_volumes.py " + all.path().string() + " > " + list.string();
+    if (std::system(command.c_str()) != 0) return {};
+  }
+  fs::copy(all.path(), folder, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
   std::vector<WrittenFormat> formats;
   std::ifstream in(list);
   for (std::string line; std::getline(in, line);) {
@@ -39,7 +44,7 @@ std::vector<WrittenFormat> written_formats(const fs::path& folder) {
     WrittenFormat format;
     std::string path;
     words >> format.name >> path;
-    format.path = path;
+    format.path = folder / fs::path(path).lexically_relative(all.path());
     if (format.name == "missing") {
       std::cerr << "NOT TESTED: formats that need the Python package " << path << "\n";
     } else {

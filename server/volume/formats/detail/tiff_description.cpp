@@ -169,7 +169,8 @@ Result<TiffDescription> described(const XmlElement& pixels, std::int64_t compone
           {.name = channel->attribute("Name"), .color = ome_color(*channel)});
     }
   }
-  if (!description.files.empty()) description.file_of_page.assign(description.pages.size(), kNoFile);
+  if (!description.files.empty())
+    description.file_of_page.assign(description.pages.size(), kNoFile);
   if (const auto done = place_blocks(pixels, first_page, description); !done) {
     return tl::unexpected(done.error());
   }

@@ -33,8 +33,8 @@ struct TiffDescription {
   std::vector<TiffChannel> described_channels = {};  // Empty, or one per channel.
   // Slice z, channel c and time t are page pages[(t * channels + c) * slices + z].
   std::vector<std::size_t> pages = {};
-  // The names of the files that pages are in, of which the empty one is that of the description, and
-  // the file of each page. Both are empty if all are in one file.
+  // The names of the files that pages are in, of which the empty one is that of the description,
+  // and the file of each page. Both are empty if all are in one file.
   std::vector<std::string> files = {};
   std::vector<std::size_t> file_of_page = {};
   // The names of all images that the description has, of which this is the one numbered `image`.
@@ -46,7 +46,8 @@ struct TiffDescription {
 // stacks beyond 4 GiB have one page, followed by all samples.
 [[nodiscard]] Result<TiffDescription> parse_imagej_description(std::string_view text);
 
-// Returns whether a file with this beginning is a document of OME, as beside the TIFF files of a set.
+// Returns whether a file with this beginning is a document of OME, as beside the TIFF files of a
+// set.
 [[nodiscard]] bool is_ome_xml(std::string_view beginning);
 
 // Where other files of a set are, by the XML document of one.

@@ -188,8 +188,9 @@ void note_places(const fs::path& place, const DicomImage& first,
   }
   if (!first.region_notice.empty()) note(first.region_notice);
   if (first.unused_bits > 0 && first.is_jpeg) {
-    note("its header counts bits from another one than its compressed samples have (HighBit); they "
-         "are read as decompressed");
+    note(
+        "its header counts bits from another one than its compressed samples have (HighBit); they "
+        "are read as decompressed");
   }
   if (first.is_cine) {
     note("its frames follow each other in time (FrameTime); they are stacked as slices");

@@ -72,7 +72,8 @@ void set_region_spacing(const gdcm::DataSet& data, DicomImage& image) {
     const auto [rows, columns] = *spacings.begin();
     return set_plane_spacing({rows, columns}, SpacingSource::kStated, image);
   }
-  const bool differs = !spacings.empty() && !spacings.contains({image.spacing[1], image.spacing[0]});
+  const bool differs =
+      !spacings.empty() && !spacings.contains({image.spacing[1], image.spacing[0]});
   if (count > 0 && spacings.size() != 1 && image.plane_spacing == SpacingSource::kNone) {
     image.region_notice = spacings.empty()
                               ? "its ultrasound regions state no distances in a plane"

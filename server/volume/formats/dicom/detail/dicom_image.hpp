@@ -71,8 +71,8 @@ struct DicomImage {
   SpacingSource slice_spacing = SpacingSource::kNone;
   std::string region_notice = {};  // Why regions of an ultrasound image give it no spacing.
   bool is_cine = false;            // Frames follow each other in time.
-  bool has_rescale = false;      // The file states slope and intercept.
-  bool has_value_table = false;  // The file gives values by a table, which is not applied.
+  bool has_rescale = false;        // The file states slope and intercept.
+  bool has_value_table = false;    // The file gives values by a table, which is not applied.
   // The number that fills samples outside of the image (PixelPaddingValue).
   std::optional<double> padding = std::nullopt;
   double slope = 1;
