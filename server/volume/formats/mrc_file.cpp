@@ -184,8 +184,10 @@ StoredVolume open_mrc(const fs::path& path, const VolumeChoice& choice) {
       static_cast<std::uint64_t>(volume.contents.times.count - 1 - time) * volume_bytes;
   const Endian endian = MrcHeader::endian_of(beginning);
   volume.contents.recommended_isovalue = sidecar_contour_level(path);
-  volume.slices = mode == kHalfMode ? halves_in_file(path, offset, endian, header)
-                                    : slices_in_file(path, offset, endian, header, behind);
+  ImageHeader stored = header;
+  if (mode == kHalfMode) stored.type = StoredType::kU16;
+  volume.slices = slices_in_file(path, offset, endian, stored, behind);
+  if (mode == kHalfMode) volume.slices = slices_of_halves(std::move(volume.slices), header);
   return volume;
 }
 

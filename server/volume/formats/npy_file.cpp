@@ -1,15 +1,21 @@
 #include "server/volume/formats/npy_file.hpp"
 
+#include <algorithm>
 #include <array>
+#include <map>
+#include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "common/base/parse_number.hpp"
+#include "server/volume/formats/arrays/array_volume.hpp"
 #include "server/volume/formats/detail/half_floats.hpp"
 #include "server/volume/formats/detail/header_bytes.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/detail/plain_slices.hpp"
+#include "server/volume/formats/detail/zip_store.hpp"
 
 namespace multitetra {
 namespace {
@@ -57,13 +63,19 @@ std::vector<std::int64_t> shape_in(std::string_view text) {
   return {};
 }
 
-}  // namespace
+// An array, in the order of the file: slowest dimension first.
+struct NpyArray {
+  std::vector<std::int64_t> shape;
+  std::string descr;              // Its type, as NumPy writes it.
+  const NpyType* type = nullptr;  // Null if that is not one of numbers.
+  bool is_fortran = false;
+  std::uint64_t begin = 0;  // Of the samples in the file.
+  std::string entry = {};   // Its file in an archive.
+};
 
-bool is_npy(std::string_view beginning) { return beginning.starts_with("\x93NUMPY"); }
+constexpr std::size_t kMaxHeaderBytes = std::size_t{1} << 16;
 
-StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
-  constexpr std::size_t kMaxHeaderBytes = std::size_t{1} << 16;
-  const std::string beginning = unpacked_beginning(InputFile(path), kMaxHeaderBytes);
+NpyArray array_with(const fs::path& path, const std::string& beginning) {
   if (!is_npy(beginning) || beginning.size() < 12) {
     fail_reading(path, "it is not a NumPy array", "Check its name and the program that wrote it");
   }
@@ -71,54 +83,143 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
   const bool is_short = beginning[6] == 1;
   const std::uint64_t text_at = is_short ? 10 : 12;
   const std::uint64_t length = is_short ? bytes.at<std::uint16_t>(8) : bytes.at<std::uint32_t>(8);
-  if (text_at + length > beginning.size()) {
-    fail_incomplete(path, "it ends within its header");
-  }
+  if (text_at + length > beginning.size()) fail_incomplete(path, "it ends within its header");
   const std::string_view text = std::string_view(beginning).substr(text_at, length);
   const std::string_view descr = behind_key(text, "descr");
-  const std::vector<std::int64_t> shape = shape_in(behind_key(text, "shape"));
-  const NpyType* found = nullptr;
+  NpyArray array{.shape = shape_in(behind_key(text, "shape")),
+                 .descr = std::string(descr.substr(0, descr.find(','))),
+                 .is_fortran = behind_key(text, "fortran_order").starts_with("True"),
+                 .begin = text_at + length};
   for (const NpyType& type : kNpyTypes) {
     if (descr.size() > 5 && descr[0] == '\'' && descr[4] == '\'' && descr.substr(2, 2) == type.name)
-      found = &type;
+      array.type = &type;
   }
-  if (found == nullptr) {
-    fail_reading(path, "its numbers have the type " + std::string(descr.substr(0, descr.find(','))),
-                 "Save integers of 8 to 64 bits or floats of 16 to 64");
+  if (array.is_fortran) std::reverse(array.shape.begin(), array.shape.end());
+  return array;
+}
+
+// The array of a .npy file, or those of an .npz file by the names that numpy.load has for them.
+class NpyArrays : public ArrayContainer {
+ public:
+  explicit NpyArrays(const fs::path& path) : path_(path) {
+    const std::string beginning = unpacked_beginning(InputFile(path), kMaxHeaderBytes);
+    if (!is_zip(beginning)) {
+      all_["/" + path.stem().string()] = array_with(path, beginning);
+      return;
+    }
+    const std::unique_ptr<ObjectStore> archive = zip_store(path);
+    for (const std::string& name : archive->names("")) {
+      if (!name.ends_with(".npy") || all_.size() == kMaxSourceMembers) continue;
+      const auto bytes = archive->get_range(name, 0, kMaxHeaderBytes).value();
+      NpyArray array = array_with(
+          path / name, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+      array.entry = name;
+      all_["/" + name.substr(0, name.size() - 4)] = std::move(array);
+    }
   }
-  if (shape.size() < 2 || shape.size() > 4) {
-    fail_reading(path, "it has " + std::to_string(shape.size()) + " dimensions", "Save 2 to 4");
+
+  [[nodiscard]] const NpyArray& at(const std::string& name) const {
+    if (const auto found = all_.find(name); found != all_.end()) return found->second;
+    std::string names;
+    for (const auto& [other, array] : all_) {
+      if (names.size() < 600) names += (names.empty() ? "" : ", ") + other.substr(1);
+    }
+    fail_reading(path_, "it has no array '" + name.substr(1) + "'", "Its arrays are " + names);
   }
-  const bool is_fortran = behind_key(text, "fortran_order").starts_with("True");
-  if (is_fortran && shape.size() == 4) {
-    fail_reading(path, "its four dimensions are in Fortran order",
-                 "Save numpy.ascontiguousarray(array)");
+
+  [[nodiscard]] fs::path file() const override { return path_; }
+  [[nodiscard]] std::vector<std::string> arrays() const override {
+    std::vector<std::string> names;
+    for (const auto& [name, array] : all_) {
+      const bool is_one = std::ranges::count_if(array.shape, [](auto side) { return side > 1; }) > 1;
+      if (all_.size() == 1 || (array.type != nullptr && is_one)) names.push_back(name);
+    }
+    return names;
   }
-  ImageHeader header{.type = found->type, .values = kNumbersAsStored};
-  const std::size_t spatial = std::min<std::size_t>(shape.size(), 3);
-  for (std::size_t axis = 0; axis < spatial; ++axis) {
-    const std::size_t d = is_fortran ? axis : shape.size() - 1 - axis;
-    header.dims[axis] = shape[d];
-    if (!is_fortran) continue;
+  [[nodiscard]] std::vector<std::int64_t> shape(const std::string& name) const override {
+    const auto found = all_.find(name);
+    return found == all_.end() ? std::vector<std::int64_t>() : found->second.shape;
+  }
+  [[nodiscard]] std::optional<StoredType> type(const std::string& name) const override {
+    const NpyType* const type = at(name).type;
+    return type == nullptr ? std::nullopt : std::optional(type->type);
+  }
+  // Arrays of NumPy have no groups and attributes.
+  [[nodiscard]] std::vector<std::string> children(const std::string&) const override { return {}; }
+  [[nodiscard]] std::vector<double> values(const std::string&) const override { return {}; }
+  [[nodiscard]] std::vector<double> numbers(const std::string&, const char*) const override {
+    return {};
+  }
+  [[nodiscard]] std::vector<std::string> texts(const std::string&, const char*) const override {
+    return {};
+  }
+  [[nodiscard]] std::vector<std::string> dimension_names(const std::string&) const override {
+    return {};
+  }
+  [[nodiscard]] std::string coordinates(const std::string&, std::size_t) const override {
+    return {};
+  }
+
+ private:
+  fs::path path_;
+  std::map<std::string, NpyArray> all_;
+};
+
+// The fastest dimension of an array in Fortran order is its first one, the world's z.
+void set_fortran_axes(const NpyArray& array, ImageHeader& header) {
+  const std::size_t spatial = std::min<std::size_t>(array.shape.size(), 3);
+  for (std::size_t axis = 0; array.is_fortran && axis < spatial; ++axis) {
     header.geometry.axes[axis] = {0, 0, 0};
     header.geometry.axes[axis][spatial - 1 - axis] = 1;
   }
-  check_header(path, header);
-  VolumeContents contents;
-  std::int64_t time = 0;
-  if (shape.size() == 4) {
-    contents.times.count = shape[0];
-    time = chosen_time(path, shape[0], choice);
+}
+
+}  // namespace
+
+bool is_npy(std::string_view beginning) { return beginning.starts_with("\x93NUMPY"); }
+
+StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
+  const NpyArrays file(path);
+  if (file.arrays().empty()) {
+    fail_reading(path, "it has no array of numbers with two or more dimensions", "Save one");
   }
-  const std::uint64_t number_bytes = found->are_halves ? 2 : bytes_of(header.type);
-  const std::uint64_t volume_bytes = header.volume_bytes() / bytes_of(header.type) * number_bytes;
-  const std::uint64_t offset = text_at + length + static_cast<std::uint64_t>(time) * volume_bytes;
-  const std::uint64_t behind =
-      static_cast<std::uint64_t>(contents.times.count - 1 - time) * volume_bytes;
-  const Endian endian = descr[1] == '>' ? Endian::kBig : Endian::kLittle;
-  auto slices = found->are_halves ? halves_in_file(path, offset, endian, header)
-                                  : slices_in_file(path, offset, endian, header, behind);
-  return {.header = header, .slices = std::move(slices), .contents = std::move(contents)};
+  const std::string name = chosen_array(file, choice);
+  const NpyArray& array = file.at(name);
+  if (array.type == nullptr) {
+    fail_reading(path, "its numbers have the type " + array.descr,
+                 "Save integers of 8 to 64 bits or floats of 16 to 64");
+  }
+  if (array.is_fortran && array.shape.size() > 3) {
+    fail_reading(path, "its dimensions are more than three and in Fortran order",
+                 "Save numpy.ascontiguousarray(array)");
+  }
+  ArrayMeaning meaning{.roles = roles_by_place(array.shape),
+                       .are_roles_by_place = true,
+                       .header = {.values = kNumbersAsStored}};
+  set_fortran_axes(array, meaning.header);
+  VolumeInArray place;
+  StoredVolume volume =
+      described_volume(file, name, std::move(meaning), choice, /*has_components=*/true, place);
+  if (choice.first) list_arrays(file, name, volume.contents);
+  const bool are_halves = array.type->are_halves;
+  ImageHeader stored = volume.header;
+  if (are_halves) stored.type = StoredType::kU16;
+  std::uint64_t before = 0;  // Numbers before those of the volume, whose dimensions are the last.
+  std::uint64_t all = 1;
+  for (std::size_t d = 0; d < array.shape.size(); ++d) {
+    before = before * static_cast<std::uint64_t>(array.shape[d]) +
+             static_cast<std::uint64_t>(place.at[d]);
+    all *= static_cast<std::uint64_t>(array.shape[d]);
+  }
+  before *= bytes_of(stored.type);
+  const std::uint64_t offset = array.begin + before;
+  const std::uint64_t behind = all * bytes_of(stored.type) - before - stored.volume_bytes();
+  const Endian endian = array.descr[1] == '>' ? Endian::kBig : Endian::kLittle;
+  volume.slices = array.entry.empty()
+                      ? slices_in_file(path, offset, endian, stored, behind)
+                      : slices_in_zip(path, array.entry, offset, endian, stored);
+  if (are_halves) volume.slices = slices_of_halves(std::move(volume.slices), volume.header);
+  return volume;
 }
 
 }  // namespace multitetra

@@ -75,6 +75,7 @@ VolumeChoice choice_from(const std::string& options) {
     if (word == "resample") choice.resample = true;
     if (word == "follow") choice.allow_external_files = true;
     if (word == "loss") choice.allow_loss = true;
+    if (word.starts_with("subtract=")) choice.subtract = std::stod(value);
     if (word.starts_with("time=")) choice.time = std::stoi(value);
     if (word.starts_with("channel=")) choice.channel = std::stoi(value);
     if (word.starts_with("level=")) choice.level = std::stoi(value);
@@ -200,6 +201,7 @@ std::string with_remedies(const std::string& reason, std::string options) {
       {"--origin", "origin=0:0:0"},
       {"--length-unit", "unit=mm"},
       {"--allow-loss", "loss"},
+      {"--subtract", "subtract=" + reason.substr(std::min(reason.find("--subtract") + 11, reason.size()))},
       {"--array", "array=" + first_listed(reason)},
       {":/path", "array=" + first_listed(reason)}};
   for (const auto& [option, value] : remedies) {

@@ -268,6 +268,23 @@ def npy():
     numpy.save(folder / "times.npy", numpy.stack([volume * 0, volume]))
     read("npy-time", folder / "times.npy", volume, options="time=1")
     refuse("npy-complex", write("complex.npy", (folder / "c.npy").read_bytes().replace(b"<i2", b"<c8")), "'<c8'")
+    further = {"spacing": numpy.ones(3), "name": numpy.array("x"), "complex": volume * 1j}
+    for name, save in (("stored", numpy.savez), ("deflated", numpy.savez_compressed)):
+        save(folder / f"one-{name}.npz", density=volume.astype("f2"), **further)
+        read(f"npz-one-{name}", folder / f"one-{name}.npz", volume)
+        save(folder / f"two-{name}.npz", a=volume, b=numpy.stack([volume * 0, volume.astype(">i4")]))
+        path = folder / f"two-{name}.npz"
+        refuse(f"npz-two-{name}", path, "it has 2 arrays: /a, /b", remedy="array=a")
+        read(f"npz-time-{name}", path, volume, options="array=b,time=1")
+        refuse(f"npz-third-{name}", path, "Its arrays are a, b", options="array=c")
+    refuse("npz-type", folder / "one-stored.npz", "'<c16'", options="array=complex")
+    data = (folder / "two-stored.npz").read_bytes()
+    at = data.index(volume.tobytes())
+    refuse("npz-changed", write("changed.npz", data[:at] + b"!!" + data[at + 2:]), "its checksum (CRC-32) does not match", options="array=a")
+    numpy.savez(folder / "none.npz", numpy.ones(3), numpy.ones(4))
+    numpy.save(folder / "radius.npy", 1737400 + numpy.linspace(-0.2, 0.2, 240).reshape(5, 6, 8))
+    refuse("npy-large-doubles", folder / "radius.npy", "--subtract")
+    refuse("npz-none", folder / "none.npz", "no array of numbers with two or more dimensions")
 
 
 def netcdf3():

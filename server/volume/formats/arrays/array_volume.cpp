@@ -282,7 +282,8 @@ std::string chosen_array(const ArrayContainer& file, const VolumeChoice& choice)
                  "If one of these leads to another file, give its path, as in " + example);
   }
   fail_reading(file.file(), "it has " + std::to_string(found.size()) + " arrays: " + list,
-               "Give one, as in " + example + ", or prepare several of one shape with --field");
+               "Choose one with --array, or as in " + example +
+                   ", or prepare several of one shape with --field");
 }
 
 StoredVolume described_volume(const ArrayContainer& file, const std::string& array,

@@ -7,8 +7,6 @@
 #include <limits>
 #include <utility>
 
-#include "server/volume/formats/detail/plain_slices.hpp"
-
 namespace multitetra {
 namespace {
 
@@ -64,12 +62,9 @@ std::vector<std::byte> floats_from_halves(std::span<const std::byte> halves) {
   return floats;
 }
 
-std::unique_ptr<StoredSlices> halves_in_file(const std::filesystem::path& file,
-                                             std::uint64_t offset, Endian endian,
-                                             const ImageHeader& header) {
-  ImageHeader stored = header;
-  stored.type = StoredType::kU16;
-  return std::make_unique<SlicesOfHalves>(slices_in_file(file, offset, endian, stored), header);
+std::unique_ptr<StoredSlices> slices_of_halves(std::unique_ptr<StoredSlices> halves,
+                                               const ImageHeader& header) {
+  return std::make_unique<SlicesOfHalves>(std::move(halves), header);
 }
 
 }  // namespace multitetra

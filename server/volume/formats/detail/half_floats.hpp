@@ -3,12 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "server/volume/formats/endian.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
@@ -18,9 +16,8 @@ namespace multitetra {
 // Converts halves to floats, both in host byte order.
 [[nodiscard]] std::vector<std::byte> floats_from_halves(std::span<const std::byte> halves);
 
-// Returns slices of type kF32 from halves that start at `offset` in a file (plain_slices.hpp).
-[[nodiscard]] std::unique_ptr<StoredSlices> halves_in_file(const std::filesystem::path& file,
-                                                           std::uint64_t offset, Endian endian,
-                                                           const ImageHeader& header);
+// Returns the slices of `header`, of type kF32, from slices of halves in the same order.
+[[nodiscard]] std::unique_ptr<StoredSlices> slices_of_halves(std::unique_ptr<StoredSlices> halves,
+                                                             const ImageHeader& header);
 
 }  // namespace multitetra
