@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <iostream>
 #include <optional>
+#include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -83,13 +85,22 @@ class CachedTileRecords {
                                        const std::string& payload) {
               ++report.received.tiles;
               report.received.payload_bytes += payload.size();
-              if (!folder_ || step.shell) return;  // The final mesh has no shell tiles.
-              folder_->keep(tile, step.request.lattice_resolution, step.request.normal_bits,
-                            payload);
+              if (!step.shell) keep(tile, step.request, payload);  // The final mesh has no others.
             }};
   }
 
  private:
+  // A folder that cannot be written does not keep the surface from being fetched.
+  void keep(const TileSummary& tile, const IsosurfaceRequest& request, const std::string& payload) {
+    if (!folder_) return;
+    try {
+      folder_->keep(tile, request.lattice_resolution, request.normal_bits, payload);
+    } catch (const std::system_error& problem) {
+      std::cerr << "Tiles cannot be kept for --resume: " << problem.what() << std::endl;
+      folder_.reset();
+    }
+  }
+
   const FetchArguments& arguments_;
   AssemblerLimits limits_;
   DecodedTileCache memory_;

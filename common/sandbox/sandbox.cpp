@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "common/base/open_file.hpp"
+#include "common/base/printable_line.hpp"
 #include "common/sandbox/packed.hpp"
 
 namespace multitetra {
@@ -36,6 +37,7 @@ constexpr char kAnswer = 'a';
 constexpr char kFailed = 'f';
 
 constexpr std::chrono::seconds kStartTime{60};
+constexpr std::size_t kMaxReasonBytes = 4096;
 
 std::map<std::string, SandboxTask::Body>& tasks() {
   static std::map<std::string, SandboxTask::Body> all;
@@ -199,7 +201,9 @@ Sandbox::Sandbox(const SandboxTask& task, const SandboxRules& rules, std::string
   SandboxMessage message;
   try {
     if (!channel_.receive(message, kStartTime)) throw_exit_reason();
-    if (message.kind != kIsolated) throw SandboxError("its reader " + message.bytes);
+    if (message.kind != kIsolated) {
+      throw SandboxError("its reader " + printable_line(message.bytes, kMaxReasonBytes));
+    }
     channel_.send(kRequest, request);
   } catch (...) {
     stop();
@@ -252,7 +256,9 @@ std::string run_in_sandbox(const SandboxTask& task, const SandboxRules& rules,
   Sandbox sandbox(task, rules, request);
   SandboxMessage message;
   if (!sandbox.channel().receive(message, limits.time, limits.bytes)) sandbox.throw_exit_reason();
-  if (message.kind == kFailed) throw std::runtime_error(message.bytes);
+  if (message.kind == kFailed) {
+    throw std::runtime_error(printable(message.bytes.substr(0, kMaxReasonBytes)));
+  }
   if (message.kind != kAnswer) throw SandboxError("its reader failed");
   return std::move(message.bytes);
 }

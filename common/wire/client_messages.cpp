@@ -137,6 +137,7 @@ void write(const OpenStream& open, v1::ClientMessage& message) {
   wire.set_triangles_per_second(open.triangles_per_second);
   if (open.use != MeshUse::kKeep) wire.set_use(to_wire<v1::MeshUse>(open.use));
   for (const std::string& dataset : open.further_datasets) wire.add_further_datasets(dataset);
+  wire.set_content_id(open.content_id);
 }
 
 void read_further_datasets(const v1::OpenStream& wire, OpenStream& open, FieldChecks& checks) {
@@ -172,6 +173,7 @@ OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
   open.use =
       checks.enumerator<MeshUse>("OpenStream.use", wire.use(), MeshUse::kDisplay, MeshUse::kKeep);
   read_further_datasets(wire, open, checks);
+  open.content_id = wire.content_id();
   return open;
 }
 
@@ -191,6 +193,7 @@ void write(const Estimate& estimate, v1::ClientMessage& message) {
   if (estimate.priority != Priority::kNormal) {
     wire.set_priority(to_wire<v1::Priority>(estimate.priority));
   }
+  wire.set_content_id(estimate.content_id);
 }
 
 Estimate read(const v1::Estimate& wire, FieldChecks& checks) {
@@ -199,7 +202,8 @@ Estimate read(const v1::Estimate& wire, FieldChecks& checks) {
           .dataset = wire.dataset(),
           .request = read_request(wire.request(), checks),
           .priority = checks.enumerator<Priority>("Estimate.priority", wire.priority(),
-                                                  Priority::kBackground, Priority::kNormal)};
+                                                  Priority::kBackground, Priority::kNormal),
+          .content_id = wire.content_id()};
 }
 
 void write(const Slice& slice, v1::ClientMessage& message) {

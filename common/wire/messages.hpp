@@ -102,6 +102,9 @@ struct OpenStream {
   // kMaxFurtherDatasets. Requires kPreviewsOnly and exactly one of resumed_previews, without
   // digests, scalars and cell.
   std::vector<std::string> further_datasets = {};
+  // DatasetInfo::content_id of the dataset that is meant; a server that has another one refuses. 0:
+  // any.
+  std::uint64_t content_id = 0;
 };
 inline constexpr std::size_t kMaxHeldDigests = 8192;
 inline constexpr std::size_t kMaxFurtherDatasets = 1023;
@@ -120,6 +123,7 @@ struct Estimate {
   std::string dataset = {};
   IsosurfaceRequest request = {};
   Priority priority = Priority::kNormal;
+  std::uint64_t content_id = 0;  // As in OpenStream.
 };
 
 // Requests the field on a plane.
@@ -128,6 +132,7 @@ struct Slice {
   std::string dataset = {};
   SliceRequest slice = {};
   Priority priority = Priority::kNormal;
+  std::uint64_t content_id = 0;  // As in OpenStream.
 };
 
 // Requests the field at the given places.
@@ -135,6 +140,7 @@ struct Probe {
   std::uint64_t request_id = 0;
   std::string dataset = {};
   ProbeRequest probe = {};
+  std::uint64_t content_id = 0;  // As in OpenStream.
 };
 
 using ClientMessage =

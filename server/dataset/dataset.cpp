@@ -43,7 +43,11 @@ DatasetPtr open_dataset(const std::string& place, std::shared_ptr<RemoteFiles> f
     throw StoreError(place, "HTTP servers do not list folders",
                      "Name each file, or a folder of a bucket (s3://)");
   }
-  const auto file = std::make_shared<const PreparedFile>(place, std::move(files));
+  return dataset_in(PreparedFile(place, std::move(files)), place);
+}
+
+DatasetPtr dataset_in(const PreparedFile& opened, const std::string& place) {
+  const auto file = std::make_shared<const PreparedFile>(opened);
   DatasetInfo info = file->info();
   info.content_id = file->content_id();
   return std::make_shared<const PreparedVolume>(

@@ -24,6 +24,7 @@ inline constexpr std::int32_t kMaxGridExponent = 14;
 static_assert(kMaxGridExponent + kDefaultLatticeResolution <= kMaxLatticeBits);
 static_assert((std::int64_t{1} << kMaxGridExponent) + 1 == kMaxSide);
 
+class PreparedFile;
 using DatasetPtr = std::shared_ptr<const PreparedVolume>;
 
 // Opens a file or an address (http://, https://, s3://bucket/key); see prepared_file.hpp. Datasets
@@ -32,6 +33,7 @@ using DatasetPtr = std::shared_ptr<const PreparedVolume>;
 // too, for damage or a failing store.
 [[nodiscard]] DatasetPtr open_dataset(const std::string& place,
                                       std::shared_ptr<RemoteFiles> files = nullptr);
+[[nodiscard]] DatasetPtr dataset_in(const PreparedFile& file, const std::string& place);
 
 // Returns whether `place` is a folder of *.mtd files, on this machine or in a bucket.
 [[nodiscard]] bool is_folder_of_datasets(const std::string& place);

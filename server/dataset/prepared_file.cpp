@@ -36,6 +36,18 @@ std::string advice_for_another_file(const std::string& place) {
          default_dataset_name(place) + ".mtd";
 }
 
+BrickFile with_structure(BrickFile file) {
+  const std::string& place = file.place;
+  file.structure = std::make_shared<const PreparedStructure>(value_or_throw(place, [&] {
+    auto structure = decode_structure(*file.source);
+    if (!structure && structure.error().code == ErrorCode::kInvalidArgument) {
+      throw DatasetFileError(advice_for_another_file(place));
+    }
+    return structure;
+  }));
+  return file;
+}
+
 BrickFile open_file(const std::string& place, std::shared_ptr<RemoteFiles> files) {
   if (!files) {
     files = std::make_shared<RemoteFiles>(RemoteFilesOptions{.memory_bytes = kOwnCacheBytes});
@@ -46,14 +58,7 @@ BrickFile open_file(const std::string& place, std::shared_ptr<RemoteFiles> files
   } else {
     file.source = std::make_shared<const MappedFile>(place);
   }
-  file.structure = std::make_shared<const PreparedStructure>(value_or_throw(place, [&] {
-    auto structure = decode_structure(*file.source);
-    if (!structure && structure.error().code == ErrorCode::kInvalidArgument) {
-      throw DatasetFileError(advice_for_another_file(place));
-    }
-    return structure;
-  }));
-  return file;
+  return with_structure(std::move(file));
 }
 
 }  // namespace
@@ -90,6 +95,12 @@ struct PreparedFile::Content {
 
 PreparedFile::PreparedFile(const std::string& place, std::shared_ptr<RemoteFiles> files)
     : content_(std::make_shared<const Content>(open_file(place, std::move(files)))) {}
+
+PreparedFile::PreparedFile(const std::string& place, std::shared_ptr<const ByteSource> source)
+    : content_(std::make_shared<const Content>(
+          with_structure({.place = place,
+                          .source = std::move(source),
+                          .cache = std::make_shared<MemoryCache>(kOwnCacheBytes)}))) {}
 
 const DatasetMetadata& PreparedFile::metadata() const { return content_->file.structure->metadata; }
 const SectionTable& PreparedFile::sections() const { return content_->file.structure->sections; }

@@ -35,6 +35,8 @@ class PreparedFile {
  public:
   // Without `files` the file gets a small cache of its own. Throws DatasetFileError, StoreError.
   explicit PreparedFile(const std::string& place, std::shared_ptr<RemoteFiles> files = nullptr);
+  // Reads the file from elsewhere; `place` names it in messages.
+  PreparedFile(const std::string& place, std::shared_ptr<const ByteSource> source);
 
   [[nodiscard]] const DatasetMetadata& metadata() const;
   [[nodiscard]] const DatasetInfo& info() const { return metadata().info; }

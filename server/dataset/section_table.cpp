@@ -229,8 +229,12 @@ Result<void> check_section(const ByteSource& source, const Section& section) {
 Result<void> read_section(const ByteSource& source, const Section& section,
                           std::span<std::byte> into) {
   assert(into.size() == section.size);
-  source.read(section.offset, into);
-  if (checksum(into) == section.checksum) return {};
+  for (int attempt = 0;; ++attempt) {
+    source.read(section.offset, into);
+    if (checksum(into) == section.checksum) return {};
+    if (!source.is_remote() || attempt > 0) break;
+    source.invalidate({.offset = section.offset, .size = section.size});
+  }
   return damaged(section.name, "its checksum does not match.");
 }
 

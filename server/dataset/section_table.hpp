@@ -62,7 +62,8 @@ using SectionTable = std::vector<Section>;  // In the order of the file.
 // Checks a section's checksum, in little memory for a section of any size.
 [[nodiscard]] Result<void> check_section(const ByteSource& source, const Section& section);
 
-// Reads a whole section and checks it. Requires into.size() == section.size.
+// Reads a whole section and checks it; fetches a damaged one of a remote file once more. Requires
+// into.size() == section.size.
 [[nodiscard]] Result<void> read_section(const ByteSource& source, const Section& section,
                                         std::span<std::byte> into);
 

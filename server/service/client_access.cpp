@@ -62,6 +62,18 @@ Result<void> check(const DatasetQuery& query) {
   return {};
 }
 
+// Refuses a request for a dataset that was replaced; notes the one that is meant, for servers
+// behind a gateway.
+Result<void> settle_content(std::uint64_t& content_id, const DatasetInfo& info) {
+  if (content_id != 0 && content_id != info.content_id) {
+    return fail(ErrorCode::kUnavailable, "\"" + info.name +
+                                             "\" was replaced since this client listed it; list "
+                                             "the datasets again.");
+  }
+  content_id = info.content_id;
+  return {};
+}
+
 }  // namespace
 
 Result<ClientAccess> ClientAccess::of(std::string token, AccessListPtr access,
@@ -224,6 +236,9 @@ Result<ValidatedStream> ClientAccess::accept(OpenStream open) const {
   auto source = provider(open.dataset, open.request);
   if (!source) return tl::unexpected(source.error());
   const DatasetInfo& info = (*source)->info();
+  if (const auto same = settle_content(open.content_id, info); !same) {
+    return tl::unexpected(same.error());
+  }
   const bool shells = decodes_shells_ && !is_for_surfaces_only() && !open.scalars;
   if (const auto checked = check_begun(open, info, shells); !checked) {
     return tl::unexpected(checked.error());
@@ -257,6 +272,9 @@ Result<ValidatedQuery> ClientAccess::accept(DatasetQuery query) const {
   const IsosurfaceRequest* request = request_of(query);
   auto source = request ? provider(dataset_of(query), *request) : provider(dataset_of(query));
   if (!source) return tl::unexpected(source.error());
+  const auto same = std::visit(
+      [&](auto& one) { return settle_content(one.content_id, (*source)->info()); }, query);
+  if (!same) return tl::unexpected(same.error());
   return ValidatedQuery{.query = std::move(query), .source = *std::move(source)};
 }
 

@@ -2,26 +2,41 @@
 // and checks the promises that it is given.
 #pragma once
 
+#include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "client/library/assembler.hpp"
 #include "client/library/decoded_tile_cache.hpp"
+#include "client/library/tile_disk_cache.hpp"
 #include "common/net/frame.hpp"
+#include "tests/simulation/simulated_disk.hpp"
 #include "tests/simulation/simulated_gateway.hpp"
 #include "tests/simulation/world.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace multitetra::simulation {
 
-// What a client requests, and the digest of the final step that any server must send.
+// What a client requests, and the digest of the final step that any server must send, by the
+// content_id of the dataset.
 struct Wish {
   std::string dataset;
   IsosurfaceRequest request;
   StepPolicy steps = StepPolicy::kProgressive;
-  ContentDigest final_digest;
+  std::map<std::uint64_t, ContentDigest> final_digests;
+  bool may_be_damaged = false;  // Reads of the dataset may lie twice.
+};
+
+// The folder in which a client keeps its tiles, on a disk that is full from time to time.
+struct TileFolder {
+  TemporaryFolder folder;
+  TileDiskCache tiles{folder.path()};
+  double full = 0;  // The probability that a write fails.
 };
 
 class SimulatedClient : public std::enable_shared_from_this<SimulatedClient> {
@@ -29,11 +44,12 @@ class SimulatedClient : public std::enable_shared_from_this<SimulatedClient> {
   using Report = std::function<void(const std::string& broken_promise)>;
 
   SimulatedClient(World& world, std::vector<Peer*> peers, Weather weather, std::vector<Wish> wishes,
-                  Report report)
+                  std::unique_ptr<TileFolder> folder, Report report)
       : world_(world),
         peers_(std::move(peers)),
         weather_(weather),
         wishes_(std::move(wishes)),
+        folder_(std::move(folder)),
         report_(std::move(report)) {}
 
   void start() { connect(); }
@@ -78,6 +94,12 @@ class SimulatedClient : public std::enable_shared_from_this<SimulatedClient> {
     if (is_done_ || link != link_number_) return;
     ++link_number_;
     keep_decoded();
+    // Some start again, with what is in their folders.
+    if (folder_ && world_.chance(0.5)) {
+      tiles_ = DecodedTileCache();
+      folder_->tiles.load(tiles_, AssemblerLimits().triangles);
+      open_.reset();
+    }
     world_.after(world_.uniform(0.1, 2), [self = shared_from_this()] { self->connect(); });
   }
   void send(const ClientMessage& message) { link_->send(0, framed(serialize(message))); }
@@ -105,7 +127,7 @@ class SimulatedClient : public std::enable_shared_from_this<SimulatedClient> {
 
   void receive(const ServerMessage& message) {
     if (std::holds_alternative<Welcome>(message)) {
-      send(ListDatasets{.request_id = 1, .in_pages = true});
+      list();
     } else if (const auto* list = std::get_if<DatasetList>(&message)) {
       listed(*list);
     } else if (const auto* error = std::get_if<ErrorReply>(&message); error && !error->request_id) {
@@ -114,12 +136,13 @@ class SimulatedClient : public std::enable_shared_from_this<SimulatedClient> {
       assemble(message);
     }
   }
-  void listed(const DatasetList& list) {
-    if (!continues_list(list, listed_)) return broken("a list that does not continue");
-    listed_.insert(listed_.end(), list.datasets.begin(), list.datasets.end());
-    if (!list.next.empty()) {
-      return send(ListDatasets{.request_id = 1, .in_pages = true, .after = list.next});
-    }
+  void list(const std::string& after = {}) {
+    send(ListDatasets{.request_id = 1, .in_pages = true, .after = after});
+  }
+  void listed(const DatasetList& page) {
+    if (!continues_list(page, listed_)) return broken("a list that does not continue");
+    listed_.insert(listed_.end(), page.datasets.begin(), page.datasets.end());
+    if (!page.next.empty()) return list(page.next);
     infos_ = std::exchange(listed_, {});
     begin();
   }
@@ -139,6 +162,7 @@ class SimulatedClient : public std::enable_shared_from_this<SimulatedClient> {
       open_ =
           OpenStream{.dataset = wish().dataset, .request = wish().request, .steps = wish().steps};
       given_.clear();
+      started_.clear();
     }
     info_ = *info;
     open_->request_id = ++last_request_id_;
@@ -178,7 +202,12 @@ class SimulatedClient : public std::enable_shared_from_this<SimulatedClient> {
     if (const auto* begin = std::get_if<StepBegin>(&message)) {
       if (begin->request_id != open_->request_id) return;
       begun_ = *begin;
+      started(*begin);
       record_started_step(*begin, *open_);
+      // What a cut interrupts most seldom by itself: a step that is short.
+      if (weather_.cuts > 0 && world_.chance(0.1)) {
+        world_.after(0, [link = link_] { link->cut(); });
+      }
     } else if (const auto* tile = std::get_if<Tile>(&message)) {
       if (tile->request_id != open_->request_id) return;
       const ContentDigest digest = begun_->tiles.at(tile->index).digest;
@@ -187,6 +216,27 @@ class SimulatedClient : public std::enable_shared_from_this<SimulatedClient> {
       if (is_known) report_("a tile was sent twice");
       arrived_.push_back(digest);
       keep_decoded();
+      keep_in_folder(*tile);
+    }
+  }
+  // A stream that is resumed repeats what had started, and plans nothing else in its place.
+  void started(const StepBegin& begin) {
+    StepBegin anonymous = begin;
+    anonymous.request_id = 0;
+    const std::string text = serialize(ServerMessage(anonymous));
+    if (begin.step >= started_.size()) return started_.push_back(text);
+    if (started_[begin.step] != text && weather_.lies == 0) {
+      report_("a step differs from the one that had started before the connection was lost");
+    }
+  }
+  void keep_in_folder(const Tile& tile) {
+    if (!folder_ || begun_->shell) return;
+    const FullDisk disk(world_.chance(folder_->full));
+    try {
+      folder_->tiles.keep(begun_->tiles.at(tile.index), begun_->request.lattice_resolution,
+                          begun_->request.normal_bits, *tile.payload);
+    } catch (const std::system_error&) {
+      return;
     }
   }
   void keep_decoded() {
@@ -207,19 +257,20 @@ class SimulatedClient : public std::enable_shared_from_this<SimulatedClient> {
       given_.push_back(step.end.digest);
     }
     final_ = step.begin.is_final ? std::optional(step.end.digest) : std::nullopt;
-    if (final_ && *final_ != wish().final_digest && !is_lied_to) {
+    if (final_ && *final_ != wish().final_digests.at(info_->content_id) && !is_lied_to) {
       report_("a final step is not the one that the request determines");
     }
   }
   void refused(const Error& error) {
     assembler_.reset();
-    if (error.code != ErrorCode::kUnavailable) {
+    const bool is_damage = wish().may_be_damaged && error.code == ErrorCode::kDamagedData;
+    if (error.code != ErrorCode::kUnavailable && !is_damage) {
       if (weather_.lies == 0) report_("a valid request was refused: " + error.text);
       return link_->cut();
     }
     world_.after(std::max(error.retry_after, 0.5),
                  [self = shared_from_this(), link = link_number_] {
-                   if (link == self->link_number_ && self->link_->is_open()) self->begin();
+                   if (link == self->link_number_ && self->link_->is_open()) self->list();
                  });
   }
   void ended(StreamOutcome outcome) {
@@ -242,6 +293,7 @@ class SimulatedClient : public std::enable_shared_from_this<SimulatedClient> {
   const std::vector<Peer*> peers_;
   const Weather weather_;
   const std::vector<Wish> wishes_;
+  const std::unique_ptr<TileFolder> folder_;
   const Report report_;
 
   LinkPtr link_;
@@ -260,6 +312,7 @@ class SimulatedClient : public std::enable_shared_from_this<SimulatedClient> {
   std::set<ContentDigest> named_;       // By the running request.
   std::vector<ContentDigest> arrived_;  // Since it.
   std::vector<ContentDigest> given_;    // The steps that the user has seen.
+  std::vector<std::string> started_;    // Those that have begun, without numbers of requests.
   std::optional<ContentDigest> final_;
   std::size_t surfaces_ = 0;
   bool is_done_ = false;

@@ -1,7 +1,9 @@
 // A gateway: continues streams of a lost server at another one, with the product's ForwardedStream.
 #pragma once
 
+#include <map>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -18,8 +20,13 @@ inline std::string framed(std::string_view content) {
 
 class SimulatedGateway : public Peer {
  public:
-  SimulatedGateway(World& world, std::vector<Peer*> upstreams, Weather weather)
-      : world_(world), upstreams_(std::move(upstreams)), weather_(weather) {}
+  // Calls `differs` when servers have sent different answers to one request.
+  SimulatedGateway(World& world, std::vector<Peer*> upstreams, Weather weather,
+                   std::function<void()> differs)
+      : world_(world),
+        upstreams_(std::move(upstreams)),
+        weather_(weather),
+        differs_(std::move(differs)) {}
 
   void accept(const LinkPtr& link) override { std::make_shared<Relay>(*this, link)->start(); }
   [[nodiscard]] std::size_t relays() const { return relays_; }
@@ -61,13 +68,23 @@ class SimulatedGateway : public Peer {
         const auto message = parse_client_message(**content);
         if (!message) return leave();
         if (const auto* hello = std::get_if<Hello>(&*message)) hello_ = *hello;
-        if (const auto* open = std::get_if<OpenStream>(&*message)) stream_.emplace(*open);
-        if (upstream_) {
+        if (const auto* open = std::get_if<OpenStream>(&*message)) begin(*open);
+        if (upstream_ && std::holds_alternative<OpenStream>(*message)) {
+          upstream_->send(0, framed(serialize(ClientMessage(stream_->open()))));
+        } else if (upstream_) {
           upstream_->send(0, framed(**content));
         } else if (hello_) {
           connect();
         }
       }
+    }
+
+    // Names the dataset that the client knows, as ClientAccess does.
+    void begin(OpenStream open) {
+      if (const auto at = listed_.find(open.dataset); at != listed_.end()) {
+        open.content_id = at->second;
+      }
+      stream_.emplace(std::move(open));
     }
 
     // Begins with what the client has sent: its Hello, and the stream that is running.
@@ -116,6 +133,9 @@ class SimulatedGateway : public Peer {
         is_welcomed_ = true;
         return !std::exchange(is_client_welcomed_, true);
       }
+      if (const auto* list = std::get_if<DatasetList>(&message)) {
+        for (const DatasetInfo& info : list->datasets) listed_[info.name] = info.content_id;
+      }
       const bool is_of_step = std::holds_alternative<StepBegin>(message) ||
                               std::holds_alternative<Tile>(message) ||
                               std::holds_alternative<StepEnd>(message);
@@ -128,7 +148,10 @@ class SimulatedGateway : public Peer {
             message);
         if (id != stream_->open().request_id) return false;  // Of a stream that was superseded.
         const auto verdict = stream_->next(message);
-        if (verdict == ForwardedStream::Verdict::kDiffers) leave();
+        if (verdict == ForwardedStream::Verdict::kDiffers) {
+          gateway_.differs_();
+          leave();
+        }
         return verdict == ForwardedStream::Verdict::kForward;
       }
       const auto* refusal = std::get_if<ErrorReply>(&message);
@@ -146,6 +169,7 @@ class SimulatedGateway : public Peer {
     FrameReader replies_{kMaxServerFrameBytes};
     std::optional<Hello> hello_;
     std::optional<ForwardedStream> stream_;
+    std::map<std::string, std::uint64_t> listed_;  // content_id by name.
     int attempts_ = 0;
     bool is_welcomed_ = false;
     bool is_client_welcomed_ = false;
@@ -155,6 +179,7 @@ class SimulatedGateway : public Peer {
   World& world_;
   const std::vector<Peer*> upstreams_;
   const Weather weather_;
+  const std::function<void()> differs_;
   std::size_t relays_ = 0;
 };
 

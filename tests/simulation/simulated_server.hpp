@@ -1,9 +1,10 @@
 // A server whose conversations, streams and queue are the product's; its workers and its store are
-// simulated. A job takes a random time, and the store may fail.
+// simulated. A job takes a random time, in pieces between which it may pause, and the store may
+// fail.
 #pragma once
 
+#include <list>
 #include <memory>
-#include <set>
 #include <utility>
 
 #include "common/net/coroutines.hpp"
@@ -32,7 +33,8 @@ class SimulatedServer : public Peer {
 
   // What is left must be nothing when all clients have gone.
   [[nodiscard]] std::size_t streams() const { return streams_; }
-  [[nodiscard]] std::size_t jobs() const { return queue_.waiting() + running_; }
+  [[nodiscard]] std::size_t jobs() const { return queue_.waiting() + running_ + paused_.size(); }
+  [[nodiscard]] std::size_t pauses() const { return pauses_; }
   [[nodiscard]] std::size_t most_jobs() const { return most_jobs_; }
   [[nodiscard]] std::size_t connections() const { return connections_; }
 
@@ -46,19 +48,57 @@ class SimulatedServer : public Peer {
     most_jobs_ = std::max(most_jobs_, jobs());
     take();
   }
+  // A job that has begun.
+  struct Begun {
+    FairQueue::DequeuedJob taken;
+    double remaining = 0;
+    double done = 0;
+  };
+  using BegunPtr = std::shared_ptr<Begun>;
+
   void take() {
     while (running_ < workers_) {
       auto taken = queue_.take();
       if (!taken) return;
       ++running_;
       const double seconds = taken->job.expected_seconds * world_.uniform(0.1, 3);
-      world_.after(seconds, [this, seconds,
-                             taken = std::make_shared<FairQueue::DequeuedJob>(*std::move(taken))] {
-        --running_;
-        queue_.done(*taken, seconds);
-        taken->job.run();
-        take();
-      });
+      run(std::make_shared<Begun>(Begun{*std::move(taken), seconds}));
+    }
+  }
+  // Runs the next piece.
+  void run(const BegunPtr& job) {
+    const double piece = std::min(job->remaining, world_.uniform(0.01, 2));
+    world_.after(piece, [this, job, piece] {
+      job->remaining -= piece;
+      job->done += piece;
+      if (job->remaining > 0) return queue_.should_pause(job->taken) ? pause(job) : run(job);
+      --running_;
+      queue_.done(job->taken, job->done);
+      job->taken.job.run();
+      resume_due();
+      take();
+    });
+  }
+  void pause(const BegunPtr& job) {
+    ++pauses_;
+    --running_;
+    queue_.paused(job->taken);
+    paused_.push_back(job);
+    resume_due();
+    take();
+    world_.after(2, [this, job] {
+      if (std::count(paused_.begin(), paused_.end(), job) > 0) resume(job);
+    });
+  }
+  void resume(const BegunPtr& job) {
+    paused_.remove(job);
+    ++running_;
+    queue_.resumed(job->taken);
+    run(job);
+  }
+  void resume_due() {
+    for (const std::list<BegunPtr> all = paused_; const BegunPtr& job : all) {
+      if (queue_.should_resume(job->taken)) resume(job);
     }
   }
 
@@ -68,6 +108,8 @@ class SimulatedServer : public Peer {
   FairQueue queue_;
   AdmissionControl admission_{{.connections = {}, .requests = {.per_second = 1e9, .burst = 1e9}}};
   std::size_t running_ = 0;
+  std::list<BegunPtr> paused_;
+  std::size_t pauses_ = 0;
   std::size_t most_jobs_ = 0;
   std::size_t streams_ = 0;
   std::size_t connections_ = 0;
@@ -117,11 +159,12 @@ class SimulatedServer::Stream : public ProgressiveStream,
     const auto state = messages_.take_request();
     if (!state) return;
     const Work work = work_for(action_, *state, stop_.get_token());
-    server_.post(client_,
-                 {.run = [self = shared_from_this(), state = *state] { self->make(state); },
-                  .is_long = work.is_long,
-                  .kind = work.kind,
-                  .expected_seconds = work.is_long ? 1.0 : 0.05});
+    server_.post(
+        client_,
+        {.run = [self = shared_from_this(), state = *state] { self->make(state); },
+         .is_long = work.is_long,
+         .kind = work.kind,
+         .expected_seconds = work.is_long ? (state->request.error < 1 ? 20.0 : 1.0) : 0.05});
   }
 
  private:
@@ -130,7 +173,10 @@ class SimulatedServer::Stream : public ProgressiveStream,
     if (server_.world_.chance(server_.store_.failures)) {
       return fail({ErrorCode::kUnavailable, "The store does not answer.", 1.0});
     }
-    auto made = make_steps(action_, state, messages_.dataset(), {}, stop_.get_token());
+    // The plan depends on both; what has begun does not.
+    const StepLimits limits{.bytes_per_second = std::pow(10, server_.world_.uniform(3.5, 7)),
+                            .is_contended = server_.world_.chance(0.5)};
+    auto made = make_steps(action_, state, messages_.dataset(), limits, stop_.get_token());
     if (!made) return fail(made.error());
     messages_.supply(std::move(made->front()), 0.1);
     changed_();

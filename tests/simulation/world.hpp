@@ -64,6 +64,7 @@ class World {
 struct Weather {
   double cuts = 0;  // The probability that a link is cut at some byte.
   double lies = 0;  // That bytes of a link change.
+  double slow = 0;  // That a peer may take a hundred bytes a second.
 };
 
 // A connection: bytes arrive in pieces of any size, late, and in order, until it is cut.
@@ -80,7 +81,7 @@ class Link : public std::enable_shared_from_this<Link> {
       : lies_(world.chance(weather.lies)),
         world_(world),
         latency_(world.uniform(0.001, 0.2)),
-        bytes_per_second_(std::pow(10, world.uniform(3.5, 7))),
+        bytes_per_second_(std::pow(10, world.uniform(world.chance(weather.slow) ? 2 : 3.5, 7))),
         cut_after_(world.chance(weather.cuts) ? std::pow(10, world.uniform(1, 5)) : 1e18) {}
 
   [[nodiscard]] End& end(int side) { return ends_.at(static_cast<std::size_t>(side)); }

@@ -277,6 +277,7 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
         }
       }
       if (random() % 4 == 0) request_several(open, random);
+      open.content_id = open.request_id / 2;
       return open;
     }
     case 3:
@@ -300,6 +301,7 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
         slice.slice.inward = place(random);
         slice.slice.layers = 2;
       }
+      slice.content_id = slice.request_id / 2;
       return slice;
     }
     case 7: {
@@ -308,6 +310,7 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
       for (std::uint64_t i = up_to(5, random) + 1; i > 0; --i) {
         probe.probe.places.push_back(place(random));
       }
+      probe.content_id = probe.request_id / 2;
       return probe;
     }
     default:
@@ -433,9 +436,10 @@ inline bool same(const ListDatasets& a, const ListDatasets& b) {
 }
 inline bool same(const OpenStream& a, const OpenStream& b) {
   return std::tie(a.request_id, a.dataset, a.request, a.steps, a.cached_tile_digests,
-                  a.resumed_previews, a.priority, a.scalars, a.use, a.further_datasets) ==
-         std::tie(b.request_id, b.dataset, b.request, b.steps, b.cached_tile_digests,
-                  b.resumed_previews, b.priority, b.scalars, b.use, b.further_datasets);
+                  a.resumed_previews, a.priority, a.scalars, a.use, a.further_datasets,
+                  a.content_id) == std::tie(b.request_id, b.dataset, b.request, b.steps,
+                                            b.cached_tile_digests, b.resumed_previews, b.priority,
+                                            b.scalars, b.use, b.further_datasets, b.content_id);
 }
 inline bool same(const Cancel& a, const Cancel& b) { return a.request_id == b.request_id; }
 inline bool same(const Ping& a, const Ping& b) { return a.value == b.value; }
@@ -477,15 +481,16 @@ inline bool same(const Pong& a, const Pong& b) {
          a.has_new_list == b.has_new_list;
 }
 inline bool same(const Estimate& a, const Estimate& b) {
-  return std::tie(a.request_id, a.dataset, a.request, a.priority) ==
-         std::tie(b.request_id, b.dataset, b.request, b.priority);
+  return std::tie(a.request_id, a.dataset, a.request, a.priority, a.content_id) ==
+         std::tie(b.request_id, b.dataset, b.request, b.priority, b.content_id);
 }
 inline bool same(const Slice& a, const Slice& b) {
-  return std::tie(a.request_id, a.dataset, a.slice, a.priority) ==
-         std::tie(b.request_id, b.dataset, b.slice, b.priority);
+  return std::tie(a.request_id, a.dataset, a.slice, a.priority, a.content_id) ==
+         std::tie(b.request_id, b.dataset, b.slice, b.priority, b.content_id);
 }
 inline bool same(const Probe& a, const Probe& b) {
-  return std::tie(a.request_id, a.dataset, a.probe) == std::tie(b.request_id, b.dataset, b.probe);
+  return std::tie(a.request_id, a.dataset, a.probe, a.content_id) ==
+         std::tie(b.request_id, b.dataset, b.probe, b.content_id);
 }
 inline bool same(const SliceReply& a, const SliceReply& b) {
   return std::tie(a.request_id, a.width, a.height, a.layers, a.sample_spacing, *a.values,

@@ -36,6 +36,7 @@ void write(const Slice& slice, v1::Slice& wire) {
   const SliceRequest& plane = slice.slice;
   wire.set_request_id(slice.request_id);
   wire.set_dataset(slice.dataset);
+  wire.set_content_id(slice.content_id);
   wire.set_coordinates(to_wire<v1::CoordinateSystem>(plane.coordinates));
   write_vec3(plane.origin, *wire.mutable_origin());
   write_vec3(plane.right, *wire.mutable_right());
@@ -60,7 +61,8 @@ Slice read(const v1::Slice& wire, FieldChecks& checks) {
               .dataset = wire.dataset(),
               .slice = {},
               .priority = checks.enumerator<Priority>("Slice.priority", wire.priority(),
-                                                      Priority::kBackground, Priority::kNormal)};
+                                                      Priority::kBackground, Priority::kNormal),
+              .content_id = wire.content_id()};
   SliceRequest& plane = slice.slice;
   plane.coordinates = read_coordinates("Slice.coordinates", wire.coordinates(), checks);
   plane.origin = read_vec3("Slice.origin", wire.origin(), checks);
@@ -82,6 +84,7 @@ Slice read(const v1::Slice& wire, FieldChecks& checks) {
 void write(const Probe& probe, v1::Probe& wire) {
   wire.set_request_id(probe.request_id);
   wire.set_dataset(probe.dataset);
+  wire.set_content_id(probe.content_id);
   wire.set_coordinates(to_wire<v1::CoordinateSystem>(probe.probe.coordinates));
   for (const Vec3& place : probe.probe.places) {
     for (const double coordinate : place) wire.add_places(coordinate);
@@ -90,7 +93,10 @@ void write(const Probe& probe, v1::Probe& wire) {
 
 Probe read(const v1::Probe& wire, FieldChecks& checks) {
   checks.dataset_name("Probe.dataset", wire.dataset());
-  Probe probe{.request_id = wire.request_id(), .dataset = wire.dataset(), .probe = {}};
+  Probe probe{.request_id = wire.request_id(),
+              .dataset = wire.dataset(),
+              .probe = {},
+              .content_id = wire.content_id()};
   probe.probe.coordinates = read_coordinates("Probe.coordinates", wire.coordinates(), checks);
   const auto numbers = static_cast<std::size_t>(wire.places_size());
   checks.require(numbers % 3 == 0, "Probe.places", "must have three numbers for each place.");

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <exception>
 #include <new>
 #include <optional>
@@ -14,6 +13,7 @@
 
 #include "common/base/utf8.hpp"
 #include "common/sandbox/packed.hpp"
+#include "server/volume/detail/reader_messages.hpp"
 
 namespace multitetra {
 namespace {
@@ -38,32 +38,7 @@ constexpr std::chrono::hours kSamplesTime{1};
 constexpr std::chrono::hours kIdleTime{24 * 20};
 constexpr int kMaxNotices = 10'000;
 constexpr int kMaxGrants = 16;
-constexpr std::size_t kMaxValuesText = 1000;
-
-std::string message_of(const VolumeHeader& header) {
-  return packed_values(header.dims, header.type, header.spacing, header.index_to_world,
-                       header.meaning.space, header.meaning.length_unit, header.meaning.value_unit,
-                       header.meaning.geometry, header.meaning.assumed, header.values);
-}
-
-bool is_valid(const VolumeHeader& header) {
-  const auto is_finite = [](const Vec3& v) {
-    return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
-  };
-  const Affine& map = header.index_to_world;
-  return std::all_of(header.dims.begin(), header.dims.end(),
-                     [](std::int32_t side) { return side >= 1 && side <= kMaxSide; }) &&
-         header.type >= SampleType::kU8 && header.type <= SampleType::kF32 &&
-         is_finite(header.spacing) &&
-         *std::min_element(header.spacing.begin(), header.spacing.end()) > 0 &&
-         std::all_of(map.columns.begin(), map.columns.end(), is_finite) &&
-         is_finite(map.translation) && header.meaning.space >= WorldSpace::kUnnamed &&
-         header.meaning.space <= WorldSpace::kRas && is_unit_text(header.meaning.length_unit) &&
-         is_unit_text(header.meaning.value_unit) &&
-         header.meaning.geometry >= GeometryBasis::kUnknown &&
-         header.meaning.geometry <= GeometryBasis::kAssumed &&
-         is_unit_text(header.meaning.assumed) && header.values.size() <= kMaxValuesText;
-}
+constexpr std::size_t kMaxNoticeBytes = 4096;
 
 struct Wanted {
   std::int32_t first;
@@ -89,7 +64,7 @@ void serve_source(const OpenSource& open, const std::string& request, SandboxCha
   try {
     const std::unique_ptr<VolumeSource> source = open(request, notice, header_is_known);
     parent.send(kContents, contents_text(source->contents()));
-    if (!parent.send(kOpened, message_of(source->header()))) return;
+    if (!parent.send(kOpened, header_text(source->header()))) return;
     Samples samples;
     Wanted wanted{};
     while (parent.receive(message, kIdleTime) && message.kind == kWanted &&
@@ -126,13 +101,9 @@ class SandboxedVolume : public VolumeSource {
       if (message.kind == kHeaderKnown) timeout = kSamplesTime;
       handle(message);
     }
-    if (!unpack_all(message.bytes, header_.dims, header_.type, header_.spacing,
-                    header_.index_to_world, header_.meaning.space, header_.meaning.length_unit,
-                    header_.meaning.value_unit, header_.meaning.geometry, header_.meaning.assumed,
-                    header_.values) ||
-        !is_valid(header_)) {
-      refuse_answer();
-    }
+    auto header = header_from(message.bytes);
+    if (!header) refuse_answer();
+    header_ = *std::move(header);
   }
 
   [[nodiscard]] const VolumeHeader& header() const override { return header_; }
@@ -185,10 +156,12 @@ class SandboxedVolume : public VolumeSource {
       case kContents:
         return take_contents(message.bytes);
       case kNotice:
-        if (notice_) notice_(printable(message.bytes));
+        if (notice_) notice_(printable(message.bytes.substr(0, kMaxNoticeBytes)));
         return;
       case kFailed:
-        if (!message.bytes.empty()) throw VolumeFileError(printable(message.bytes));
+        if (!message.bytes.empty()) {
+          throw VolumeFileError(printable(message.bytes.substr(0, kMaxNoticeBytes)));
+        }
         fail_reading(path_,
                      "its reader needs more than the " + std::to_string((memory_limit_ >> 20) + 1) +
                          " MiB of memory that it may have",
@@ -208,11 +181,9 @@ class SandboxedVolume : public VolumeSource {
   }
 
   void take_contents(std::string_view text) {
-    try {
-      contents_ = contents_from(text);
-    } catch (const std::exception&) {
-      refuse_answer();
-    }
+    auto contents = checked_contents_from(text);
+    if (!contents) refuse_answer();
+    contents_ = *std::move(contents);
   }
 
   [[noreturn]] void give_up(std::chrono::minutes limit) {

@@ -138,16 +138,23 @@ const SandboxTask kReadNames = answering(
 
 }  // namespace
 
-std::vector<Label> read_label_names(const std::filesystem::path& file) {
+std::optional<std::vector<Label>> label_names_from(std::string_view answer) {
   std::vector<Label> labels;
-  const auto is_named = [](const Label& label) {
-    return check_member({.series = "labels", .label = label}).has_value();
+  std::set<double> values;
+  const auto is_valid = [&values](const Label& label) {
+    return check_member({.series = "labels", .label = label}).has_value() &&
+           values.insert(label.value).second;
   };
+  if (!unpack_all(answer, labels) || !std::all_of(labels.begin(), labels.end(), is_valid)) {
+    return std::nullopt;
+  }
+  return labels;
+}
+
+std::vector<Label> read_label_names(const std::filesystem::path& file) {
   try {
     const std::string answer = run_in_sandbox(kReadNames, {.readable = {file}}, file.string());
-    if (unpack_all(answer, labels) && std::all_of(labels.begin(), labels.end(), is_named)) {
-      return labels;
-    }
+    if (auto labels = label_names_from(answer)) return *std::move(labels);
   } catch (const SandboxError& problem) {
     fail_reading(file, problem.what(), "Check the file");
   } catch (const std::runtime_error& problem) {

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -20,6 +21,10 @@ namespace multitetra {
 // Returns the labels in the order of the text. Returns kInvalidArgument, with the line number and
 // the expected format, if a line is invalid or repeats a label.
 [[nodiscard]] Result<std::vector<Label>> parse_label_names(std::string_view text);
+
+// Returns the labels that a sandboxed reader sends: each valid, none twice; nullopt for other
+// bytes.
+[[nodiscard]] std::optional<std::vector<Label>> label_names_from(std::string_view answer);
 
 // Reads a file of at most 4 MiB. Throws VolumeFileError.
 [[nodiscard]] std::vector<Label> read_label_names(const std::filesystem::path& file);

@@ -12,12 +12,15 @@
 #include <thread>
 #include <vector>
 
+#include "server/dataset/prepare.hpp"
 #include "server/dataset/verify_dataset.hpp"
 #include "server/volume/generators/generators.hpp"
+#include "tests/support/fields.hpp"
 #include "tests/support/memory_source.hpp"
 #include "tests/support/prepared_example.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/texts.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace multitetra {
 namespace {
@@ -188,6 +191,45 @@ TEST(PreparedFile, ReportsDamageOutsideTheBricksWhenOpened) {
     expect_contains(error_of_opening(path), "\"" + std::string(section) + "\"");
     expect_contains(error_of_verifying(path), "\"" + std::string(section) + "\"");
   }
+}
+
+// A remote file with a cache, in which all bytes behind the opening are damaged at first.
+class DamagedInCache : public MemorySource {
+ public:
+  using MemorySource::MemorySource;
+  [[nodiscard]] bool is_remote() const override { return true; }
+  void read(std::uint64_t offset, std::span<std::byte> into) const override {
+    const RetainedBytes intact = MemorySource::bytes(offset, into.size());
+    std::copy(intact.begin(), intact.end(), into.begin());
+    if (is_damaged && !into.empty()) into[into.size() / 2] ^= std::byte{1};
+  }
+  [[nodiscard]] RetainedBytes bytes(std::uint64_t offset, std::size_t size) const override {
+    return ByteSource::bytes(offset, size);
+  }
+  void invalidate(const FileRange&) const override { is_damaged = false; }
+
+  mutable bool is_damaged = false;
+};
+
+TEST(PreparedFile, FetchesDamagedPartsOfARemoteFileOnceMore) {
+  const TemporaryFolder folder;
+  const auto path = folder.path() / "dataset.mtd";
+  prepare(*source_of(testing::fields::gyroid(20, 0.3, 8)), {.name = "remote"}, path, {});
+  const std::string bytes = bytes_of_file(path);
+  const PreparedFile local(path.string());
+  const auto read_from_damaged = [&](const auto& read) {
+    const auto source = std::make_shared<DamagedInCache>(std::as_bytes(std::span(bytes)));
+    const PreparedFile remote("remote", source);
+    source->is_damaged = true;
+    const auto found = read(remote);
+    const auto expected = read(local);
+    EXPECT_TRUE(std::equal(found.begin(), found.end(), expected.begin(), expected.end()));
+    EXPECT_FALSE(source->is_damaged);
+  };
+  read_from_damaged([](const PreparedFile& file) { return file.coarse(); });
+  read_from_damaged([](const PreparedFile& file) { return file.ranges(); });
+  read_from_damaged([](const PreparedFile& file) { return file.samples()->brick(0); });
+  read_from_damaged([](const PreparedFile& file) { return file.spectrum()->brick(0); });
 }
 
 TEST(PreparedFile, RejectsOtherFiles) {

@@ -40,6 +40,28 @@ TEST(ClientAccess, ShowsAllDatasetsWithoutAnAccessList) {
   EXPECT_EQ(client_access->list().datasets.size(), 1U);
 }
 
+TEST(ClientAccess, RefusesRequestsForADatasetThatWasReplaced) {
+  const auto access = ClientAccess::of("", nullptr,
+                                       testing::catalogue_of(std::make_shared<ChangedSteps>(
+                                           "head", [](DatasetInfo& i) { i.content_id = 7; })));
+  ASSERT_TRUE(access);
+  const auto refused = [&](auto request, std::uint64_t content_id) {
+    request.content_id = content_id;
+    const auto accepted = access->accept(std::move(request));
+    return !accepted && accepted.error().code == ErrorCode::kUnavailable;
+  };
+  const Probe probe{.dataset = "head", .probe = {.places = {{0, 0, 0}}}};
+  for (const auto& [content_id, is_refused] : {std::pair(0, false), {7, false}, {8, true}}) {
+    const auto id = static_cast<std::uint64_t>(content_id);
+    EXPECT_EQ(refused(testing::open_fake(1, "head"), id), is_refused) << id;
+    EXPECT_EQ(refused(Estimate{.dataset = "head"}, id), is_refused) << id;
+    EXPECT_EQ(refused(probe, id), is_refused) << id;
+  }
+  // A gateway's server is asked for the one that the client knows.
+  EXPECT_EQ(access->accept(testing::open_fake(1, "head"))->open.content_id, 7U);
+  EXPECT_EQ(std::get<Probe>(access->accept(probe)->query).content_id, 7U);
+}
+
 TEST(ClientAccess, RejectsUnknownTokens) {
   const AccessListPtr list = list_of("good", "*");
   const auto refused = ClientAccess::of("bad", list, fake_catalogue("head"));

@@ -1,6 +1,7 @@
 #include "server/volume/formats/vtk/pvd_file.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -43,6 +44,16 @@ Result<std::vector<PvdEntry>> parse_pvd(std::string_view text) {
   return entries;
 }
 
+std::optional<std::vector<PvdEntry>> pvd_entries_from(std::string_view answer) {
+  std::vector<PvdEntry> entries;
+  const bool is_whole = unpack_all(answer, entries) && entries.size() <= kMaxSourceMembers;
+  const auto is_valid = [](const PvdEntry& one) {
+    return !one.file.empty() && std::isfinite(one.time);
+  };
+  if (!is_whole || !std::all_of(entries.begin(), entries.end(), is_valid)) return std::nullopt;
+  return entries;
+}
+
 bool is_pvd(const std::filesystem::path& path) { return path.extension() == ".pvd"; }
 
 namespace {
@@ -61,10 +72,9 @@ const SandboxTask kReadPvd = answering("read .pvd", [](const std::string& path) 
 
 // Reads the entries in a sandbox. Throws VolumeFileError.
 std::vector<PvdEntry> entries_of(const std::filesystem::path& path) {
-  std::vector<PvdEntry> entries;
   try {
     const std::string answer = run_in_sandbox(kReadPvd, {.readable = {path}}, path.string());
-    if (unpack_all(answer, entries) && entries.size() <= kMaxSourceMembers) return entries;
+    if (auto entries = pvd_entries_from(answer)) return *std::move(entries);
   } catch (const SandboxError& problem) {
     fail_reading(path, problem.what(), "Save it again");
   } catch (const std::runtime_error& problem) {

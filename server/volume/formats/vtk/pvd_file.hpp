@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,6 +17,9 @@ struct PvdEntry {
 };
 // Returns at least one entry, at most kMaxSourceMembers, or an error with a sentence.
 [[nodiscard]] Result<std::vector<PvdEntry>> parse_pvd(std::string_view text);
+
+// Returns the entries that a sandboxed reader sends, in the same ranges; nullopt for other bytes.
+[[nodiscard]] std::optional<std::vector<PvdEntry>> pvd_entries_from(std::string_view answer);
 
 struct CollectedFile {
   std::filesystem::path file;
