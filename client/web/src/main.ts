@@ -26,6 +26,7 @@ import { History } from "./state/history";
 import { type Entry, entriesOf, isSameSeries } from "./state/series";
 import { defaults, type Settings } from "./state/settings";
 import { fromAddress, ignoredParts } from "./state/url_state";
+import { fromWritten } from "./state/written_settings";
 import { isOfFiles } from "./static/file_channel";
 import { worldBox } from "./stream/dataset";
 import { Thumbnails } from "./stream/thumbnails";
@@ -224,7 +225,7 @@ function whenShown(act: () => void): void {
 // Without WebGL the viewer stops here.
 function viewerIn(element: HTMLElement): Viewer {
   try {
-    return new Viewer(element, { ...fromAddress(location.hash), server, token, showAgain: () => location.reload() });
+    return new Viewer(element, { ...fromWritten(defaults, fromAddress(location.hash)), server, token, showAgain: () => location.reload() });
   } catch (error) {
     const words = h("p", { class: "no-picture" }, "This browser cannot draw in three dimensions: WebGL 2 is disabled, or the graphics " + "driver is missing.");
     app.replaceWith(words);

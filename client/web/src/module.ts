@@ -7,17 +7,18 @@
 import type { EmbeddedEvents } from "./embed/embedded_events";
 import { EmbeddedViewer } from "./embed/embedded_viewer";
 import { parseSettings } from "./state/parse_settings";
-import type { AdditionalSurface, Settings } from "./state/settings";
+import { defaults, type SurfaceSettings, type WrittenSettings } from "./state/settings";
+import { fromWritten } from "./state/written_settings";
 import { Viewer as SceneViewer } from "./viewer/viewer";
 import type { PictureOptions, TokenStorage } from "./viewer/viewer_options";
 
 export type { EmbeddedDataset, EmbeddedEvents, EmbeddedPick, EmbeddedStep } from "./embed/embedded_events";
-export type { AdditionalSurface, Settings } from "./state/settings";
+export type { SurfaceSettings, WrittenSettings as Settings } from "./state/settings";
 export type { PictureOptions, TokenStorage } from "./viewer/viewer_options";
 
 // Surfaces need only an isovalue.
-export type GivenSettings = Partial<Omit<Settings, "surfaces">> & {
-  surfaces?: (Pick<AdditionalSurface, "isovalue"> & Partial<AdditionalSurface>)[];
+export type GivenSettings = Partial<Omit<WrittenSettings, "surfaces">> & {
+  surfaces?: (Partial<SurfaceSettings> & { isovalue: number })[];
 };
 
 export interface ViewerOptions extends GivenSettings {
@@ -37,7 +38,7 @@ export class Viewer {
   constructor(element: HTMLElement, { server, token, ...given }: ViewerOptions = {}) {
     const { settings, ignored } = parseSettings(given);
     if (ignored.length > 0) throw new TypeError(`Unknown or invalid: ${ignored.join(", ")}.`);
-    this.viewer = new SceneViewer(element, { ...settings, server, token });
+    this.viewer = new SceneViewer(element, { ...fromWritten(defaults, settings), server, token });
     this.embedded = new EmbeddedViewer(this.viewer);
     if (given.maxTriangles === undefined) this.embedded.limitOnWeakDevices();
   }
@@ -48,7 +49,7 @@ export class Viewer {
     return this.embedded.set(changes, isDragging);
   }
 
-  get(): Settings {
+  get(): WrittenSettings {
     return this.embedded.get();
   }
 

@@ -1,6 +1,7 @@
 import { readFileSync } from "node:fs";
-import { defaults, type Settings } from "../../../client/web/src/state/settings";
-import { afterEdit, fromAddress, ignoredParts, toAddress } from "../../../client/web/src/state/url_state";
+import { defaults, type WrittenSettings, writtenDefaults } from "../../../client/web/src/state/settings";
+import { addressOf, afterEdit, fromAddress, ignoredParts, toAddress } from "../../../client/web/src/state/url_state";
+import { settingsFrom, surface } from "./made_settings";
 
 describe("Address", () => {
   test("OmitsDefaults", () => {
@@ -10,12 +11,12 @@ describe("Address", () => {
 
   test("EmbeddingGuideListsEverySetting", () => {
     const page = readFileSync(new URL("../../../client/web/EMBEDDING.md", import.meta.url), "utf8");
-    const missing = Object.keys(defaults).filter((name) => !new RegExp(`\`${name}\`|\\b${name}: `).test(page));
+    const missing = Object.keys(writtenDefaults).filter((name) => !new RegExp(`\`${name}\`|\\b${name}: `).test(page));
     expect(missing).toEqual([]);
   });
 
   test("RestoresEverySetting", () => {
-    const settings: Settings = {
+    const settings: WrittenSettings = {
       volume: "maximum",
       opacities: [
         { value: -150.5, opacity: 0 },
@@ -66,7 +67,7 @@ describe("Address", () => {
       speed: 24,
       loop: false,
       surfaces: [
-        { isovalue: 400.5, error: null, color: "#f0e6d2", opacity: 1, visible: true },
+        surface({ isovalue: 400.5, color: "#f0e6d2" }),
         {
           dataset: "a, b; 100 %",
           isovalue: -1e-7,
@@ -81,7 +82,7 @@ describe("Address", () => {
             [0.5, 0, 0],
           ],
         },
-        { isovalue: 1, error: null, color: "#00ff7f", opacity: 1, visible: true, minComponent: "largest" },
+        surface({ isovalue: 1, color: "#00ff7f", minComponent: "largest" }),
       ],
       labels: "1-9,-4",
       labelNames: [{ label: 3, name: "liver; left" }],
@@ -105,15 +106,15 @@ describe("Address", () => {
         { world: [0, 0, 1e-3], bound: null, note: "the tip; 50 %, or so" },
       ],
     };
-    expect(fromAddress(`#${toAddress(settings)}`)).toEqual(settings);
-    expect(toAddress({ ...defaults, minComponent: "largest" })).toBe("min_component=largest");
+    expect(fromAddress(`#${addressOf(settings)}`)).toEqual(settings);
+    expect(toAddress(settingsFrom({ minComponent: "largest" }))).toBe("min_component=largest");
     expect(fromAddress("min_component=largest")).toEqual({ minComponent: "largest" });
     const ball = { kind: "ball", center: [1, 2, 3], radius: 4, error: 0.5 } as const;
     const overrides = toAddress({ ...defaults, region: { ...ball, center: [1, 2, 3] } });
     expect(overrides).toBe("region=ball:1,2,3,4=0.5");
     expect(fromAddress(overrides).region).toEqual(ball);
-    const surfaces = [{ isovalue: 3, error: null, color: "#d9775f", opacity: 0.5, visible: true }];
-    expect(toAddress({ ...defaults, surfaces })).toBe("surfaces=3,d9775f,0.5");
+    const surfaces = [surface({ isovalue: 3, color: "#d9775f", opacity: 0.5 })];
+    expect(toAddress(settingsFrom({ surfaces }))).toBe("surfaces=3,d9775f,0.5");
   });
 
   test("ParsesUpAsAnAxis", () => {
@@ -205,8 +206,8 @@ describe("Address", () => {
   });
 
   test("AppliesEditsAndKeepsUnreadableSettings", () => {
-    const now: Settings = { ...defaults, dataset: "head", isovalue: 500.5, error: 2, clip: "x" };
+    const now = { ...writtenDefaults, dataset: "head", isovalue: 500.5, error: 2, clip: "x" as const };
     const overrides = "#dataset=head&isovalue=much&error=0.25&constructor=1";
-    expect(afterEdit(now, overrides)).toEqual({ ...defaults, dataset: "head", isovalue: 500.5, error: 0.25 });
+    expect(afterEdit(now, overrides)).toEqual({ ...writtenDefaults, dataset: "head", isovalue: 500.5, error: 0.25 });
   });
 });

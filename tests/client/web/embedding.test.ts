@@ -15,7 +15,7 @@ function framed(parts: object = {}, ignoredInAddress: string[] = []) {
       return () => listeners.splice(listeners.indexOf(words), 1);
     },
     get: () => defaults,
-    set: (...words: unknown[]) => set.push(words),
+    setWritten: (...words: unknown[]) => set.push(words),
     info: null,
     surfaces: { reports: { current: [facts] } },
     ...parts,
@@ -52,7 +52,7 @@ describe("Embedding", () => {
 
   test("SendsNoSurfaceThatIsReplaced", () => {
     const reports = { current: [facts] };
-    const { say, said } = framed({ surfaces: { reports }, set: () => (reports.current = []) });
+    const { say, said } = framed({ surfaces: { reports }, setWritten: () => (reports.current = []) });
     say({ multitetra: "set", state: { isovalue: 4 } });
     expect(said.map(({ multitetra }) => multitetra)).toEqual(["state"]);
   });

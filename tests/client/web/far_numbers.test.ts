@@ -19,6 +19,7 @@ import type { ShownSurface } from "../../../client/web/src/surfaces/shown_surfac
 import { captionOf } from "../../../client/web/src/viewer/picture";
 import { withoutPart } from "../../../client/web/src/viewer/surface_parts";
 import { member, plain } from "./made_datasets";
+import { settingsFrom, surface } from "./made_settings";
 
 const far = 5.4e6;
 const info: DatasetInfo = {
@@ -55,7 +56,7 @@ describe("FarNumbers", () => {
     const shown = { info, facts: { isovalue: far + 20.25 } } as ShownSurface;
     const progress = { ...noProgress, shown: { isFinal: true, triangles: 0 } as StepFacts };
     expect(emptySurfaceText(shown, progress)).toBe('There is no surface at isovalue 5400020.25: the values of "hill" range from 5400000 to 5400020.');
-    expect(captionOf({ ...defaults, isovalue: far + 0.25 }, info, [])).toBe("hill, isovalue 5400000.25");
+    expect(captionOf(settingsFrom({ isovalue: far + 0.25 }), info, [])).toBe("hill, isovalue 5400000.25");
     expect(nextIsovalue([far + 1], info)).toBe(far + 10.5);
     const counts = [0n, 0n, 9n, 90n, 90n, 9n, 0n, 0n, 0n];
     const { level, width } = defaultWindow({ ...info, histogram: { counts, low: far, high: far + 20 } as DatasetInfo["histogram"] });
@@ -73,36 +74,36 @@ describe("FarNumbers", () => {
   });
 
   test("InAddressesGiveTheSameMeasurement", () => {
-    const settings: Settings = {
-      ...defaults,
+    const settings = settingsFrom({
       eye: a,
       target: b,
       cross: a,
       hiddenParts: [a, b],
       crop: { low: a, high: [b[0], b[1], b[2] + 1] },
       region: { kind: "ball", center: a, radius: 1.23456789, error: 0.5 },
-      surfaces: [{ isovalue: far + 0.123456, error: null, color: "#ff0000", opacity: 1, visible: true, hiddenParts: [a] }],
+      surfaces: [surface({ isovalue: far + 0.123456, hiddenParts: [a] })],
       places: [
         { world: a, bound: 0.1 },
         { world: b, bound: 0.1 },
       ],
-    };
+    });
     const text = toAddress(settings, resolution);
     expect(text).not.toMatch(/\d{12}/); // Without digits of rounding errors.
-    const read = { ...defaults, ...fromAddress(text) };
+    const read = settingsFrom(fromAddress(text));
+    const [first, second] = read.surfaces;
     const near = (found: readonly number[], place: readonly number[]) =>
       place.forEach((value, axis) => expect(Math.abs(found[axis] - value)).toBeLessThan(resolution));
     for (const [found, place] of [
       [read.eye!, a],
       [read.target!, b],
       [read.cross!, a],
-      [read.hiddenParts[1], b],
+      [first.hiddenParts[1], b],
       [read.crop!.low, a],
-      [read.surfaces[0].hiddenParts![0], a],
+      [second.hiddenParts[0], a],
       [(read.region as { center: Place }).center, a],
     ])
       near(found, place);
-    expect(read.surfaces[0].isovalue).toBe(far + 0.123456);
+    expect(second.isovalue).toBe(far + 0.123456);
     const [from, to] = read.places;
     expect(Math.abs(distanceOf(from.world, to.world) - 0.5)).toBeLessThan(2 * resolution);
     expect(lengthBetween(from, to, info)).toBe(lengthBetween(settings.places[0], settings.places[1], info));
@@ -117,7 +118,7 @@ describe("FarNumbers", () => {
 
   test("OfHiddenPartsAndLabelsAreOfTheGrid", () => {
     const parts = withoutPart(defaults, 0, a, resolution) as { change: Partial<Settings> };
-    expect(parts.change.hiddenParts).toEqual([[500001.2346, far + 2.3457, 1.2346]]);
+    expect(parts.change.surfaces![0].hiddenParts).toEqual([[500001.2346, far + 2.3457, 1.2346]]);
     const label = member("l", "s", { label: { value: 1, name: "l" } }).member!.label!;
     expect(labelTable([{ label, samplesVolume: 0, found: null, bound: null, centroid: [500001.2346, far + 2.3457, 1.2346] }], "m")).toMatch(
       /500001\.2346,5400002\.3457,1\.2346/,

@@ -6,10 +6,11 @@ import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { create, HistogramSchema, LabelSchema, WorldSpace } from "../../../client/web/src/protocol/messages";
 import { type Annotations, annotate } from "../../../client/web/src/scene/annotations";
 import { nearestName } from "../../../client/web/src/shared/nearest_name";
-import { defaults } from "../../../client/web/src/state/settings";
+import { defaultSurface, defaults } from "../../../client/web/src/state/settings";
 import { worldDifference } from "../../../client/web/src/stream/dataset";
 import { captionOf, surfaceKeys } from "../../../client/web/src/viewer/picture";
 import { plain } from "./made_datasets";
+import { settingsFrom, surface } from "./made_settings";
 
 describe("NearestName", () => {
   test("FindsMisspelledNames", () => {
@@ -85,21 +86,21 @@ describe("ExportedPictures", () => {
       suggestedIsovalues: [4],
       member: { series: "jet", field: "temperature", time: 0.25, timeUnit: "s" },
     } as unknown as DatasetInfo;
-    expect(captionOf({ ...defaults, isovalue: 300.5 }, info, [])).toBe("jet, temperature, isovalue 300.5 K, 0.25 s");
-    const surfaces = [{ dataset: "jet.q", isovalue: 2, error: null, color: "#ffffff", opacity: 1, visible: true }];
-    expect(captionOf({ ...defaults, isovalue: 300.5, surfaces }, info, [])).toBe("jet, temperature, isovalue 300.5 K, jet.q 2, 0.25 s");
+    expect(captionOf(settingsFrom({ isovalue: 300.5 }), info, [])).toBe("jet, temperature, isovalue 300.5 K, 0.25 s");
+    const surfaces = [surface({ dataset: "jet.q", isovalue: 2, color: "#ffffff" })];
+    expect(captionOf(settingsFrom({ isovalue: 300.5, surfaces }), info, [])).toBe("jet, temperature, isovalue 300.5 K, jet.q 2, 0.25 s");
     const list = [{ name: "organs.label3", member: { series: "organs", label: { value: 3, name: "liver" } } }] as unknown as DatasetInfo[];
     const labels = [3, 3].map(() => ({ ...surfaces[0], dataset: "organs.label3", color: "#00ff00" }));
-    expect(captionOf({ ...defaults, isovalue: 300.5, surfaces: labels }, info, list)).toBe("jet, temperature, isovalue 300.5 K, labels of organs, 0.25 s");
-    expect(surfaceKeys({ ...defaults, surfaces: [surfaces[0], labels[0]] }, info, list)).toEqual([
-      { color: defaults.color, text: "4 K" },
+    expect(captionOf(settingsFrom({ isovalue: 300.5, surfaces: labels }), info, list)).toBe("jet, temperature, isovalue 300.5 K, labels of organs, 0.25 s");
+    expect(surfaceKeys(settingsFrom({ surfaces: [surfaces[0], labels[0]] }), info, list)).toEqual([
+      { color: defaultSurface.color, text: "4 K" },
       { color: "#ffffff", text: "jet.q 2 K" },
       { color: "#00ff00", text: "liver" },
     ]);
-    expect(surfaceKeys({ ...defaults, surfaces: Array(20).fill(labels[0]) }, info, list).at(-1)).toEqual({ color: "", text: "and 9 more" });
+    expect(surfaceKeys(settingsFrom({ surfaces: Array(20).fill(labels[0]) }), info, list).at(-1)).toEqual({ color: "", text: "and 9 more" });
     expect(surfaceKeys(defaults, info, list)).toEqual([]);
-    expect(captionOf({ ...defaults, visible: false }, info, [])).toBe("jet, temperature, 0.25 s");
-    expect(captionOf({ ...defaults, isovalue: 7 }, { ...info, name: "head", valueUnit: "", member: undefined }, [])).toBe("head, isovalue 7");
+    expect(captionOf(settingsFrom({ visible: false }), info, [])).toBe("jet, temperature, 0.25 s");
+    expect(captionOf(settingsFrom({ isovalue: 7 }), { ...info, name: "head", valueUnit: "", member: undefined }, [])).toBe("head, isovalue 7");
   });
 
   const nothing: Annotations = { scale: null, numbers: [], axes: [], legends: [], points: [], words: [], surfaces: [] };

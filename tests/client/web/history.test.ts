@@ -1,6 +1,7 @@
 import { Bookmarks } from "../../../client/web/src/state/bookmarks";
 import { History } from "../../../client/web/src/state/history";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
+import { withSurface } from "../../../client/web/src/state/surfaces";
 
 class Turned {
   settings: Settings = defaults;
@@ -39,9 +40,9 @@ describe("History", () => {
 
   test("UndoesADragAsOneChange", () => {
     const turned = new Turned();
-    for (const isovalue of [1, 2, 3, 4]) turned.turn({ isovalue }, 20);
+    for (const isovalue of [1, 2, 3, 4]) turned.turn(withSurface(turned.settings, 0, { isovalue }), 20);
     expect(turned.undo()).toBe(true);
-    expect(turned.settings.isovalue).toBeNull();
+    expect(turned.settings).toEqual(defaults);
     turned.turn({ error: 2 });
     expect(turned.redo()).toBe(false);
   });

@@ -48,6 +48,7 @@ export async function test(name, act, device = {}) {
   if (process.env.ONLY && !new RegExp(process.env.ONLY).test(name)) return; // ONLY selects tests during development.
   const page = await browser.newPage({ viewport: { width: 900, height: 640 }, ...device });
   page.setDefaultTimeout(patience);
+  const began = Date.now();
   const failure = [];
   page.mayBeAt = (host) => hosts.add(host); // A page of another site that the test itself serves.
   page.on("console", (message) => {
@@ -65,7 +66,7 @@ export async function test(name, act, device = {}) {
   try {
     await act(page);
     assert.deepEqual(failure, [], "nothing is said on the console");
-    console.log(`ok   ${name}`);
+    console.log(`ok   ${name} (${((Date.now() - began) / 1000).toFixed(1)} s)`);
   } catch (error) {
     ++failures;
     console.log(`FAIL ${name}: ${error.stack}\n${failure.join("\n")}`);

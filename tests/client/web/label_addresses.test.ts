@@ -2,6 +2,7 @@ import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { labelRanges, labelsOfRanges, parseLabels } from "../../../client/web/src/state/label_ranges";
 import {
   absentSegmentation,
+  changeFromWritten,
   imageBeside,
   initialSelection,
   segmentationsBeside,
@@ -16,14 +17,15 @@ import { defaults, type Settings } from "../../../client/web/src/state/settings"
 import { withAddedSurface, withAllSurfaces, withoutSurface, withSurface } from "../../../client/web/src/state/surfaces";
 import { fromAddress, toAddress } from "../../../client/web/src/state/url_state";
 import { member, plain } from "./made_datasets";
+import { settingsFrom, surface } from "./made_settings";
 
 const values = Array.from({ length: 322 }, (_, i) => i + 1);
 const list = values.map((value) => member(`cells.label${value}`, "cells", { label: { value, name: `cell ${value}` } }));
-const all: Settings = { ...defaults, ...settingsOfEntry(entriesOf(list)[0]) };
+const all: Settings = { ...defaults, ...settingsOfEntry(entriesOf(list)[0], defaults) };
 
 // The settings of a page that opens the address.
 function opened(address: string): Settings {
-  const settings = { ...defaults, ...fromAddress(address) };
+  const settings = settingsFrom(fromAddress(address));
   return { ...settings, ...initialSelection(list, settings)!.changes };
 }
 
@@ -67,7 +69,8 @@ describe("AddressesOfLabels", () => {
     const some = { ...all, surfaces: all.surfaces.slice(0, 5) };
     expect(withShortLabels(list, some)).toBe(some);
     expect(withShortLabels([], all)).toBe(all);
-    expect(opened("dataset=cells.label3&labels=2-4")).toMatchObject({ dataset: "cells.label1", visible: false, labels: "" });
+    expect(opened("dataset=cells.label3&labels=2-4")).toMatchObject({ dataset: "cells.label1", labels: "" });
+    expect(opened("dataset=cells.label3&labels=2-4").surfaces[0].visible).toBe(false);
     const plainDataset = member("head", "", {});
     expect(initialSelection([plainDataset], { ...defaults, labels: "1-3" })!.changes).toEqual({ labels: "" });
   });
@@ -89,7 +92,7 @@ describe("ChangesOfLabels", () => {
   const changed = (from: Settings, change: Partial<Settings>, shown = cell) => ({ ...from, ...withLabelChanges([fuel, ...list], shown, from, change) });
 
   test("ReplaceAllSurfaces", () => {
-    const other = { ...defaults, dataset: "fuel", isovalue: 7, color: "#ff0000", surfaces: all.surfaces.slice(3, 5) };
+    const other = settingsFrom({ dataset: "fuel", isovalue: 7, color: "#ff0000", surfaces: all.surfaces.slice(3, 5) });
     for (const [from, shown, change] of [
       [all, cell, {}],
       [all, cell, { dataset: "cells" }],
@@ -102,8 +105,9 @@ describe("ChangesOfLabels", () => {
   });
 
   test("LeaveNothingForOtherDatasets", () => {
-    expect(changed({ ...all, visible: false }, { dataset: "fuel" })).toEqual({ ...defaults, dataset: "fuel" });
-    expect(changed(all, { dataset: "fuel", isovalue: 3, color: "#ff0000" })).toMatchObject({ isovalue: 3, color: "#ff0000", surfaces: [] });
+    expect(changed({ ...all, ...withSurface(all, 0, { visible: false }) }, { dataset: "fuel" })).toEqual({ ...defaults, dataset: "fuel" });
+    const given = { dataset: "fuel", isovalue: 3, color: "#ff0000" };
+    expect(changed(all, changeFromWritten([fuel, ...list], cell, all, given))).toEqual(settingsFrom(given));
     expect(changed(all, { dataset: "cells.label3" }).surfaces).toBe(all.surfaces);
   });
 });
@@ -114,7 +118,7 @@ describe("LabelsBesideAnImage", () => {
   const cells = { name: "cells", labels: list };
   const beside = (settings: Settings, chosen: typeof cells | null = cells) => ({ ...settings, ...withSegmentation(served, settings, chosen) });
   const isLabel = ({ dataset = "" }) => dataset.startsWith("cells");
-  const ct: Settings = { ...defaults, dataset: "fuel", isovalue: 7 };
+  const ct = settingsFrom({ dataset: "fuel", isovalue: 7 });
 
   test("AreOfferedInItsWorld", () => {
     expect(segmentationsBeside(served, fuel).map(({ name, labels }) => [name, labels.length])).toEqual([
@@ -139,31 +143,33 @@ describe("LabelsBesideAnImage", () => {
   });
 
   test("ReplaceOtherLabelsButNoSurfaces", () => {
-    const two = { ...ct, ...withAddedSurface(ct, 20, 7), opacity: 1 };
+    const added = { ...ct, ...withAddedSurface(ct, 20, 7) };
+    const two = { ...added, ...withSurface(added, 0, { opacity: 1 }) };
     const shown = beside(two);
-    expect(shown.surfaces.map(({ dataset }) => dataset)).toEqual([undefined, ...list.map(({ name }) => name)]);
-    expect(shown.surfaces.filter(({ visible }) => visible)).toHaveLength(25);
-    expect(shown.opacity).toBe(0.35); // It encloses the labels.
+    expect(shown.surfaces.map(({ dataset }) => dataset)).toEqual(["", "", ...list.map(({ name }) => name)]);
+    expect(shown.surfaces.filter(({ visible }) => visible)).toHaveLength(26);
+    expect(shown.surfaces[0].opacity).toBe(0.35); // It encloses the labels.
     const other = beside(shown, { name: "mask", labels: [mask] });
-    expect(other.surfaces.map(({ dataset }) => dataset)).toEqual([undefined, "mask"]);
-    expect(beside(other, null).surfaces).toEqual(two.surfaces);
+    expect(other.surfaces.map(({ dataset }) => dataset)).toEqual(["", "", "mask"]);
+    expect(beside(other, null).surfaces).toEqual(added.surfaces);
     expect(beside(beside(ct), null)).toEqual(ct);
-    expect(beside(beside({ ...ct, opacity: 0.8 }), null).opacity).toBe(0.8);
+    const thin = { ...ct, ...withSurface(ct, 0, { opacity: 0.8 }) };
+    expect(beside(beside(thin), null)).toEqual(thin);
   });
 
   test("StayTheLastSurfaces", () => {
     const shown = beside(ct);
     const added = { ...shown, ...withAddedSurface(shown, 20, 7, isLabel) };
-    expect(added.surfaces.map(({ dataset }) => dataset).slice(0, 2)).toEqual([undefined, "cells.label1"]);
+    expect(added.surfaces.map(({ dataset }) => dataset).slice(0, 3)).toEqual(["", "", "cells.label1"]);
     let many = shown;
     for (let i = 0; i < 12; ++i) many = { ...many, ...withAddedSurface(many, 20 + i, 7, isLabel) };
-    expect(many.surfaces.filter((one) => !isLabel(one))).toHaveLength(7); // Labels do not count.
-    expect({ ...shown, ...withoutSurface(shown, 0) }).toMatchObject({ dataset: "cells.label1", isovalue: 0.5 });
+    expect(many.surfaces.filter((one) => !isLabel(one))).toHaveLength(8); // Labels do not count.
+    expect(withoutSurface(shown, 0)).toMatchObject({ dataset: "cells.label1" });
   });
 
   test("HaveShortAddresses", () => {
     const openedBeside = (address: string) => {
-      const settings = { ...defaults, ...fromAddress(address) };
+      const settings = settingsFrom(fromAddress(address));
       return { ...settings, ...initialSelection(served, settings)!.changes };
     };
     const initial = beside(ct);
@@ -186,18 +192,19 @@ describe("LabelsBesideAnImage", () => {
   test("AreReplacedByNamedLabels", () => {
     const added = { ...ct, ...withAddedSurface(ct, 20, 7) };
     const now = { ...added, ...withLabelChanges(served, fuel, added, { labels: "cells:2,4" }) };
-    expect(now.surfaces.filter(({ visible }) => visible).map(({ dataset }) => dataset)).toEqual([undefined, "cells.label2", "cells.label4"]);
+    expect(now.surfaces.filter(({ visible }) => visible).map(({ dataset }) => dataset)).toEqual(["", "", "cells.label2", "cells.label4"]);
     const next = { ...now, ...withLabelChanges(served, fuel, now, { labels: "mask:7" }) };
-    expect(next.surfaces.map(({ dataset }) => dataset)).toEqual([undefined, "mask"]);
+    expect(next.surfaces.map(({ dataset }) => dataset)).toEqual(["", "", "mask"]);
   });
 
   test("KeepTheirLookWhenTheImageIsAdded", () => {
     const red = { ...all, ...withSurface(all, 0, { color: "#ff0000", minComponent: 3 }), error: 0.5 };
     const now = { ...red, ...withImage(red, fuel) };
-    expect(now).toMatchObject({ dataset: "fuel", isovalue: null, color: defaults.color, opacity: 0.35, minComponent: 0, error: 0.5 });
-    expect(now.surfaces).toHaveLength(322);
-    expect(now.surfaces[0]).toMatchObject({ dataset: "cells.label1", isovalue: 0.5, color: "#ff0000", minComponent: 3 });
-    expect(now.surfaces.slice(1)).toStrictEqual(all.surfaces);
+    expect(now).toMatchObject({ dataset: "fuel", error: 0.5 });
+    expect(now.surfaces).toHaveLength(323);
+    expect(now.surfaces[0]).toEqual(surface({ opacity: 0.35 }));
+    expect(now.surfaces[1]).toMatchObject({ dataset: "cells.label1", isovalue: 0.5, color: "#ff0000", minComponent: 3 });
+    expect(now.surfaces.slice(2)).toStrictEqual(all.surfaces.slice(1));
     expect({ ...red, ...withLabelChanges(served, list[0], red, withImage(red, fuel)) }).toEqual(now);
   });
 });

@@ -7,7 +7,7 @@ import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
 import { payloadCounts } from "../../../client/web/src/mesh/tile_payload";
 import { weldedInWorld } from "../../../client/web/src/mesh/welded_mesh";
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
-import { defaults } from "../../../client/web/src/state/settings";
+import { writtenDefaults } from "../../../client/web/src/state/settings";
 import { meshAddress } from "../../../client/web/src/stream/mesh_request";
 
 const corners = [
@@ -240,7 +240,7 @@ describe("Rays", () => {
 
 describe("MeshAddress", () => {
   test("NamesTheSettingsOfTheSurface", () => {
-    const own = { ...defaults, isovalue: 3, error: 0.5, region: null, minComponent: "largest" as const, simplify: false, color: "#ff0000" };
+    const own = { ...writtenDefaults, isovalue: 3, error: 0.5, region: null, minComponent: "largest" as const, simplify: false, color: "#ff0000" };
     expect(meshAddress("wss://example.org/v1/stream", { name: "a b" } as DatasetInfo, 300.5, own, "stl")).toBe(
       "https://example.org/v1/datasets/a%20b/isosurface?isovalue=300.5&error=0.5&simplify=false&min_component=largest&format=stl",
     );

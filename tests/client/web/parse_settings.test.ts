@@ -1,7 +1,8 @@
 import { readFileSync } from "node:fs";
 
 import { parseSettings } from "../../../client/web/src/state/parse_settings";
-import { defaults } from "../../../client/web/src/state/settings";
+import { writtenDefaults as defaults } from "../../../client/web/src/state/settings";
+import { surface } from "./made_settings";
 
 describe("parseSettings", () => {
   test("MatchesAddresses", () => {
@@ -10,7 +11,7 @@ describe("parseSettings", () => {
       error: 0.25,
       region: { kind: "ball", center: [1, 2, 3], radius: 4, error: 0.5 },
       eye: [1, 2, 3],
-      surfaces: [{ isovalue: 3, error: null, color: "#d9775f", opacity: 0.5, visible: true }],
+      surfaces: [surface({ isovalue: 3, color: "#d9775f", opacity: 0.5 })],
       clip: "x",
       wireframe: true,
     };
@@ -25,10 +26,7 @@ describe("parseSettings", () => {
     expect(parseSettings({ surfaces: [{ isovalue: 3 }, { isovalue: 4, opacity: 0.5, minComponent: "largest" }] })).toEqual({
       ignored: [],
       settings: {
-        surfaces: [
-          { isovalue: 3, error: null, color: "#d9775f", opacity: 1, visible: true },
-          { isovalue: 4, error: null, color: "#7fb3d5", opacity: 0.5, visible: true, minComponent: "largest" },
-        ],
+        surfaces: [surface({ isovalue: 3, color: "#d9775f" }), surface({ isovalue: 4, color: "#7fb3d5", opacity: 0.5, minComponent: "largest" })],
       },
     });
   });
@@ -36,7 +34,7 @@ describe("parseSettings", () => {
   test("ReportsIgnoredFieldsOfSurfaces", () => {
     const surfaces = [{ isovalue: 3, opacity: 2, visible: "no", colour: "#ffffff" }, { color: "#ffffff" }, { isovalue: NaN }, null];
     expect(parseSettings({ surfaces })).toEqual({
-      settings: { surfaces: [{ isovalue: 3, error: null, color: "#d9775f", opacity: 1, visible: true }] },
+      settings: { surfaces: [surface({ isovalue: 3, color: "#d9775f" })] },
       ignored: ["surfaces[0].opacity", "surfaces[0].visible", "surfaces[0].colour", "surfaces[1].isovalue", "surfaces[2].isovalue", "surfaces[3].isovalue"],
     });
   });

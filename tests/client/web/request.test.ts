@@ -1,5 +1,5 @@
 import { Combination } from "../../../client/web/src/protocol/messages";
-import { defaults, type Settings } from "../../../client/web/src/state/settings";
+import { type WrittenSettings, writtenDefaults } from "../../../client/web/src/state/settings";
 import { voxelLength, worldBox } from "../../../client/web/src/stream/dataset";
 import { isosurfaceRequest, isSameRequest, nearestPixel } from "../../../client/web/src/stream/request";
 import { dataset } from "./golden_stream";
@@ -16,8 +16,8 @@ const viewFrom = (distance: number) => ({
   heightPixels: 600,
   aspect: 1,
 });
-const requestFor = (overrides: Partial<Settings>, distance: number | null) =>
-  isosurfaceRequest(info, { ...defaults, isovalue: 0.1, ...overrides }, distance === null ? null : viewFrom(distance));
+const requestFor = (overrides: Partial<WrittenSettings>, distance: number | null) =>
+  isosurfaceRequest(info, { ...writtenDefaults, isovalue: 0.1, ...overrides }, distance === null ? null : viewFrom(distance));
 const far = 1000 * voxelLength(info);
 const near = 10 * voxelLength(info);
 

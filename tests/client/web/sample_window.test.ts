@@ -1,7 +1,8 @@
 import { nextIsovalue } from "../../../client/web/src/panel/surfaces_section";
 import { airBelow, defaultWindow, isCt, sampleWindows, tissueAtValue, type WindowedDataset } from "../../../client/web/src/shared/sample_window";
-import { defaults } from "../../../client/web/src/state/settings";
+import type { SurfaceSettings, WrittenSettings } from "../../../client/web/src/state/settings";
 import { withAddedSurface } from "../../../client/web/src/state/surfaces";
+import { settingsFrom } from "./made_settings";
 
 // A histogram with these counts in bins of width 1, from 0 on.
 function dataset(counts: number[], overrides: Partial<WindowedDataset> = {}): WindowedDataset {
@@ -98,8 +99,10 @@ describe("AnotherSurface", () => {
   });
 
   test("MakesTheOuterOneTranslucent", () => {
-    expect(withAddedSurface(defaults, 400, 100)).toMatchObject({ opacity: 0.35, surfaces: [{ isovalue: 400, opacity: 1 }] });
-    expect(withAddedSurface({ ...defaults, isovalue: 100 }, 50, 7)).toEqual({ surfaces: [expect.objectContaining({ isovalue: 50, opacity: 0.35 })] });
-    expect(withAddedSurface({ ...defaults, opacity: 0.8 }, 400, 100)).not.toHaveProperty("opacity");
+    const opacities = (first: Partial<SurfaceSettings>, isovalue: number, suggested: number) =>
+      withAddedSurface(settingsFrom(first as Partial<WrittenSettings>), isovalue, suggested).surfaces!.map(({ opacity }) => opacity);
+    expect(opacities({}, 400, 100)).toEqual([0.35, 1]);
+    expect(opacities({ isovalue: 100 }, 50, 7)).toEqual([1, 0.35]);
+    expect(opacities({ opacity: 0.8 }, 400, 100)).toEqual([0.8, 1]);
   });
 });

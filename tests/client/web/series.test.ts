@@ -1,6 +1,6 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { labelColor } from "../../../client/web/src/state/label_colors";
-import { initialSelection, labelIsovalue, settingsOfEntry, withLabelChanges } from "../../../client/web/src/state/label_surfaces";
+import { changeFromWritten, initialSelection, labelIsovalue, settingsOfEntry, withLabelChanges } from "../../../client/web/src/state/label_surfaces";
 import {
   atTime,
   channelColor,
@@ -19,6 +19,7 @@ import {
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import { sampledOf, sceneOf, sceneRefusal } from "../../../client/web/src/surfaces/scene_at";
 import { member, plain } from "./made_datasets";
+import { settingsFrom, surface } from "./made_settings";
 
 const flow = [0.5, 0, 0.25].flatMap((time) => ["speed", "heat"].map((field) => member(`flow.${field}.t${time}`, "flow", { field, time, timeUnit: "s" })));
 const labels = [9, 1, 4].map((value) => member(`seg.label${value}`, "seg", { label: { value, name: "" } }));
@@ -57,9 +58,9 @@ describe("Series", () => {
   test("ChannelsHaveTheColorsOfTheirSource", () => {
     const image = [0x00ff00, 0, undefined].map((color, at) => member(`cells.c${at}`, "cells", { field: `c${at}`, color }));
     expect(image.map(channelColor)).toEqual([{ color: "#00ff00" }, {}, {}]); // Black would be invisible.
-    expect(initialSelection(image, defaults)!.changes).toEqual({ color: "#00ff00" });
-    expect(initialSelection(image, { ...defaults, color: "#123456" })!.changes).toBeNull();
-    expect(settingsOfEntry(entriesOf(image)[0])).toMatchObject({ dataset: "cells.c0", color: "#00ff00" });
+    expect(initialSelection(image, defaults)!.changes).toEqual({ surfaces: [surface({ color: "#00ff00" })] });
+    expect(initialSelection(image, settingsFrom({ color: "#123456" }))!.changes).toBeNull();
+    expect(settingsOfEntry(entriesOf(image)[0], defaults)).toEqual({ dataset: "cells.c0", surfaces: [surface({ color: "#00ff00" })] });
   });
 
   test("WithFieldsAndLabelsSwitchBetweenBoth", () => {
@@ -72,11 +73,13 @@ describe("Series", () => {
       ["cells.label1", "cells.label2"],
     ]);
     expect(memberOfField(series, parts[0], "membrane")).toBe(image[1]);
-    const ofLabels = { ...defaults, ...settingsOfEntry({ name: "cells", info: image[0], series }) };
-    expect([ofLabels.dataset, ofLabels.surfaces.length]).toEqual(["cells.label1", 1]);
+    const ofLabels = { ...defaults, ...settingsOfEntry({ name: "cells", info: image[0], series }, defaults) };
+    expect([ofLabels.dataset, ofLabels.surfaces.length]).toEqual(["cells.label1", 2]);
     // The look of labels goes with them.
-    const back = { ...ofLabels, ...withLabelChanges(all, parts[1], ofLabels, { dataset: "cells.nuclei", isovalue: null }) };
-    expect(back).toEqual({ ...defaults, dataset: "cells.nuclei", isovalue: null, surfaces: [] });
+    for (const given of [{ dataset: "cells.nuclei" }, { dataset: "cells.nuclei", isovalue: null }]) {
+      const change = withLabelChanges(all, parts[1], ofLabels, changeFromWritten(all, parts[1], ofLabels, given));
+      expect({ ...ofLabels, ...change }).toEqual({ ...defaults, dataset: "cells.nuclei" });
+    }
   });
 
   test("SingleMembersAreDatasets", () => {
@@ -111,11 +114,7 @@ describe("Series", () => {
     const changed = (change: Partial<Settings>, from = now) => withTimeOfDataset(list, flow[4], from, change).t;
     expect(changed({ dataset: "flow.speed.t0.5" })).toBe(0.5);
     expect([changed({ dataset: "head" }), changed({ dataset: "seg" }), changed({ dataset: "unknown" })]).toEqual([null, null, null]);
-    expect([changed({ dataset: "flow" }), changed({ isovalue: 3 }), changed({ dataset: "head" }, { ...now, t: null })]).toEqual([
-      undefined,
-      undefined,
-      undefined,
-    ]);
+    expect([changed({ dataset: "flow" }), changed({ error: 3 }), changed({ dataset: "head" }, { ...now, t: null })]).toEqual([undefined, undefined, undefined]);
     expect(changed({ dataset: "head", t: 0 })).toBe(0);
   });
 
@@ -139,18 +138,20 @@ describe("Series", () => {
 describe("Labels", () => {
   test("ShowSurfacesAtTheSameIsovalue", () => {
     const entry = entriesOf(list).find(({ name }) => name === "seg")!;
-    const overrides = settingsOfEntry(entry);
-    expect(overrides).toMatchObject({ dataset: "seg.label1", isovalue: labelIsovalue, visible: true });
+    const overrides = settingsOfEntry(entry, defaults);
+    expect(overrides.dataset).toBe("seg.label1");
     expect(overrides.surfaces!.map(({ dataset, isovalue }) => [dataset, isovalue])).toEqual([
+      ["", labelIsovalue],
       ["seg.label4", 0.5],
       ["seg.label9", 0.5],
     ]);
   });
 
   test("SelectANamedLabel", () => {
-    const overrides = settingsOfEntry(entriesOf(labels)[0], "seg.label4");
-    expect(overrides).toMatchObject({ dataset: "seg.label1", visible: false });
+    const overrides = settingsOfEntry(entriesOf(labels)[0], defaults, "seg.label4");
+    expect(overrides.dataset).toBe("seg.label1");
     expect(overrides.surfaces!.map(({ dataset, visible }) => [dataset, visible])).toEqual([
+      ["", false],
       ["seg.label4", true],
       ["seg.label9", false],
     ]);
@@ -158,9 +159,9 @@ describe("Labels", () => {
 
   test("LimitTheInitiallyVisible", () => {
     const many = Array.from({ length: 100 }, (_, i) => member(`m.label${i + 1}`, "m", { label: { value: i + 1, name: "" } }));
-    const overrides = settingsOfEntry(entriesOf(many)[0]);
-    expect(overrides.surfaces).toHaveLength(99);
-    expect(overrides.surfaces!.filter(({ visible }) => visible)).toHaveLength(23);
+    const overrides = settingsOfEntry(entriesOf(many)[0], defaults);
+    expect(overrides.surfaces).toHaveLength(100);
+    expect(overrides.surfaces!.filter(({ visible }) => visible)).toHaveLength(24);
   });
 
   test("HaveTheColorOfTheFileOrAConstantOne", () => {
@@ -183,18 +184,11 @@ describe("Labels", () => {
 
 describe("SceneAt", () => {
   test("SelectsSurfacesAndColorsAtOneTime", () => {
-    const further = { isovalue: 1, error: null, color: "#ffffff", opacity: 1, visible: true };
-    const settings = {
-      ...defaults,
+    const settings = settingsFrom({
       dataset: "flow",
       colorBy: "flow.heat.t0",
-      surfaces: [
-        { ...further, dataset: "" },
-        { ...further, dataset: "flow.heat.t0" },
-        { ...further, dataset: "head" },
-        { ...further, dataset: "gone" },
-      ],
-    };
+      surfaces: [surface({ dataset: "" }), surface({ dataset: "flow.heat.t0" }), surface({ dataset: "head" }), surface({ dataset: "gone" })],
+    });
     const scene = sceneOf(list, settings, atTime(list, flow[0], 0.25));
     expect(scene.infos.map((info) => info?.name)).toEqual(["flow.speed.t0.25", "flow.speed.t0.25", "flow.heat.t0.25", "head", undefined]);
     expect(scene.time).toEqual({ scene: "flow", time: 0.25 });
@@ -216,7 +210,7 @@ describe("SceneAt", () => {
   });
 
   test("RefuseSurfacesOfUnknownDatasets", () => {
-    const known = { dataset: "fuel", isovalue: 60, error: null, color: "#ffffff", opacity: 1, visible: true };
+    const known = surface({ dataset: "fuel", isovalue: 60 });
     const settings = { ...defaults, surfaces: [{ ...known, dataset: "fule" }, known] };
     expect(sceneRefusal(list, settings, list[0])).toEqual({
       text: 'No dataset named "fule" is served here. Did you mean "fuel"?',

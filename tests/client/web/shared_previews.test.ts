@@ -14,7 +14,7 @@ import {
   TileSchema,
   WelcomeSchema,
 } from "../../../client/web/src/protocol/messages";
-import { defaults } from "../../../client/web/src/state/settings";
+import { writtenDefaults } from "../../../client/web/src/state/settings";
 import type { LinkEvents } from "../../../client/web/src/stream/link";
 import { isosurfaceRequest } from "../../../client/web/src/stream/request";
 import { SharedPreviews } from "../../../client/web/src/stream/shared_previews";
@@ -55,7 +55,7 @@ function surfaceOf(previews: SharedPreviews, value: number, side: number) {
   const info = labelOf(value, side);
   previews.request(
     client,
-    { info, isosurface: isosurfaceRequest(info, { ...defaults, isovalue: 0.5, shading: "facets" }, null), steps: "coarse" },
+    { info, isosurface: isosurfaceRequest(info, { ...writtenDefaults, isovalue: 0.5, shading: "facets" }, null), steps: "coarse" },
     BigInt(100 + value),
   );
   return { client, received };

@@ -1,15 +1,17 @@
 import { noProgress, type StepFacts } from "../../../client/web/src/state/progress";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
+import { withSurface } from "../../../client/web/src/state/surfaces";
 import { ShownReports } from "../../../client/web/src/surfaces/shown_reports";
+import { settingsFrom, surface } from "./made_settings";
 
 const [one, two] = [1, 2].map((triangles) => ({ triangles }) as StepFacts);
-const other = { isovalue: 7, error: null, color: "#112233", opacity: 1, visible: true };
+const both = settingsFrom({ surfaces: [surface({ isovalue: 7 })] });
 
 // `drawn` has the step at each place; `heard` the reported places and triangles.
 function reports() {
   const drawn: (StepFacts | null)[] = [one, two];
   const heard: number[][] = [];
-  const now: { settings: Settings; isCurrent: boolean } = { settings: { ...defaults, surfaces: [other] }, isCurrent: true };
+  const now: { settings: Settings; isCurrent: boolean } = { settings: both, isCurrent: true };
   const steps = { progressOf: (at: number) => ({ ...noProgress, shown: drawn[at] ?? null }), isCurrent: () => now.isCurrent };
   const made = new ShownReports(
     steps,
@@ -22,14 +24,14 @@ function reports() {
 describe("ShownReports", () => {
   test("HaveOnlyVisibleCurrentSurfaces", () => {
     const { made, now, since } = reports();
-    now.settings = { ...now.settings, visible: false };
+    now.settings = { ...both, ...withSurface(both, 0, { visible: false }) };
     made.update();
     for (const at of [0, 1]) made.add(at);
     expect(since()).toEqual([
       [1, 2],
       [1, 2],
     ]); // A step that is shown again is reported again.
-    now.settings = { ...now.settings, visible: true };
+    now.settings = both;
     made.update();
     made.update();
     expect(since()).toEqual([[0, 1]]);
@@ -48,7 +50,7 @@ describe("ShownReports", () => {
     [now.settings, drawn[0]] = [defaults, two];
     made.update();
     expect(since()).toEqual([[0, 2]]);
-    [now.settings, drawn[0]] = [{ ...defaults, surfaces: [other] }, one];
+    [now.settings, drawn[0]] = [both, one];
     made.update();
     expect(since()).toEqual([
       [0, 1],

@@ -1,5 +1,5 @@
 import type { StepFacts } from "../../../client/web/src/state/progress";
-import { defaults } from "../../../client/web/src/state/settings";
+import { writtenDefaults } from "../../../client/web/src/state/settings";
 import { isosurfaceRequest } from "../../../client/web/src/stream/request";
 import { isRegression, type ShownSurface } from "../../../client/web/src/surfaces/shown_surface";
 import { dataset } from "./golden_stream";
@@ -9,7 +9,7 @@ const info = dataset();
 const view = { eye: [16, 16, 16], target: [0, 0, 0], up: [0, 0, 1], fieldOfView: 35, heightPixels: 500, aspect: 1 };
 const request = (followView: boolean, isovalue = 0.1) => ({
   info,
-  isosurface: isosurfaceRequest(info, { ...defaults, isovalue, followView }, view),
+  isosurface: isosurfaceRequest(info, { ...writtenDefaults, isovalue, followView }, view),
 });
 const facts = (errorWorld: number, isFinal = false) => ({ errorWorld, tolerance: 0, isFinal }) as StepFacts;
 const shown = (followView: boolean, errorWorld: number): ShownSurface => ({

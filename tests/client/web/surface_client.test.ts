@@ -11,7 +11,7 @@ import {
 import type { Surface } from "../../../client/web/src/scene/surface";
 import { nothingHidden } from "../../../client/web/src/state/hidden_parts";
 import type { StepFacts } from "../../../client/web/src/state/progress";
-import { defaults, type Settings } from "../../../client/web/src/state/settings";
+import { type WrittenSettings, writtenDefaults } from "../../../client/web/src/state/settings";
 import { ConnectionPool } from "../../../client/web/src/stream/connection_pool";
 import { applied, inverse, latticeToWorld } from "../../../client/web/src/stream/dataset";
 import type { LinkEvents } from "../../../client/web/src/stream/link";
@@ -74,7 +74,7 @@ function clientOf(token = "", parts = partsOf(token)) {
 }
 
 const time = { scene: "gyroid", time: null };
-const settings = { ...defaults, isovalue: 0.1, error: 0.5 };
+const settings = { ...writtenDefaults, isovalue: 0.1, error: 0.5 };
 
 // The last request.
 function openStream(): OpenStream | undefined {
@@ -267,7 +267,7 @@ describe("SurfaceClient", () => {
 });
 
 // A client with cached surfaces, and the selections that its surface was requested to show.
-function keptAndWanted(wanted: Settings) {
+function keptAndWanted(wanted: WrittenSettings) {
   link.sent.length = selections.requested.length = 0;
   const shows: (Selection | null)[] = [];
   const parts = partsOf();

@@ -1,26 +1,20 @@
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
-import {
-  maxSurfaces,
-  settingsOf,
-  surfacesOf,
-  withAddedSurface,
-  withMaterial,
-  withOtherDataset,
-  withoutSurface,
-  withSurface,
-} from "../../../client/web/src/state/surfaces";
+import { maxSurfaces, settingsOf, withAddedSurface, withMaterial, withOtherDataset, withoutSurface, withSurface } from "../../../client/web/src/state/surfaces";
+import { written } from "../../../client/web/src/state/written_settings";
 import { reusedMembers, stepsToRequest } from "../../../client/web/src/surfaces/surface_set";
+import { settingsFrom, surface } from "./made_settings";
 
-const further = { isovalue: 7, error: null, color: "#112233", opacity: 0.5, visible: true };
-const two: Settings = { ...defaults, isovalue: 3, error: 2, surfaces: [further] };
-const isovalues = (settings: Settings) => surfacesOf(settings).map(({ isovalue }) => isovalue);
+const further = surface({ isovalue: 7, color: "#112233", opacity: 0.5 });
+const two = settingsFrom({ isovalue: 3, error: 2, surfaces: [further] });
+const [first] = two.surfaces;
+const isovalues = (settings: Settings) => settings.surfaces.map(({ isovalue }) => isovalue);
 
 describe("Surfaces", () => {
   test("FromOtherDatasetsAreTranslucent", () => {
-    const added = { ...two, opacity: 0.35 }; // The opacity after adding an inner surface.
+    const withFirst = (opacity: number) => ({ ...two, ...withSurface(two, 0, { opacity }) });
     const own = { dataset: "cells.actin", isovalue: 9, color: "#00ff00" };
-    expect(withOtherDataset(added, 1, own)).toEqual({ surfaces: [{ ...further, ...own, opacity: 0.35 }], opacity: 1 });
-    expect(withOtherDataset({ ...two, opacity: 0.8 }, 1, own)).not.toHaveProperty("opacity"); // The user's.
+    expect(withOtherDataset(withFirst(0.35), 1, own).surfaces).toEqual([first, { ...further, ...own, opacity: 0.35 }]); // Added as an inner surface.
+    expect(withOtherDataset(withFirst(0.8), 1, own).surfaces[0].opacity).toBe(0.8); // The user's.
   });
 
   test("MaterialsBringTheirColors", () => {
@@ -30,41 +24,46 @@ describe("Surfaces", () => {
     expect(withMaterial({ color: "#d9775f" }, "glossy")).toEqual({ material: "glossy" });
   });
 
-  test("BeginWithTheSettingsOwn", () => {
+  test("BeginWithTheOneWrittenBesideThem", () => {
     expect(isovalues(two)).toEqual([3, 7]);
-    expect(withSurface(two, 0, { isovalue: 4, opacity: 0.1 })).toEqual({ isovalue: 4, opacity: 0.1 });
-    expect(withSurface(two, 1, { isovalue: 8 })).toEqual({ surfaces: [{ ...further, isovalue: 8 }] });
+    expect(withSurface(two, 0, { isovalue: 4, opacity: 0.1 }).surfaces).toEqual([{ ...first, isovalue: 4, opacity: 0.1 }, further]);
+    expect(withSurface(two, 1, { isovalue: 8 }).surfaces).toEqual([first, { ...further, isovalue: 8 }]);
+    expect(withSurface(two, 1, { isovalue: 7 }).surfaces).toBe(two.surfaces);
   });
 
   test("AreRequestedIndependently", () => {
-    expect(settingsOf(two, 1)).toMatchObject({ isovalue: 7, error: 2, opacity: 0.5, surfaces: [] });
-    expect(settingsOf({ ...two, surfaces: [{ ...further, error: 0.5 }] }, 1)).toMatchObject({ error: 0.5 });
-    expect(settingsOf(two, 2)).toBeNull();
-    expect(settingsOf({ ...two, minComponent: 9 }, 1)).toMatchObject({ minComponent: 0 });
-    expect(settingsOf({ ...two, surfaces: [{ ...further, minComponent: 4 }] }, 1)).toMatchObject({ minComponent: 4 });
+    expect(settingsOf(two, 1)).toMatchObject({ isovalue: 7, error: 2, opacity: 0.5 });
+    expect(settingsOf({ ...two, surfaces: [{ ...further, error: 0.5 }] }, 0)).toMatchObject({ error: 0.5 });
+  });
+
+  test("ShowAllPartsOfAnotherIsovalue", () => {
+    const hidden = { ...two, ...withSurface(two, 1, { hiddenParts: [[1, 2, 3]] }) };
+    expect(withSurface(hidden, 1, { isovalue: 8 }).surfaces[1].hiddenParts).toEqual([]);
+    expect(withSurface(hidden, 1, { isovalue: 7, opacity: 1 }).surfaces[1].hiddenParts).toEqual([[1, 2, 3]]);
+  });
+
+  test("AreWrittenWithTheErrorOfTheFirst", () => {
+    const fine = { ...two, ...withSurface(two, 0, { error: 0.5 }) };
+    expect(written(fine)).toMatchObject({ isovalue: 3, error: 0.5, surfaces: [{ isovalue: 7, error: 2 }] });
+    expect(written(two)).toMatchObject({ error: 2, surfaces: [{ error: null }] });
   });
 
   test("RemovalPromotesTheNext", () => {
     const one = { ...two, ...withoutSurface(two, 0) };
     expect(isovalues(one)).toEqual([7]);
-    expect(one.error).toBe(2);
-    expect(one.color).toBe("#112233");
     expect(withoutSurface(one, 0)).toEqual({});
-    expect(withoutSurface({ ...two, minComponent: 9 }, 0)).toMatchObject({ minComponent: 0 });
     expect(isovalues({ ...two, ...withoutSurface(two, 1) })).toEqual([3]);
   });
 
   test("KeepTheirDataset", () => {
-    const three: Settings = { ...two, dataset: "head", surfaces: [{ ...further, dataset: "dose" }, further] };
-    const left = { ...three, ...withoutSurface(three, 0) };
-    expect(left.dataset).toBe("dose");
-    expect(left.surfaces).toEqual([{ ...further, dataset: "head" }]);
+    const three = { ...two, dataset: "head", surfaces: [first, { ...further, dataset: "dose" }, further] };
+    expect(withoutSurface(three, 0)).toEqual({ dataset: "dose", surfaces: [further, { ...further, dataset: "head" }] });
   });
 
   test("HaveDistinctColorsUpToALimit", () => {
     let all: Settings = defaults;
     for (let i = 0; i < 20; ++i) all = { ...all, ...withAddedSurface(all, i, 0) };
-    const list = surfacesOf(all);
+    const list = all.surfaces;
     expect(list).toHaveLength(maxSurfaces);
     expect(new Set(list.map(({ color }) => color)).size).toBe(maxSurfaces);
   });

@@ -1,6 +1,6 @@
 // The events that an embedding page receives: from the module (module.ts) or as messages of a frame (embedding.ts).
 import type { ShownComponents, StepFacts } from "../state/progress";
-import type { Settings } from "../state/settings";
+import type { WrittenSettings } from "../state/settings";
 
 // A dataset, or another time of a series.
 export interface EmbeddedDataset {
@@ -33,7 +33,7 @@ export interface EmbeddedPick {
 }
 
 export interface EmbeddedEvents {
-  state: Settings; // All settings, after changes.
+  state: WrittenSettings; // All settings, after changes.
   dataset: EmbeddedDataset;
   shown: EmbeddedStep;
   picked: EmbeddedPick;

@@ -6,7 +6,8 @@ import type { Picked } from "../scene/picking";
 import { Events } from "../state/events";
 import { parseSettings } from "../state/parse_settings";
 import type { StepFacts } from "../state/progress";
-import type { Settings } from "../state/settings";
+import type { WrittenSettings } from "../state/settings";
+import { written } from "../state/written_settings";
 import { assumedPlacement } from "../stream/dataset";
 import type { Viewer } from "../viewer/viewer";
 import type { PictureOptions } from "../viewer/viewer_options";
@@ -30,7 +31,7 @@ export class EmbeddedViewer {
   ) {
     viewer.on("settings", () => {
       timers.clearTimeout(this.timer);
-      this.timer = timers.setTimeout(() => this.events.emit("state", viewer.get()), together);
+      this.timer = timers.setTimeout(() => this.events.emit("state", this.get()), together);
     });
     viewer.on("dataset", (info) => {
       this.failure = "";
@@ -58,12 +59,12 @@ export class EmbeddedViewer {
   set(given: unknown, isDragging: boolean): string[] {
     const { settings, ignored } = parseSettings(given);
     this.failure = "";
-    this.viewer.set(settings, isDragging);
+    this.viewer.setWritten(settings, isDragging);
     return ignored;
   }
 
-  get(): Settings {
-    return this.viewer.get();
+  get(): WrittenSettings {
+    return written(this.viewer.get());
   }
 
   // Limits the triangles on weak devices, for pages that do not choose the limit.

@@ -3,8 +3,9 @@
 
 import { withShortLabels } from "../state/label_surfaces";
 import { findByName } from "../state/series";
-import type { Settings } from "../state/settings";
+import { defaults, type Settings } from "../state/settings";
 import { afterEdit, ignoredParts, toAddress } from "../state/url_state";
+import { fromWritten, written } from "../state/written_settings";
 import { coordinateResolution } from "../stream/dataset";
 import type { Viewer } from "../viewer/viewer";
 import { Token } from "./server_address";
@@ -12,7 +13,7 @@ import { Token } from "./server_address";
 export class AddressSync {
   private initialHash: string;
   private timer = 0;
-  private historyStep: string | null = null; // Dataset and isovalue of the current history entry.
+  private historyStep: string | null = null; // Dataset and isovalues of the current history entry.
   private isDragging = false;
 
   constructor(
@@ -55,9 +56,9 @@ export class AddressSync {
     Token.hide();
     this.historyStep = null; // The browser has already made a history entry.
     if (hash.slice(1) === this.addressOf(this.settingsForAddress())) return;
-    const { dataset, ...now } = afterEdit(this.viewer.get(), hash);
+    const { dataset, ...now } = afterEdit(written(this.viewer.get()), hash);
     const { list } = this.viewer.surfaces.datasets.get();
-    this.viewer.set({ ...now, dataset: dataset || this.settingsForAddress().dataset });
+    this.viewer.set({ ...fromWritten(defaults, now), dataset: dataset || this.settingsForAddress().dataset });
     const isUnknown = dataset !== "" && list !== null && findByName(list, dataset) === null;
     if (!isUnknown) this.reportIgnored(hash);
   }
@@ -78,7 +79,7 @@ export class AddressSync {
   // A change of dataset or isovalue adds a history entry; other changes replace it.
   private updateAddress(): void {
     const now = this.settingsForAddress();
-    const step = `${now.dataset} ${now.isovalue}`;
+    const step = [now.dataset, ...now.surfaces.map(({ isovalue }) => isovalue)].join(" ");
     const isStep = this.historyStep !== null && this.historyStep !== step;
     this.historyStep = step;
     const address = `#${this.addressOf(now)}`;

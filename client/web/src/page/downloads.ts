@@ -11,7 +11,6 @@ import { rounded } from "../shared/numbers";
 import { fileName, type NamedSurface, seriesName } from "../state/file_names";
 import { nameOfLabel, renamedLabel, timeOf, timeText, withLabelsBeside } from "../state/series";
 import type { Settings } from "../state/settings";
-import { surfacesOf } from "../state/surfaces";
 import { toAddress } from "../state/url_state";
 import { applied, coordinateResolution, latticeToWorld, type Vec3, voxelLength, voxelVolume } from "../stream/dataset";
 import type { MeshReply } from "../stream/mesh_request";
@@ -69,8 +68,8 @@ export class Downloads {
       await viewer.settled();
       if (at < times.all.length) this.requireTime(times.all[at]);
     };
-    const { t, isovalue, playing } = viewer.get();
-    const goBack = () => viewer.set({ t: t ?? times.now, isovalue, playing });
+    const { t, surfaces, playing } = viewer.get();
+    const goBack = () => viewer.set({ t: t ?? times.now, surfaces, playing });
     await this.animate({ name: "time", frames: times.all.length, framesPerSecond: viewer.get().speed, show }, form, goBack);
   }
 
@@ -145,7 +144,7 @@ export class Downloads {
   // The server's reason for not making a file is the user's; without a connection the surface is saved as it is shown.
   private async meshFile(surface: ShownTiles, format: MeshFormat): Promise<MeshReply & { isAsShown: boolean }> {
     const settings = this.viewer.get();
-    const { hiddenParts = [] } = surfacesOf(settings)[surface.at] ?? {};
+    const hiddenParts = settings.surfaces[surface.at]?.hiddenParts ?? [];
     const made = hiddenParts.length > 0 ? null : await this.viewer.surfaces.file(surface, settings, format).catch(nullIfUnreachable);
     if (made) return { ...made, isAsShown: false };
     const {

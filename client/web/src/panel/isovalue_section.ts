@@ -6,8 +6,8 @@ import { tissueAtValue } from "../shared/sample_window";
 import { persistentValues } from "../state/browser_storage";
 import { hiddenPartsOf } from "../state/hidden_parts";
 import { rangeOf } from "../state/series";
-import type { Settings } from "../state/settings";
-import { surfacesOf, withSurface } from "../state/surfaces";
+import type { Settings, SurfaceSettings } from "../state/settings";
+import { withSurface } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
 import { componentFilter } from "./component_filter";
 import { HistogramView } from "./histogram";
@@ -34,16 +34,17 @@ export function isovaluePart(change: Change): IsovaluePart {
       change(withSurface(settings, surface, { isovalue }), isDragging);
     },
   });
-  const input = numberInput("Isovalue", (isovalue) => change({ isovalue }));
+  const changeFirst = (changes: Partial<SurfaceSettings>) => change(withSurface(settings, 0, changes));
+  const input = numberInput("Isovalue", (isovalue) => changeFirst({ isovalue }));
   const log = toggle({
     label: "log",
     tip: "Logarithmic heights, which show rare values.",
     onChange: (logScale) => change({ logScale }),
   });
   const filter = componentFilter("the surface", {
-    hide: (minComponent) => change({ minComponent }),
-    showHidden: () => change({ hiddenParts: [] }),
-    keepLargest: (isOn) => change({ minComponent: isOn ? "largest" : 0 }),
+    hide: (minComponent) => changeFirst({ minComponent }),
+    showHidden: () => changeFirst({ hiddenParts: [] }),
+    keepLargest: (isOn) => changeFirst({ minComponent: isOn ? "largest" : 0 }),
   });
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Suggested isovalues" });
   const chip = (value: number, of: DatasetInfo) => {
@@ -53,7 +54,7 @@ export function isovaluePart(change: Change): IsovaluePart {
       `${roundedWithin(value, of.max - of.min)} ${tissueAtValue(value, of)}`.trim(),
     );
     button.dataset.value = String(value);
-    button.addEventListener("click", () => change({ isovalue: value }));
+    button.addEventListener("click", () => changeFirst({ isovalue: value }));
     return button;
   };
   return {
@@ -62,11 +63,11 @@ export function isovaluePart(change: Change): IsovaluePart {
     show: (now, shown) => {
       settings = now;
       log.show(now.logScale);
-      filter.show(hiddenPartsOf(now));
-      filter.element.hidden = now.surfaces.length > 0; // With several surfaces each has its own.
+      filter.show(hiddenPartsOf(now.surfaces[0]));
+      filter.element.hidden = now.surfaces.length > 1; // With several surfaces each has its own.
       if (!shown) return;
       const suggested = suggestedIsovalue(shown);
-      const lines = surfacesOf(now).flatMap(({ isovalue, color, dataset }, surface) =>
+      const lines = now.surfaces.flatMap(({ isovalue, color, dataset }, surface) =>
         (dataset || shown.name) === shown.name ? [{ surface, isovalue: isovalue ?? suggested, color }] : [],
       );
       histogram.show(shown, lines, now.logScale, rangeOf(list, shown));
@@ -76,7 +77,7 @@ export function isovaluePart(change: Change): IsovaluePart {
         if (!info) histogram.invite(!hasDragged);
       }
       info = shown;
-      const isovalue = now.isovalue ?? suggested;
+      const isovalue = now.surfaces[0].isovalue ?? suggested;
       for (const button of chips.querySelectorAll("button")) {
         button.setAttribute("aria-pressed", String(Number(button.dataset.value) === isovalue));
       }

@@ -4,8 +4,7 @@ import { h } from "../shared/elements";
 import { grouped } from "../shared/quantities";
 import type { Progress } from "../state/progress";
 import { labelName } from "../state/series";
-import { maxNoteLength } from "../state/settings";
-import type { SurfaceSettings } from "../state/surfaces";
+import { maxNoteLength, type SurfaceSettings } from "../state/settings";
 
 export type LabelLook = Partial<Pick<SurfaceSettings, "color" | "opacity" | "visible">>;
 

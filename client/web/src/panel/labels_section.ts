@@ -6,8 +6,8 @@ import { hiddenPartsOf } from "../state/hidden_parts";
 import { maxInitialLabels } from "../state/label_surfaces";
 import type { Progress } from "../state/progress";
 import { findByName, labelName, labelOf, renamedLabel, withLabelName } from "../state/series";
-import type { Settings } from "../state/settings";
-import { type SurfaceSettings, surfacesOf, withAllSurfaces } from "../state/surfaces";
+import type { Settings, SurfaceSettings } from "../state/settings";
+import { withAllSurfaces } from "../state/surfaces";
 import { componentFilter } from "./component_filter";
 import { type LabelLook, type LabelRow, labelRow, opacitySlider, showOpacity } from "./label_row";
 import { type LabelsBeside, labelsBeside } from "./labels_beside";
@@ -126,12 +126,12 @@ class LabelsTable implements LabelsPart {
   }
 
   private changeAll(look: (at: number) => Partial<SurfaceSettings>): void {
-    const isLabel = (one: SurfaceSettings, at: number) => labelOf(this.datasets, this.datasetOf(one, at)) !== null;
-    this.change(withAllSurfaces(this.settings!, (one, at) => (isLabel(one, at) ? look(at) : null)));
+    const isLabel = (one: SurfaceSettings) => labelOf(this.datasets, this.datasetOf(one)) !== null;
+    this.change(withAllSurfaces(this.settings!, (one, at) => (isLabel(one) ? look(at) : null)));
   }
 
-  private datasetOf(one: SurfaceSettings, at: number): string {
-    return (at > 0 && one.dataset) || this.settings!.dataset;
+  private datasetOf(one: SurfaceSettings): string {
+    return one.dataset || this.settings!.dataset;
   }
 
   // The rows that match the search, and the surfaces of the selected ones.
@@ -225,8 +225,8 @@ class LabelsTable implements LabelsPart {
   private findLabels(settings: Settings): void {
     const { datasets, order } = this;
     const infos = new Map(datasets.map((info) => [info.name, info]));
-    const labels = surfacesOf(settings).flatMap((one, at): FoundLabel[] => {
-      const key = this.datasetOf(one, at);
+    const labels = settings.surfaces.flatMap((one, at): FoundLabel[] => {
+      const key = this.datasetOf(one);
       const label = (infos.get(key) ?? findByName(datasets, key))?.member?.label;
       return label ? [{ at, key, one, label: renamedLabel(label, settings.labelNames) }] : [];
     });
@@ -241,7 +241,7 @@ class LabelsTable implements LabelsPart {
   }
 
   private addRow(at: number): LabelRow {
-    const dataset = () => this.datasetOf(surfacesOf(this.settings!)[at], at);
+    const dataset = () => this.datasetOf(this.settings!.surfaces[at]);
     const row = labelRow({
       change: (look) => this.changeTargets(at, look),
       isolate: () => this.isolate(at),
@@ -256,7 +256,7 @@ class LabelsTable implements LabelsPart {
     const { found } = this;
     this.filter.show({
       minComponent: Math.max(0, ...found.map(({ one }) => hiddenPartsOf(one).minComponent)),
-      places: found.flatMap(({ one }) => one.hiddenParts ?? []),
+      places: found.flatMap(({ one }) => one.hiddenParts),
     });
     this.count.textContent = `${shown.length} of ${found.length} shown`;
     this.search.hidden = found.length < fewLabels;

@@ -74,7 +74,7 @@ export class Panel {
     resetAll.addEventListener("click", () => {
       const { dataset, theme } = settings.get();
       const series = this.info?.member?.label ? seriesOf(this.list, this.info) : null;
-      change({ ...defaults, dataset, theme, ...(series && settingsOfEntry({ name: series.name, info: this.info!, series })) });
+      change({ ...defaults, dataset, theme, ...(series && settingsOfEntry({ name: series.name, info: this.info!, series }, defaults)) });
       events.reset();
     });
     const isovalue = (this.isovalue = isovaluePart(change));
@@ -83,7 +83,7 @@ export class Panel {
     const series = (this.series = seriesPart(change));
     const labels = (this.labels = labelsPart(change, events));
     this.ofValues = h("section", {}, ...isovalue.elements);
-    this.surfacesElement = foldedSection("Surfaces", settings.get().surfaces.length > 0, ...surfaces.elements);
+    this.surfacesElement = foldedSection("Surfaces", settings.get().surfaces.length > 1, ...surfaces.elements);
     this.labelsElement = section("Labels", ...labels.elements);
     const region = regionPart(change);
     const field = (this.field = fieldPart(change));
@@ -164,8 +164,8 @@ export class Panel {
 
   private drawExpected(): void {
     const { length } = this.settings.get().surfaces;
-    const text = this.info?.member?.label && length > 0 ? "" : expectedText(this.size, this.shown);
-    this.expected.textContent = (text && length > 0 ? `Surface 1: ${text}` : text) || "\u00a0"; // Keeps the line's height.
+    const text = this.info?.member?.label && length > 1 ? "" : expectedText(this.size, this.shown);
+    this.expected.textContent = (text && length > 1 ? `Surface 1: ${text}` : text) || "\u00a0"; // Keeps the line's height.
   }
 
   private show(): void {

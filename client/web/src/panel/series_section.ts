@@ -1,8 +1,9 @@
 // Selects the field of a series, or its labels.
 import type { DatasetInfo } from "../protocol/messages";
 import { h } from "../shared/elements";
-import { settingsOfEntry } from "../state/label_surfaces";
+import { changeFromWritten, settingsOfEntry } from "../state/label_surfaces";
 import { channelColor, memberOfField, type Series, seriesOf } from "../state/series";
+import type { Settings } from "../state/settings";
 import type { Change, PanelSection } from "./panel_section";
 
 const labelsOption = "/labels"; // No field has this name.
@@ -14,18 +15,20 @@ export interface SeriesPart extends PanelSection {
 export function seriesPart(change: Change): SeriesPart {
   let list: readonly DatasetInfo[] = [];
   let info: DatasetInfo | null = null;
+  let settings: Settings;
   const choice = h("select", { class: "select", "aria-label": "Field of the surfaces", hidden: true });
   choice.setAttribute("data-tip", "The surfaces are where this field has the isovalue.");
   choice.addEventListener("change", () => {
     const series = info && seriesOf(list, info);
     if (!series) return;
-    if (choice.value === labelsOption) return change(settingsOfEntry({ name: series.name, info: info!, series }));
+    if (choice.value === labelsOption) return change(settingsOfEntry({ name: series.name, info: info!, series }, settings));
     const other = memberOfField(series, info!, choice.value);
-    if (other) change({ dataset: other.name, isovalue: null, ...channelColor(other) });
+    if (other) change(changeFromWritten(list, info, settings, { dataset: other.name, isovalue: null, ...channelColor(other) }));
   });
   return {
     elements: [choice],
-    show: (_, shown) => {
+    show: (now, shown) => {
+      settings = now;
       info = shown;
       const offers = offersOf(shown && seriesOf(list, shown));
       choice.hidden = offers.length < 2;

@@ -7,17 +7,8 @@ import { hiddenPartsOf } from "../state/hidden_parts";
 import { imageBeside, withImage } from "../state/label_surfaces";
 import type { Progress } from "../state/progress";
 import { channelColor, findByName, isSameSeries, labelOf } from "../state/series";
-import { materials, type Settings } from "../state/settings";
-import {
-  maxSurfaces,
-  type SurfaceSettings,
-  surfacesOf,
-  withAddedSurface,
-  withMaterial,
-  withOtherDataset,
-  withoutSurface,
-  withSurface,
-} from "../state/surfaces";
+import { materials, type Settings, type SurfaceSettings } from "../state/settings";
+import { maxSurfaces, withAddedSurface, withMaterial, withOtherDataset, withoutSurface, withSurface } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
 import { accuracyOf } from "./certificate";
 import { componentFilter, componentsText, hidesAny } from "./component_filter";
@@ -55,9 +46,7 @@ export function surfacesPart(change: Change): SurfacesPart {
   });
   const unusedIsovalue = (of: DatasetInfo) =>
     nextIsovalue(
-      surfacesOf(settings)
-        .filter(({ dataset }) => !dataset)
-        .map(({ isovalue }) => isovalue ?? suggestedIsovalue(of)),
+      settings.surfaces.filter(({ dataset }) => !dataset).map(({ isovalue }) => isovalue ?? suggestedIsovalue(of)),
       of,
     );
   const rowAt = (at: number) => {
@@ -88,7 +77,7 @@ export function surfacesPart(change: Change): SurfacesPart {
       settings = now;
       info = shown;
       // Before the list of datasets arrives, it is unknown which surfaces are labels.
-      const surfaces = datasets.length > 0 ? surfacesOf(now) : surfacesOf(now).slice(0, maxSurfaces);
+      const surfaces = datasets.length > 0 ? now.surfaces : now.surfaces.slice(0, maxSurfaces);
       for (const [at, row] of rows) {
         if (surfaces[at] && !isLabel(surfaces[at])) continue;
         row.element.remove();
@@ -152,7 +141,7 @@ function surfaceRow(
     (value) => change({ error: Math.max(0, value) }),
     () => change({ error: null }),
   );
-  error.element.setAttribute("data-tip", "The allowed error in voxels; empty: the error of the first surface.");
+  error.element.setAttribute("data-tip", "The allowed error in voxels; empty: that of all surfaces.");
   error.element.setAttribute("placeholder", "error");
   const opacity = h("input", { type: "range", min: "0", max: "1", step: "0.01", "aria-label": `Opacity of ${name}` });
   opacity.setAttribute("data-tip", "The opacity of the surface.");
@@ -196,14 +185,14 @@ function surfaceRow(
     element,
     show: (surface, isOneOfSeveral) => {
       isVisible = surface.visible;
-      ofDataset = surface.dataset ?? "";
+      ofDataset = surface.dataset;
       color.value = surface.color;
       isovalue.show(surface.isovalue);
       error.show(surface.error);
       opacity.value = String(surface.opacity);
       opacity.setAttribute("aria-valuetext", `${Math.round(100 * surface.opacity)} %`);
       opacity.style.setProperty("--share", `${100 * surface.opacity}%`);
-      material.value = surface.material ?? "neutral";
+      material.value = surface.material;
       eye.setAttribute("aria-pressed", String(isVisible));
       eye.textContent = isVisible ? "◉" : "○";
       filter.show(hiddenPartsOf(surface));

@@ -3,7 +3,6 @@ import type { DatasetInfo } from "../protocol/messages";
 import { opacitiesOf, volumePresets } from "../scene/volume/opacities";
 import type { ShownLevel } from "../scene/volume/volume";
 import { h } from "../shared/elements";
-import { surfacesOf } from "../state/surfaces";
 import { sampledOf } from "../surfaces/scene_at";
 import { OpacityEditor } from "./opacity_editor";
 import type { Change, PanelSection } from "./panel_section";
@@ -55,7 +54,7 @@ export function volumePart(change: Change): VolumePart {
       refusal.hidden = isPermitted;
       volume.hidden = presets.hidden = !isPermitted;
       editor.element.hidden = shading.hidden = !isOn || settings.volume !== "on";
-      hint.hidden = !isOn || !surfacesOf(settings).some(({ visible, opacity }) => visible && opacity === 1);
+      hint.hidden = !isOn || !settings.surfaces.some(({ visible, opacity }) => visible && opacity === 1);
       if (!info) return;
       const sampled = sampledOf(list, settings, info);
       showPresets(sampled);

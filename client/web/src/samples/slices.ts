@@ -12,7 +12,6 @@ import type { ColorScale } from "../shared/color_maps";
 import { airBelow } from "../shared/sample_window";
 import type { ServedDatasets } from "../state/progress";
 import type { Settings } from "../state/settings";
-import { surfacesOf } from "../state/surfaces";
 import { nearestSample, type Vec3, worldBox, worldSpacing } from "../stream/dataset";
 import { suggestedIsovalue } from "../stream/request";
 import { LatestSlice, type SliceSources } from "./latest_slice";
@@ -173,6 +172,6 @@ export function crossOf(cross: Settings["cross"], info: DatasetInfo): Vec3 {
 }
 
 function leastIsovalue(settings: Settings, info: DatasetInfo): number {
-  const shown = surfacesOf(settings).filter(({ visible }) => visible);
+  const shown = settings.surfaces.filter(({ visible }) => visible);
   return Math.min(...shown.map(({ isovalue }) => isovalue ?? suggestedIsovalue(info)));
 }

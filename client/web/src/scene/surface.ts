@@ -6,7 +6,7 @@
 import * as THREE from "three";
 
 import type { LatticeBox } from "../mesh/tile_mesh";
-import type { Coloring, Settings } from "../state/settings";
+import type { Coloring, Settings, SurfaceSettings } from "../state/settings";
 import type { Affine } from "../stream/dataset";
 import type { DecodedTile, Selection } from "../workers/worker_messages";
 import { areSamePlanes } from "./cut_plane";
@@ -29,7 +29,8 @@ const palette = ["#d8b48f", "#7fb3d5", "#8fc9a3", "#e3a6a1", "#b7a3d9", "#e6cf7c
 const stepPalette = ["#c75146", "#dd8a4a", "#e3c567", "#a7c17a", "#5ea58b", "#4d87b0", "#7b6fb3"];
 
 // The settings that determine a surface's look.
-export type SurfaceLook = Pick<Settings, "wireframe" | "shading" | "color" | "opacity" | "visible" | "colorBy" | "material"> & { coloring: Coloring };
+export type SurfaceLook = Pick<Settings, "wireframe" | "shading" | "colorBy"> &
+  Pick<SurfaceSettings, "color" | "opacity" | "visible" | "material"> & { coloring: Coloring };
 
 export class Surface {
   budget = maxTriangles; // Triangles kept of this surface.

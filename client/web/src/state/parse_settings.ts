@@ -1,11 +1,11 @@
 // Parses settings from outside, such as an embedding page or a notebook. Names and forms are those of Settings; invalid
 // values are skipped and their names returned. Missing fields of a surface have defaults.
-import { type AdditionalSurface, defaults, type Settings } from "./settings";
+import { defaultSurface, type SurfaceSettings, type WrittenSettings, writtenDefaults } from "./settings";
 import { surfaceColors } from "./surfaces";
 import { checkedSetting } from "./url_state";
 
 export interface ParsedSettings {
-  settings: Partial<Settings>;
+  settings: Partial<WrittenSettings>;
   ignored: string[]; // Names: "error", "surfaces[1].opacity".
 }
 
@@ -16,7 +16,7 @@ export function parseSettings(given: unknown): ParsedSettings {
     const isList = name === "surfaces" && Array.isArray(value);
     const checked = isList ? surfacesFrom(value, found.ignored) : value;
     if (isList && value.length > 0 && checked.length === 0) continue; // No entry is valid.
-    const read = Object.hasOwn(defaults, name) ? settingFrom(name as keyof Settings, checked) : undefined;
+    const read = Object.hasOwn(writtenDefaults, name) ? settingFrom(name as keyof WrittenSettings, checked) : undefined;
     if (read) Object.assign(found.settings, read);
     else found.ignored.push(name);
   }
@@ -24,8 +24,8 @@ export function parseSettings(given: unknown): ParsedSettings {
 }
 
 // Values are written as in an address and read again, which checks their range.
-function settingFrom(name: keyof Settings, value: unknown): Partial<Settings> | undefined {
-  const usual = defaults[name];
+function settingFrom(name: keyof WrittenSettings, value: unknown): Partial<WrittenSettings> | undefined {
+  const usual = writtenDefaults[name];
   if (value === usual || (Array.isArray(value) && JSON.stringify(value) === JSON.stringify(usual))) return { [name]: usual };
   try {
     const read = checkedSetting(name, value);
@@ -36,38 +36,24 @@ function settingFrom(name: keyof Settings, value: unknown): Partial<Settings> | 
 }
 
 // Skips entries without a valid isovalue.
-function surfacesFrom(entries: readonly unknown[], ignored: string[]): AdditionalSurface[] {
+function surfacesFrom(entries: readonly unknown[], ignored: string[]): SurfaceSettings[] {
   return entries.flatMap((entry, at) => {
-    const color = surfaceColors[(at + 1) % surfaceColors.length];
-    const surface: AdditionalSurface = { isovalue: NaN, error: null, color, opacity: 1, visible: true };
+    const surface = { ...defaultSurface, color: surfaceColors[(at + 1) % surfaceColors.length] };
     for (const [name, value] of Object.entries(entry ?? {})) {
       const read = value === undefined ? {} : surfaceFieldFrom(name, value);
       if (read) Object.assign(surface, read);
       else ignored.push(`surfaces[${at}].${name}`);
     }
-    const isMissing = Number.isNaN(surface.isovalue);
+    const isMissing = surface.isovalue === null;
     const name = `surfaces[${at}].isovalue`;
     if (isMissing && !ignored.includes(name)) ignored.push(name);
     return isMissing ? [] : [surface];
   });
 }
 
-const surfaceFields: Required<AdditionalSurface> = {
-  isovalue: 0,
-  error: null,
-  color: surfaceColors[0],
-  opacity: 1,
-  visible: true,
-  dataset: "",
-  minComponent: 0,
-  hiddenParts: [],
-  material: "neutral",
-};
-
-function surfaceFieldFrom(name: string, value: unknown): Partial<AdditionalSurface> | undefined {
-  if (!Object.hasOwn(surfaceFields, name)) return undefined;
-  const [read] = settingFrom("surfaces", [{ ...surfaceFields, [name]: value }])?.surfaces ?? [];
-  const field = name as keyof AdditionalSurface;
-  if (!read || typeof (read[field] ?? surfaceFields[field]) !== typeof value) return undefined;
-  return read[field] === undefined ? {} : { [field]: read[field] };
+function surfaceFieldFrom(name: string, value: unknown): Partial<SurfaceSettings> | undefined {
+  if (!Object.hasOwn(defaultSurface, name)) return undefined;
+  const [read] = settingFrom("surfaces", [{ ...defaultSurface, isovalue: 0, [name]: value }])?.surfaces ?? [];
+  const field = name as keyof SurfaceSettings;
+  return read && typeof read[field] === typeof value ? { [field]: read[field] } : undefined;
 }

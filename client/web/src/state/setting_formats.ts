@@ -2,7 +2,6 @@
 import { inResolution } from "../shared/numbers";
 import { parseLabels } from "./label_ranges";
 import {
-  type AdditionalSurface,
   type Crop,
   type LabelName,
   type MeasuredPlace,
@@ -17,6 +16,7 @@ import {
   type OpacityPoint,
   type Place,
   type Region,
+  type SurfaceSettings,
 } from "./setting_types";
 
 export interface Format<T> {
@@ -178,7 +178,7 @@ export const places = listOf<MeasuredPlace>(
 // "300.5,d9775f,0.4": isovalue, color, opacity; then, each optional: error, "hidden", dataset (with separators
 // percent-encoded), size of the smallest visible component in samples or "largest", material, hidden parts
 // "1:2:3/4:5:6".
-export const surfaces = listOf<AdditionalSurface>(
+export const surfaces = listOf<SurfaceSettings>(
   {
     read: (written) => {
       const [isovalueText, colorText = "", opacityText, errorText, hidden, name, leastText, materialText, partsText] = written.split(",");
@@ -188,27 +188,17 @@ export const surfaces = listOf<AdditionalSurface>(
         color: color.read(colorText),
         opacity: number(0, 1).read(opacityText || "1"),
         visible: hidden !== "hidden",
+        dataset: nameFrom(name ?? ""),
+        minComponent: minComponent.read(leastText || "0"),
+        material: oneOf(...materials).read(materialText || "neutral"),
+        hiddenParts: hiddenPartsOfSurface.read(partsText ?? ""),
       };
-      const dataset = nameFrom(name ?? "");
-      const least = minComponent.read(leastText || "0");
-      const material = oneOf(...materials).read(materialText || "neutral");
-      const places = hiddenPartsOfSurface.read(partsText ?? "");
-      const all = [...Object.values(surface), dataset, least, material, places];
-      if (all.includes(undefined) || (hidden && hidden !== "hidden")) return undefined;
-      return {
-        ...(dataset ? { dataset } : {}),
-        ...(surface as AdditionalSurface),
-        ...(least ? { minComponent: least } : {}),
-        ...(material !== "neutral" ? { material } : {}),
-        ...(places!.length > 0 ? { hiddenParts: places } : {}),
-      };
+      const isValid = !Object.values(surface).includes(undefined) && (!hidden || hidden === "hidden");
+      return isValid ? (surface as SurfaceSettings) : undefined;
     },
-    write: (
-      { dataset = "", isovalue, error, color: shown, opacity, visible, minComponent: least = 0, material = "neutral", hiddenParts: places = [] },
-      resolution,
-    ) =>
+    write: ({ dataset, isovalue, error, color: shown, opacity, visible, minComponent: least, material, hiddenParts: places }, resolution) =>
       joined([
-        String(isovalue),
+        String(isovalue ?? ""),
         color.write(shown, 0),
         opacity === 1 ? "" : short(opacity),
         error === null ? "" : short(error),

@@ -37,17 +37,17 @@ export interface MeasuredPlace {
   note?: string; // The user's note.
 }
 
-// A further surface, of the same dataset or another one in the same world.
-export interface AdditionalSurface {
-  dataset?: string; // Empty or absent: that of the first surface.
-  isovalue: number;
-  error: number | null; // Voxels; null: that of the first surface.
+// A surface, of the view's dataset or another one in the same world.
+export interface SurfaceSettings {
+  dataset: string; // Empty: the view's, as always of the first surface.
+  isovalue: number | null; // Null: the dataset's own suggestion.
+  error: number | null; // Voxels; null: the view's.
   color: string; // "#rrggbb"
   opacity: number; // 0 to 1 (opaque).
   visible: boolean;
-  minComponent?: MinComponent; // Default: 0.
-  hiddenParts?: readonly Place[]; // The component nearest to each is hidden; default: none.
-  material?: Material; // Default: neutral.
+  minComponent: MinComponent; // 0: none is hidden.
+  hiddenParts: readonly Place[]; // The component nearest to each is hidden.
+  material: Material;
 }
 
 // The opacity of one voxel with this value, 0 to 1.

@@ -1,8 +1,11 @@
 // All settings of a user as one plain value: the request and its display. One table says for each its first value, how
 // it is written in the page's address, and what else depends on it.
+//
+// Addresses and other pages write the first surface's own fields beside `surfaces`, which has the others, so that
+// addresses of one surface are short: WrittenSettings (written_settings.ts). Everywhere else one list has all of them.
 import { colorMaps } from "../shared/color_maps";
 import * as format from "./setting_formats";
-import { materials } from "./setting_types";
+import { materials, type SurfaceSettings } from "./setting_types";
 
 export * from "./setting_types";
 
@@ -29,12 +32,22 @@ const ofView = { isOfView: true };
 const onOff = (initial: boolean, roles?: Roles) => setting(format.onOff, initial, roles);
 const share = (initial: number) => setting(format.number(0, 1), initial); // 0 to 1 along a normal or an axis.
 
-export const settingTable = {
+// The first surface's own; its dataset and error are the view's.
+const firstTable = {
+  isovalue: optional(format.anyNumber),
+  color: setting(format.color, "#e0cdb4"),
+  material: setting(format.oneOf(...materials), "neutral"),
+  opacity: share(1),
+  visible: onOff(true),
+  minComponent: setting(format.minComponent, 0),
+  hiddenParts: setting(format.hiddenParts, []),
+};
+
+const viewTable = {
   // The request.
   dataset: setting(format.text, ""), // Or a series of datasets: its first member.
   labels: setting(format.labels, ""), // The visible labels of a segmentation (label_ranges.ts), until they become surfaces; then empty.
   t: optional(format.anyNumber, ofView), // The time within a series; the nearest one is shown. Null: the dataset's own.
-  isovalue: optional(format.anyNumber, requested), // Null: the dataset's own suggestion.
   error: setting(format.number(0, 1e6), 0.25, requested), // Voxels.
   bound: setting(format.oneOf("certified", "paper"), "certified", requested),
   topologyRule: setting(format.oneOf("exact", "paper"), "exact", requested),
@@ -44,15 +57,8 @@ export const settingTable = {
   pixels: setting(format.number(0.1, 100), 1), // Allowed error on the screen, with followView.
   maxTriangles: setting(format.number(0, 1e9), 0, requested), // 0: no limit.
   simplify: onOff(true, requested), // Removes triangles that the error does not require.
-  surfaces: setting(format.surfaces, []), // All but the first; surfaces.ts has all as one list.
+  surfaces: setting(format.surfaces, []), // As written: all but the first.
   labelNames: setting(format.labelNames, []), // Names given by the user.
-  // The first surface.
-  color: setting(format.color, "#e0cdb4"),
-  material: setting(format.oneOf(...materials), "neutral"),
-  opacity: share(1),
-  visible: onOff(true, requested),
-  minComponent: setting(format.minComponent, 0), // 0: none is hidden.
-  hiddenParts: setting(format.hiddenParts, []),
   // Display.
   colorBy: setting(format.text, "", requested), // The dataset whose values color the surfaces; empty: none.
   colors: setting(format.oneOf(...colorMaps), "viridis"), // This and the next four: the color scale of those values.
@@ -97,25 +103,39 @@ export const settingTable = {
   places: setting(format.places, [], ofView), // At most three.
 };
 
-type Table = typeof settingTable;
-export type Settings = { [Name in keyof Table]: Table[Name] extends Setting<infer T> ? T : never };
+// In the order of addresses.
+export const settingTable = {
+  ...{ dataset: viewTable.dataset, labels: viewTable.labels, t: viewTable.t, isovalue: firstTable.isovalue },
+  ...viewTable,
+  ...firstTable,
+};
+
+type ValuesOf<Table> = { [Name in keyof Table]: Table[Name] extends Setting<infer T> ? T : never };
+export type WrittenSettings = ValuesOf<typeof settingTable>;
+export type Settings = Omit<ValuesOf<typeof viewTable>, "surfaces"> & { surfaces: readonly SurfaceSettings[] }; // At least one.
 
 export type Cut = Settings["clip"];
 export type Coloring = Settings["coloring"];
 
-export const settingNames = Object.keys(settingTable) as (keyof Settings)[];
-export const defaults = Object.fromEntries(settingNames.map((name) => [name, settingTable[name].initial])) as Settings;
+const initialOf = <Table extends object>(table: Table) =>
+  Object.fromEntries(Object.entries(table).map(([name, { initial }]) => [name, initial])) as ValuesOf<Table>;
+
+export const firstNames = Object.keys(firstTable);
+export const settingNames = Object.keys(viewTable) as (keyof Settings)[];
+export const writtenNames = Object.keys(settingTable) as (keyof WrittenSettings)[];
+export const writtenDefaults: WrittenSettings = initialOf(settingTable);
+export const defaultSurface: SurfaceSettings = { dataset: "", error: null, ...initialOf(firstTable) };
+export const defaults: Settings = { ...initialOf(viewTable), surfaces: [defaultSurface] };
 
 // Returns whether a new request is needed now. Not for another dataset or time: these are requested when the dataset is
-// available. Surfaces other than the first are requested when they become visible.
+// available.
 export function isOtherRequest(now: Settings, before: Settings): boolean {
   if (now.dataset !== before.dataset || now.t !== before.t) return false;
   const isOther = (name: keyof Settings) => now[name] !== before[name];
-  const further = ({ surfaces }: Settings) =>
-    surfaces.map(({ dataset, isovalue, error, visible }) => `${dataset ?? ""} ${isovalue} ${error} ${visible}`).join();
+  const requested = ({ surfaces }: Settings) => surfaces.map(({ dataset, isovalue, error, visible }) => `${dataset} ${isovalue} ${error} ${visible}`).join();
   return (
-    settingNames.some((name) => settingTable[name].isRequested && isOther(name)) ||
-    further(now) !== further(before) ||
+    settingNames.some((name) => viewTable[name].isRequested && isOther(name)) ||
+    requested(now) !== requested(before) ||
     (now.followView && isOther("pixels")) ||
     (now.shading === "field") !== (before.shading === "field")
   );

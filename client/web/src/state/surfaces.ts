@@ -1,10 +1,5 @@
-// The surfaces of a view as a list. The first one uses the settings' own isovalue and error, which keeps addresses of
-// pages with one surface short; the others have their own.
-import { type AdditionalSurface, defaults, type Material, type Settings } from "./settings";
-
-export interface SurfaceSettings extends Omit<AdditionalSurface, "isovalue"> {
-  isovalue: number | null; // Null, only for the first: the dataset's suggestion.
-}
+// Changes of the surfaces of a view.
+import { defaultSurface, type Material, type Settings, type SurfaceSettings, type WrittenSettings } from "./settings";
 
 // The most surfaces that a user can add.
 export const maxSurfaces = 8;
@@ -22,81 +17,65 @@ export function withMaterial({ color }: Pick<SurfaceSettings, "color">, material
 
 const materialColors: Partial<Record<Material, string>> = { skin: "#e8b89a", bone: "#f0e6d2" };
 
-export function surfacesOf(settings: Settings): SurfaceSettings[] {
-  const { isovalue, error, color, opacity, visible, minComponent, hiddenParts, material } = settings;
-  return [{ isovalue, error, color, opacity, visible, minComponent, hiddenParts, material }, ...settings.surfaces];
+// The settings that apply to one surface.
+export type OwnSettings = Omit<WrittenSettings, "surfaces">;
+
+export function settingsOf({ surfaces, ...view }: Settings, at: number): OwnSettings {
+  return { ...view, ...surfaces[at], dataset: surfaces[at].dataset || view.dataset, error: surfaces[at].error ?? view.error };
 }
 
-// Returns the settings of one surface alone; null: there is no such surface.
-export function settingsOf(settings: Settings, at: number): Settings | null {
-  const own = surfacesOf(settings)[at];
-  if (!own) return null;
-  const { minComponent, hiddenParts, material } = defaults; // The first one's settings do not apply to others.
-  return { ...settings, minComponent, hiddenParts, material, ...own, error: own.error ?? settings.error, surfaces: defaults.surfaces };
+type Surfaces = Pick<Settings, "surfaces">;
+
+export function withSurface({ surfaces }: Surfaces, at: number, change: Partial<SurfaceSettings>): Surfaces {
+  return withAllSurfaces({ surfaces }, (_, i) => (i === at ? change : null));
+}
+
+// Changes every surface; a null change leaves it as it is. Returns the same list if nothing is another value.
+export function withAllSurfaces({ surfaces }: Surfaces, change: (surface: SurfaceSettings, at: number) => Partial<SurfaceSettings> | null): Surfaces {
+  const changed = surfaces.map((one, at) => withFields(one, change(one, at) ?? {}));
+  return { surfaces: changed.every((one, at) => one === surfaces[at]) ? surfaces : changed };
 }
 
 // Hidden parts belong to one isovalue: a change of it shows all parts.
-export function withSurface(settings: Settings, at: number, given: Partial<SurfaceSettings>): Partial<Settings> {
-  const hasHidden = (surfacesOf(settings)[at]?.hiddenParts?.length ?? 0) > 0;
-  const change = given.isovalue !== undefined && hasHidden ? { hiddenParts: [], ...given } : given;
-  if (at === 0) {
-    const { error, dataset: _own, ...rest } = change;
-    return error === undefined || error === null ? rest : { ...rest, error };
-  }
-  const { isovalue, ...rest } = change;
-  const own = isovalue === undefined || isovalue === null ? rest : { ...rest, isovalue };
-  return { surfaces: settings.surfaces.map((surface, i) => (i === at - 1 ? { ...surface, ...own } : surface)) };
-}
-
-type AllChange = Partial<Pick<SurfaceSettings, "visible" | "opacity" | "color">> | Pick<Settings, "minComponent"> | Pick<Settings, "hiddenParts">;
-
-// Changes every surface; a null change leaves it as it is.
-export function withAllSurfaces(settings: Settings, change: (surface: SurfaceSettings, at: number) => AllChange | null): Partial<Settings> {
-  const [first, ...others] = surfacesOf(settings);
-  const surfaces = others.map((one, i) => ({ ...settings.surfaces[i], ...change(one, i + 1) }));
-  return { ...change(first, 0), surfaces };
+function withFields(surface: SurfaceSettings, change: Partial<SurfaceSettings>): SurfaceSettings {
+  const isOther = (name: string) => change[name as keyof SurfaceSettings] !== surface[name as keyof SurfaceSettings];
+  if (!Object.keys(change).some(isOther)) return surface;
+  return { ...surface, ...(change.isovalue !== undefined && isOther("isovalue") && { hiddenParts: [] }), ...change };
 }
 
 // Adds a surface, up to `maxSurfaces` without labels, which stay the last. A surface encloses those of larger isovalues: the
 // outer one of the new and the first surface becomes translucent, if opaque. `suggested`: the first one's isovalue if the
 // settings have none.
 export function withAddedSurface(
-  settings: Settings,
+  { surfaces }: Settings,
   isovalue: number,
   suggested: number,
-  isLabel: (surface: AdditionalSurface) => boolean = () => false,
+  isLabel: (surface: SurfaceSettings) => boolean = () => false,
 ): Partial<Settings> {
-  const others = settings.surfaces.filter((one) => !isLabel(one));
-  const used = [settings, ...others];
-  if (used.length >= maxSurfaces) return {};
-  const color = surfaceColors.find((one) => used.every((surface) => surface.color !== one)) ?? surfaceColors[0];
-  const isOuter = isovalue < (settings.isovalue ?? suggested);
-  const surface = { isovalue, error: null, color, opacity: isOuter ? outerOpacity : 1, visible: true };
-  const surfaces = [...others, surface, ...settings.surfaces.filter(isLabel)];
-  return isOuter || settings.opacity < 1 ? { surfaces } : { surfaces, opacity: outerOpacity };
+  const others = surfaces.filter((one, at) => at === 0 || !isLabel(one));
+  if (others.length >= maxSurfaces) return {};
+  const color = surfaceColors.find((one) => others.every((surface) => surface.color !== one)) ?? surfaceColors[0];
+  const [outer] = others;
+  const isOuter = isovalue < (outer.isovalue ?? suggested);
+  const added = { ...defaultSurface, isovalue, color, opacity: isOuter ? outerOpacity : 1 };
+  const all = [...others, added, ...surfaces.filter((one) => !others.includes(one))];
+  return isOuter || outer.opacity < 1 ? { surfaces: all } : withSurface({ surfaces: all }, 0, { opacity: outerOpacity });
 }
 
-// Shows another dataset by a further surface. Neither encloses the other: the first one becomes opaque if adding a surface
-// made it translucent, and the other one translucent.
-export function withOtherDataset(
-  settings: Settings,
-  at: number,
-  own: Pick<AdditionalSurface, "isovalue"> & { dataset: string; color?: string },
-): Partial<Settings> {
-  const change = withSurface(settings, at, { ...own, opacity: outerOpacity });
-  return settings.opacity === outerOpacity ? { ...change, opacity: 1 } : change;
+// Shows another dataset by a surface. Neither encloses the other: the first one becomes opaque if adding a surface made it
+// translucent, and the other one translucent.
+export function withOtherDataset(settings: Settings, at: number, own: Partial<SurfaceSettings>): Surfaces {
+  return withAllSurfaces(settings, ({ opacity }, i) => {
+    if (i === at) return { ...own, opacity: outerOpacity };
+    return i === 0 && opacity === outerOpacity ? { opacity: 1 } : null;
+  });
 }
 
-// Removing the first surface promotes the second; the last one cannot be removed.
+// The dataset of the view becomes that of the first one that stays; the last one cannot be removed.
 export function withoutSurface(settings: Settings, at: number): Partial<Settings> {
-  const surfaces = settings.surfaces.filter((_, i) => i !== at - 1);
-  if (at > 0) return { surfaces };
-  const [next, ...rest] = settings.surfaces;
-  if (!next) return {};
-  const { dataset, ...look } = next;
-  const { minComponent, hiddenParts, material } = { ...defaults, ...look };
-  const own = dataset || settings.dataset;
-  // Keep the dataset of surfaces that used the first one's.
-  const kept = rest.map((one) => (own === settings.dataset || one.dataset ? one : { ...one, dataset: settings.dataset }));
-  return { ...look, minComponent, hiddenParts, material, dataset: own, error: next.error ?? settings.error, surfaces: kept };
+  const surfaces = settings.surfaces.filter((_, i) => i !== at);
+  if (surfaces.length === 0) return {};
+  const dataset = surfaces[0].dataset || settings.dataset;
+  if (dataset === settings.dataset) return { surfaces };
+  return { dataset, ...withAllSurfaces({ surfaces }, (one) => ({ dataset: one.dataset === dataset ? "" : one.dataset || settings.dataset })) };
 }

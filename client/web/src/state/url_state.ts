@@ -7,19 +7,24 @@
 //
 // Invalid settings are ignored and reported, so no address breaks the page.
 import { type Format, qualities } from "./setting_formats";
-import { defaults, type Settings, settingNames, settingTable } from "./settings";
+import { type Settings, settingTable, type WrittenSettings, writtenDefaults, writtenNames } from "./settings";
+import { written } from "./written_settings";
 
 // `resolution`: that of world coordinates, as of coordinateResolution(); 0: they are exact.
 export function toAddress(settings: Settings, resolution = 0): string {
+  return addressOf(written(settings), resolution);
+}
+
+export function addressOf(settings: WrittenSettings, resolution = 0): string {
   const parameters = new URLSearchParams();
-  for (const name of settingNames) {
+  for (const name of writtenNames) {
     const text = textOf(name, settings[name], resolution);
-    if (text !== textOf(name, defaults[name], 0)) parameters.set(addressName(name), text);
+    if (text !== textOf(name, writtenDefaults[name], 0)) parameters.set(addressName(name), text);
   }
   return parameters.toString().replace(/%(2C|2F|3A|3B|3D)/g, decodeURIComponent);
 }
 
-export function fromAddress(text: string): Partial<Settings> {
+export function fromAddress(text: string): Partial<WrittenSettings> {
   const settings: Record<string, unknown> = {};
   for (const { setting, value } of wordsOf(text)) {
     const read = readSetting(setting, value);
@@ -31,20 +36,20 @@ export function fromAddress(text: string): Partial<Settings> {
 
 // Undefined: unknown or invalid.
 export function readSetting(name: string, text: string): unknown {
-  return Object.hasOwn(settingTable, name) ? formatOf(name as keyof Settings).read(text) : undefined;
+  return Object.hasOwn(settingTable, name) ? formatOf(name as keyof WrittenSettings).read(text) : undefined;
 }
 
 // Empty: none.
-function textOf(name: keyof Settings, value: unknown, resolution: number): string {
+function textOf(name: keyof WrittenSettings, value: unknown, resolution: number): string {
   return value === null ? "" : formatOf(name).write(value, resolution);
 }
 
 // The same value as it would be read from an address; undefined: it is invalid.
-export function checkedSetting(name: keyof Settings, value: unknown): unknown {
+export function checkedSetting(name: keyof WrittenSettings, value: unknown): unknown {
   return value === null ? undefined : readSetting(name, textOf(name, value, 0));
 }
 
-function formatOf(name: keyof Settings): Format<unknown> {
+function formatOf(name: keyof WrittenSettings): Format<unknown> {
   return settingTable[name].format as Format<unknown>;
 }
 
@@ -58,12 +63,12 @@ export function ignoredParts(text: string): string[] {
 }
 
 // Returns the settings after an edit of the address: missing parts get defaults, invalid ones keep their values.
-export function afterEdit(now: Settings, text: string): Settings {
+export function afterEdit(now: WrittenSettings, text: string): WrittenSettings {
   const kept = ignoredParts(text)
     .map((parameters) => settingName(parameters.slice(0, parameters.indexOf("="))))
-    .filter((name): name is keyof Settings => Object.hasOwn(now, name));
+    .filter((name): name is keyof WrittenSettings => Object.hasOwn(now, name));
   const asTheyWere = Object.fromEntries(kept.map((name) => [name, now[name]]));
-  return { ...defaults, ...asTheyWere, ...fromAddress(text) };
+  return { ...writtenDefaults, ...asTheyWere, ...fromAddress(text) };
 }
 
 // "clipAt" <-> "clip_at".

@@ -2,8 +2,9 @@
 // the samples of that arrive sooner.
 import type { MeshFormat } from "../mesh/mesh_file";
 import type { DatasetInfo } from "../protocol/messages";
-import { defaults, type Settings } from "../state/settings";
-import { toAddress } from "../state/url_state";
+import { writtenDefaults } from "../state/settings";
+import type { OwnSettings } from "../state/surfaces";
+import { addressOf } from "../state/url_state";
 
 export interface MeshReply {
   file: Uint8Array;
@@ -11,7 +12,14 @@ export interface MeshReply {
 }
 
 // In world coordinates. Rejects with a reason. `stream`: the address of the server's stream; `own`: the settings of this surface.
-export async function requestMesh(stream: string, token: string, info: DatasetInfo, isovalue: number, own: Settings, format: MeshFormat): Promise<MeshReply> {
+export async function requestMesh(
+  stream: string,
+  token: string,
+  info: DatasetInfo,
+  isovalue: number,
+  own: OwnSettings,
+  format: MeshFormat,
+): Promise<MeshReply> {
   const reply = await fetch(meshAddress(stream, info, isovalue, own, format), { headers: token ? { Authorization: `Bearer ${token}` } : {} });
   if (!reply.ok) {
     const { error } = (await reply.json().catch(() => ({}))) as { error?: { text?: string } };
@@ -22,10 +30,10 @@ export async function requestMesh(stream: string, token: string, info: DatasetIn
 }
 
 // HTTP queries name the request's settings as the page's address does.
-export function meshAddress(stream: string, { name }: DatasetInfo, isovalue: number, own: Settings, format: MeshFormat): string {
+export function meshAddress(stream: string, { name }: DatasetInfo, isovalue: number, own: OwnSettings, format: MeshFormat): string {
   const { error, bound, topologyRule, topologyTolerance, region, maxTriangles, minComponent, simplify } = own;
   const address = new URL(`datasets/${encodeURIComponent(name)}/isosurface`, stream.replace(/^ws/, "http"));
-  address.search = toAddress({ ...defaults, isovalue, error, bound, topologyRule, topologyTolerance, region, maxTriangles, minComponent, simplify });
+  address.search = addressOf({ ...writtenDefaults, isovalue, error, bound, topologyRule, topologyTolerance, region, maxTriangles, minComponent, simplify });
   address.searchParams.set("format", format);
   return address.href;
 }

@@ -17,7 +17,8 @@ import {
   ThresholdViewSchema,
   TopologyRule,
 } from "../protocol/messages";
-import type { Region, Settings } from "../state/settings";
+import type { Region } from "../state/settings";
+import type { OwnSettings } from "../state/surfaces";
 import { voxelLength, worldBox } from "./dataset";
 
 export interface View {
@@ -42,7 +43,7 @@ export function suggestedIsovalue(info: DatasetInfo): number {
   return info.suggestedIsovalues[0] ?? (info.min + info.max) / 2;
 }
 
-export function isosurfaceRequest(info: DatasetInfo, settings: Settings, view: View | null): IsosurfaceRequest {
+export function isosurfaceRequest(info: DatasetInfo, settings: OwnSettings, view: View | null): IsosurfaceRequest {
   return create(IsosurfaceRequestSchema, {
     isovalue: settings.isovalue ?? suggestedIsovalue(info),
     threshold: create(ThresholdMapSchema, {
@@ -65,7 +66,7 @@ export function isosurfaceRequest(info: DatasetInfo, settings: Settings, view: V
 // If a pixel at the nearest place of the data is smaller than the allowed error, the smaller of the two applies
 // everywhere; the box carries the error, because the view replaces it. Otherwise the request has no view and does not
 // change as the camera turns. With a region coarser than the rest, the regions apply in order.
-function localThresholds(info: DatasetInfo, settings: Settings, view: View | null) {
+function localThresholds(info: DatasetInfo, settings: OwnSettings, view: View | null) {
   const { region, error, followView, pixels } = settings;
   const regions = region ? [thresholdRegion(region)] : [];
   const isFiner = followView && view && !(region && region.error > error) && nearestPixel(info, view) * pixels < error;

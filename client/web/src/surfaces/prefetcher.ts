@@ -2,7 +2,7 @@
 // runs at a time. The steps are cached by the surface and not drawn.
 
 import type { DatasetInfo } from "../protocol/messages";
-import type { Settings } from "../state/settings";
+import type { OwnSettings } from "../state/surfaces";
 import { isosurfaceRequest, type View } from "../stream/request";
 import { isSameStream, type ScalarOptions, type StreamRequest } from "../stream/stream_request";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
@@ -19,7 +19,7 @@ const memoryFraction = 0.6; // The rest is for shown and earlier steps.
 export class Prefetcher {
   private client: SurfaceClient | null = null;
   private upcoming: readonly PrefetchRequest[] = []; // The soonest first.
-  private settings: Settings | null = null;
+  private settings: OwnSettings | null = null;
   private view: View | null = null;
   private running: StreamRequest | null = null;
   private failed: StreamRequest[] = []; // Orders without a result.
@@ -27,7 +27,7 @@ export class Prefetcher {
   constructor(private readonly parts: SurfaceClientParts) {}
 
   // Replaces the requests; a running one continues only if it is among them. Empty: closes the connection.
-  prepare(requests: readonly PrefetchRequest[], settings: Settings, view: View | null): void {
+  prepare(requests: readonly PrefetchRequest[], settings: OwnSettings, view: View | null): void {
     this.upcoming = requests;
     this.settings = settings;
     this.view = view;
@@ -41,7 +41,7 @@ export class Prefetcher {
   }
 
   // Returns whether the step is cached or has failed.
-  has(one: Omit<PrefetchRequest, "time">, settings: Settings, view: View | null): boolean {
+  has(one: Omit<PrefetchRequest, "time">, settings: OwnSettings, view: View | null): boolean {
     const request = requestOf(one, settings, view);
     return this.parts.stepCache.find(request) !== null || this.hasFailed(request);
   }
@@ -98,6 +98,6 @@ export class Prefetcher {
   }
 }
 
-function requestOf({ info, scalars }: Omit<PrefetchRequest, "time">, settings: Settings, view: View | null): StreamRequest {
+function requestOf({ info, scalars }: Omit<PrefetchRequest, "time">, settings: OwnSettings, view: View | null): StreamRequest {
   return { info, isosurface: isosurfaceRequest(info, settings, view), scalars };
 }

@@ -2,8 +2,7 @@
 
 import type { DatasetInfo } from "../protocol/messages";
 import { atTime, findByName, imageOf, isSameSeries, rangeOf, timeOf, unknownDatasetText } from "../state/series";
-import type { AdditionalSurface, Settings } from "../state/settings";
-import { surfacesOf } from "../state/surfaces";
+import type { Settings, SurfaceSettings } from "../state/settings";
 import { worldDifference } from "../stream/dataset";
 import type { ScalarOptions } from "../stream/stream_request";
 import type { SceneTime } from "./swap_group";
@@ -18,7 +17,7 @@ export interface Scene {
 export function sceneOf(list: readonly DatasetInfo[], settings: Settings, info: DatasetInfo): Scene {
   return {
     time: { scene: info.member?.series || info.name, time: timeOf(info) },
-    infos: surfacesOf(settings).map(({ dataset }) => (dataset ? besideOf(list, info, findByName(list, dataset)) : info)),
+    infos: settings.surfaces.map(({ dataset }) => (dataset ? besideOf(list, info, findByName(list, dataset)) : info)),
     scalars: settings.colorBy ? scalarOptionsOf(list, besideOf(list, info, findByName(list, settings.colorBy)), settings.colorBy) : undefined,
   };
 }
@@ -43,9 +42,9 @@ export interface SceneRefusal {
 // Refuses surfaces and samples of unknown datasets, and datasets of another world that color the surfaces or fill planes. Null:
 // nothing.
 export function sceneRefusal(list: readonly DatasetInfo[], { colorBy, samplesOf, surfaces }: Settings, info: DatasetInfo): SceneRefusal | null {
-  const isKnown = ({ dataset }: AdditionalSurface) => !dataset || findByName(list, dataset) !== null;
+  const isKnown = ({ dataset }: SurfaceSettings) => !dataset || findByName(list, dataset) !== null;
   const unknown = surfaces.find((one) => !isKnown(one));
-  if (unknown) return { text: unknownDatasetText(list, unknown.dataset!), change: { surfaces: surfaces.filter(isKnown) } };
+  if (unknown) return { text: unknownDatasetText(list, unknown.dataset), change: { surfaces: surfaces.filter(isKnown) } };
   const by = colorBy ? findByName(list, colorBy) : null;
   if (colorBy && !by) return { text: unknownDatasetText(list, colorBy), change: { colorBy: "" } };
   const reason = by && worldDifference(info, by);

@@ -3,7 +3,6 @@
 
 import type { Progress, StepFacts } from "../state/progress";
 import type { Settings } from "../state/settings";
-import { surfacesOf } from "../state/surfaces";
 import type { ViewerEvents } from "../viewer/viewer_events";
 
 type Shown = ViewerEvents["shown"];
@@ -24,18 +23,18 @@ export class ShownReports {
 
   // Returns the steps that are drawn now.
   get current(): Shown[] {
-    return surfacesOf(this.settings()).flatMap(({ visible }, at) => this.stepAt(at, visible) ?? []);
+    return this.settings().surfaces.flatMap(({ visible }, at) => this.stepAt(at, visible) ?? []);
   }
 
   // Call when a step was shown at this place.
   add(at: number): void {
-    const step = this.stepAt(at, surfacesOf(this.settings())[at]?.visible ?? false);
+    const step = this.stepAt(at, this.settings().surfaces[at]?.visible ?? false);
     if (step) this.reportAt(at, step);
   }
 
   // Call when the surfaces of changed settings were requested.
   update(): void {
-    const list = surfacesOf(this.settings());
+    const list = this.settings().surfaces;
     this.reported.length = list.length;
     list.forEach(({ visible }, at) => {
       const step = this.stepAt(at, visible);

@@ -13,8 +13,8 @@
 import { type DatasetInfo, ErrorCode, Priority, type ServerKind } from "../protocol/messages";
 import { type HiddenParts, hiddenPartsOf } from "../state/hidden_parts";
 import { noDatasets, noFailure, noProgress, type Progress, type ServedDatasets } from "../state/progress";
-import type { Settings } from "../state/settings";
 import { Store } from "../state/store";
+import type { OwnSettings } from "../state/surfaces";
 import type { ConnectionPool } from "../stream/connection_pool";
 import { Conversation, type Effect } from "../stream/conversation";
 import { isosurfaceRequest, isSameRequest, type View } from "../stream/request";
@@ -132,7 +132,7 @@ export class SurfaceClient implements PreviewClient {
   }
 
   // Requests another surface.
-  request(info: DatasetInfo, settings: Settings, view: View | null, options: SurfaceRequest): void {
+  request(info: DatasetInfo, settings: OwnSettings, view: View | null, options: SurfaceRequest): void {
     const { time, scalars, isDragging = false } = options;
     const steps = this.parts.isPrefetch ? "final" : (options.steps ?? "all");
     const request: StreamRequest = { info, isosurface: isosurfaceRequest(info, settings, view), scalars, steps };

@@ -12,7 +12,7 @@ import { noDatasets, noProgress, type Progress, type ServedDatasets, type Surfac
 import { isSameData, nameOfLabel } from "../state/series";
 import type { Settings } from "../state/settings";
 import { Store } from "../state/store";
-import { settingsOf, surfacesOf } from "../state/surfaces";
+import { settingsOf } from "../state/surfaces";
 import { ConnectionPool } from "../stream/connection_pool";
 import { type MeshReply, requestMesh } from "../stream/mesh_request";
 import type { View } from "../stream/request";
@@ -107,12 +107,12 @@ export class SurfaceSet {
   request({ infos, time, scalars }: Scene, settings: Settings, view: View | null, isDragging: boolean): void {
     this.matchMembers(settings);
     this.look = { settings, clip: this.look?.clip ?? [] };
-    const list = surfacesOf(settings);
+    const list = settings.surfaces;
     const wanted = this.members.flatMap((member, at) => (infos[at] && (at === 0 || list[at]?.visible) ? [{ member, at }] : []));
     this.shareBudget(wanted.reduce((sum, { at }) => sum + shareOfLabel(infos[at]!), 0));
     const steps = stepsToRequest(wanted.length, isDragging);
     for (const { member, at } of wanted) {
-      member.client.request(infos[at]!, settingsOf(settings, at)!, view, { time, scalars, isDragging, steps });
+      member.client.request(infos[at]!, settingsOf(settings, at), view, { time, scalars, isDragging, steps });
     }
     this.finishAll();
     this.reports.update();
@@ -127,15 +127,15 @@ export class SurfaceSet {
     this.members.forEach((member, at) => {
       const isWanted = at === 0 || this.isVisible(member);
       const wanted = isWanted ? scenes.filter(({ infos }) => infos[at]) : [];
-      const own = settingsOf(settings, at);
-      member.prefetcher.prepare(own ? wanted.map(({ infos, time, scalars }) => ({ info: infos[at]!, time, scalars })) : [], own ?? settings, view);
+      const requests = wanted.map(({ infos, time, scalars }) => ({ info: infos[at]!, time, scalars }));
+      member.prefetcher.prepare(requests, settingsOf(settings, at), view);
     });
   }
 
   // Returns whether all visible surfaces have their final step or have failed.
   isPrepared({ infos, scalars }: Scene, settings: Settings, view: View | null): boolean {
     return this.members.every(
-      (member, at) => !infos[at] || (at > 0 && !this.isVisible(member)) || member.prefetcher.has({ info: infos[at], scalars }, settingsOf(settings, at)!, view),
+      (member, at) => !infos[at] || (at > 0 && !this.isVisible(member)) || member.prefetcher.has({ info: infos[at], scalars }, settingsOf(settings, at), view),
     );
   }
 
@@ -186,7 +186,7 @@ export class SurfaceSet {
 
   // Returns the shown and visible surfaces; all, or only one.
   shownTiles(settings: Settings, only: number | null = null): ShownTiles[] {
-    const list = surfacesOf(settings);
+    const list = settings.surfaces;
     const members = only === null ? this.members : this.members.slice(only, only + 1);
     return members.flatMap((member, i) => {
       const at = i + (only ?? 0);
@@ -206,7 +206,7 @@ export class SurfaceSet {
 
   // Returns the server's file of a shown surface, as its settings require. Rejects with a reason.
   file({ at, shown: { info, facts } }: ShownTiles, settings: Settings, format: MeshFormat): Promise<MeshReply> {
-    return requestMesh(this.server, this.token(), info, facts.isovalue, settingsOf(settings, at)!, format);
+    return requestMesh(this.server, this.token(), info, facts.isovalue, settingsOf(settings, at), format);
   }
 
   // The box of the visible surfaces; of all if none is.
@@ -223,22 +223,22 @@ export class SurfaceSet {
   private updateLooks(): void {
     if (!this.look) return;
     const { settings, clip } = this.look;
-    const list = surfacesOf(settings);
+    const list = settings.surfaces;
     this.members.forEach((member, at) => {
       if (!list[at]) return;
       const visible = list[at].visible && this.swapGroup.isDrawable(member);
-      member.surface.applyLook({ ...settings, material: "neutral", ...list[at], visible }, clip);
+      member.surface.applyLook({ ...settings, ...list[at], visible }, clip);
       member.client.hide(hiddenPartsOf(list[at]));
     });
   }
 
   private get visibleMembers(): Member[] {
-    const list = this.look ? surfacesOf(this.look.settings) : [];
+    const list = this.look?.settings.surfaces ?? [];
     return this.members.filter((_, at) => list[at]?.visible);
   }
 
   private isVisible(member: Member): boolean {
-    return this.look !== null && (surfacesOf(this.look.settings)[this.members.indexOf(member)]?.visible ?? false);
+    return this.look?.settings.surfaces[this.members.indexOf(member)]?.visible ?? false;
   }
 
   // Divides memory and the triangles that need no confirmation.
@@ -260,7 +260,7 @@ export class SurfaceSet {
   // Creates as many members as surfaces. A member that has the data of a surface is reused for it, even when members
   // before it were removed.
   private matchMembers(settings: Settings): void {
-    const wanted = surfacesOf(settings).map(({ dataset, isovalue, error }) => `${dataset ?? ""} ${isovalue} ${error ?? settings.error}`);
+    const wanted = settings.surfaces.map(({ dataset, isovalue, error }) => `${dataset} ${isovalue} ${error ?? settings.error}`);
     const before = this.members;
     const places = reusedMembers(
       before.map(({ key }) => key),

@@ -8,7 +8,6 @@ import type { Stage } from "../scene/stage";
 import { h } from "../shared/elements";
 import { findByName, nameOfLabel, timeOf, timesOf, timeText } from "../state/series";
 import type { Settings } from "../state/settings";
-import { surfacesOf } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
 import type { PictureOptions } from "./viewer_options";
 
@@ -19,7 +18,7 @@ const maxKeys = 12;
 export function captionOf(settings: Settings, info: DatasetInfo, list: readonly DatasetInfo[]): string {
   const { member } = info;
   const time = timeOf(info);
-  const visible = surfacesOf(settings).filter((surface) => surface.visible);
+  const visible = settings.surfaces.filter((surface) => surface.visible);
   const others = member?.label
     ? []
     : visible
@@ -45,7 +44,7 @@ export function captionOf(settings: Settings, info: DatasetInfo, list: readonly 
 
 // Returns colors and names of the visible surfaces, if there are several; at most 12.
 export function surfaceKeys(settings: Settings, info: DatasetInfo | null, list: readonly DatasetInfo[]): SurfaceKey[] {
-  const visible = surfacesOf(settings).filter((surface) => surface.visible);
+  const visible = settings.surfaces.filter((surface) => surface.visible);
   if (!info || !settings.axes || settings.colorBy || visible.length < 2) return [];
   const keys = visible.slice(0, maxKeys).map(({ color, dataset, isovalue }) => {
     const of = dataset ? (findByName(list, dataset) ?? info) : info;

@@ -1,7 +1,6 @@
 // View-dependent detail: decides whether requests include the view, for finer surfaces near the camera. Starts after
 // the first surface has shown that network and machine are fast, or when the user switches it on.
 import type { Settings } from "../state/settings";
-import { surfacesOf } from "../state/surfaces";
 import type { View } from "../stream/request";
 
 const maxSurfacesInView = 24;
@@ -23,7 +22,7 @@ export class ViewDependentDetail {
   // Returns the view for requests; null: none. During playback all times have the same error; with many labels every
   // camera turn would request all of them again.
   view(settings: Settings, current: () => View): View | null {
-    const isMany = surfacesOf(settings).filter(({ visible }) => visible).length > maxSurfacesInView;
+    const isMany = settings.surfaces.filter(({ visible }) => visible).length > maxSurfacesInView;
     return this.isSlow !== false || settings.playing || isMany ? null : current();
   }
 

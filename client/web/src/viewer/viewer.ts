@@ -25,10 +25,11 @@ import { SceneDecorations } from "../scene/scene_decorations";
 import { Stage } from "../scene/stage";
 import { h } from "../shared/elements";
 import { Events } from "../state/events";
-import { initialSelection, settingsOfChoice, withLabelChanges } from "../state/label_surfaces";
+import { changeFromWritten, initialSelection, settingsOfChoice, withLabelChanges } from "../state/label_surfaces";
 import { type Entry, findByName, isSameData, isSameSeries, nameOfLabel, unknownDatasetText, withTimeOfDataset } from "../state/series";
-import { defaults, isOtherRequest, type Settings } from "../state/settings";
+import { defaults, isOtherRequest, type Settings, type WrittenSettings } from "../state/settings";
 import { Store } from "../state/store";
+import { withAllSurfaces } from "../state/surfaces";
 import { assumedPlacement, coordinateResolution, labelBox, type Vec3, worldBox } from "../stream/dataset";
 import { DatasetQueries } from "../stream/dataset_queries";
 import { suggestedIsovalue, type View } from "../stream/request";
@@ -192,11 +193,13 @@ export class Viewer {
     if (change.followView && !before.followView) this.detail.enable();
     if (change.eye && change.target) this.stage.setView(change.eye, change.target);
     change = { ...change, ...initialCut(change, before, this.stage.view()) };
-    // Hidden parts belong to one isovalue.
-    if (change.isovalue !== undefined && before.hiddenParts.length > 0) change = { hiddenParts: [], ...change };
-    // Times suggest different isovalues: fixes the current one.
-    const isStaying = change.t !== undefined && change.dataset === undefined && before.isovalue === null && this.info;
-    this.settings.set(isStaying ? { isovalue: suggestedIsovalue(isStaying), ...change } : change);
+    // Times suggest different isovalues: fixes the current ones.
+    if (change.t !== undefined && change.dataset === undefined && info) {
+      const isovalue = suggestedIsovalue(info);
+      const fixed = withAllSurfaces({ ...before, ...change }, (one) => (one.isovalue === null && !one.dataset ? { isovalue } : null));
+      change = { ...change, ...fixed };
+    }
+    this.settings.set(change);
     const { dataset, labels, t } = this.settings.get();
     if (labels || t !== before.t || (dataset !== before.dataset && dataset !== this.info?.name)) this.findDataset();
     if (hasEnded || (this.info === info && (dataset !== before.dataset || t !== before.t))) this.requestSurfaces();
@@ -207,10 +210,14 @@ export class Viewer {
     return this.settings.get();
   }
 
+  setWritten(given: Partial<WrittenSettings>, isDragging: boolean): void {
+    this.set(changeFromWritten(this.list, this.info, this.get(), given), isDragging);
+  }
+
   // Selects another dataset with its default view.
   choose(entry: Entry): void {
     if (this.info && isSameSeries(entry.info, this.info)) return;
-    this.settings.set(settingsOfChoice(entry));
+    this.settings.set(settingsOfChoice(entry, this.get()));
     this.useDataset(entry.info);
   }
 
