@@ -185,8 +185,7 @@ class Fetch {
   // One file of several surfaces has the whole budget.
   [[nodiscard]] std::uint64_t max_bytes_of(const DatasetRequest& surface,
                                            const FetchPart& part) const {
-    const bool is_shared =
-        mesh_format_of(part.mesh_file, arguments_.order.surface) == MeshFormat::kGlb;
+    const bool is_shared = holds_several(mesh_format_of(part.mesh_file, arguments_.order.surface));
     return is_shared ? arguments_.order.surface.query.request.max_bytes
                      : surface.requests[part.request].max_bytes;
   }

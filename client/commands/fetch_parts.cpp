@@ -30,7 +30,7 @@ std::vector<FetchPart> parts_of(const FetchArguments& arguments, MeshFormat form
       if (isovalues.size() > 1) {
         const std::string number = shortest_text(isovalues[i]);
         part.isovalue = "isovalue " + number;
-        if (format != MeshFormat::kGlb) part.mesh_file = file_of_part(part.mesh_file, number);
+        if (!holds_several(format)) part.mesh_file = file_of_part(part.mesh_file, number);
         add_folder("isovalue_" + number);
       }
       parts.push_back(std::move(part));

@@ -44,7 +44,7 @@ void save_mesh(const std::string& path, const Rows<double>& vertices,
   if (!format) {
     raise(PyExc_ValueError, "\"" + path +
                                 "\" is not the name of a mesh file; mesh files are *.ply, *.stl, "
-                                "*.obj, *.glb, *.drc and *.vtp.");
+                                "*.obj, *.glb, *.3mf, *.drc and *.vtp.");
   }
   PositionedMesh mesh{.positions = rows_from(vertices, "Vertices"),
                       .triangles = rows_from(faces, "Faces")};

@@ -18,10 +18,11 @@ namespace multitetra {
 
 void add_output_options(Command& command, SurfaceArguments& surface, OutputArguments& output) {
   command
-      .add_option("-o,--output", output.file,
-                  "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp. Several surfaces of one time "
-                  "are parts of one .glb; otherwise one file each, with the dataset or isovalue in "
-                  "its name")
+      .add_option(
+          "-o,--output", output.file,
+          "Mesh file: .ply, .stl, .obj, .glb, .3mf, .drc or .vtp. Several surfaces of one time "
+          "are parts of one .glb; otherwise one file each, with the dataset or isovalue in "
+          "its name")
       ->required()
       ->type_name("FILE");
   add_output_options(command, surface);
@@ -38,8 +39,8 @@ MeshFormat mesh_format_of(const std::string& file, const SurfaceArguments& argum
   const auto format = mesh_format_from(std::filesystem::path(file).extension().string());
   if (!format) {
     throw ExitError(
-        kUsage,
-        "\"" + file + "\" has no mesh file suffix; use .ply, .stl, .obj, .glb, .drc or .vtp.");
+        kUsage, "\"" + file +
+                    "\" has no mesh file suffix; use .ply, .stl, .obj, .glb, .3mf, .drc or .vtp.");
   }
   require_codec(arguments, *format == MeshFormat::kGlb);
   return *format;
@@ -58,7 +59,7 @@ std::vector<std::string> files_of(const std::string& output, MeshFormat format,
       return property(one) == property(datasets.front());
     });
   };
-  const bool is_one_scene = format == MeshFormat::kGlb && have_same(time);
+  const bool is_one_scene = holds_several(format) && have_same(time);
   const bool is_one_series = have_same(series);
   std::vector<std::string> files;
   for (const DatasetInfo* const one : datasets) {

@@ -18,6 +18,7 @@
 #include "common/base/number_text.hpp"
 #include "common/base/text.hpp"
 #include "common/wire/detail/file_positions.hpp"
+#include "common/wire/detail/three_mf_file.hpp"
 #include "common/wire/detail/triangle_normals.hpp"
 #include "common/wire/detail/vtp_file.hpp"
 #include "common/wire/scene_file.hpp"
@@ -29,13 +30,20 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "PLY and STL files are written as the bytes lie in memory: little-endian.");
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kSuffixAndMediaType = {{
+// In the order of MeshFormat.
+struct FormatRow {
+  std::string_view suffix;
+  std::string_view media_type;
+  bool holds_several = false;
+};
+constexpr std::array<FormatRow, 7> kFormats = {{
     {"ply", "application/ply"},
     {"stl", "model/stl"},
     {"obj", "model/obj"},
-    {"glb", "model/gltf-binary"},
+    {"glb", "model/gltf-binary", true},
     {"drc", "application/vnd.draco"},
     {"vtp", "application/vnd.vtk.polydata+xml"},
+    {"3mf", "model/3mf", true},
 }};
 
 // A millionth of the longest side.
@@ -170,14 +178,18 @@ std::string drc(const PositionedMesh& mesh) {
 std::optional<MeshFormat> mesh_format_from(std::string_view suffix) {
   if (suffix.starts_with('.')) suffix.remove_prefix(1);
   const std::string lower = lower_case(suffix);
-  for (std::size_t format = 0; format < kSuffixAndMediaType.size(); ++format) {
-    if (lower == kSuffixAndMediaType[format].first) return static_cast<MeshFormat>(format);
+  for (std::size_t format = 0; format < kFormats.size(); ++format) {
+    if (lower == kFormats[format].suffix) return static_cast<MeshFormat>(format);
   }
   return std::nullopt;
 }
 
 std::string_view media_type(MeshFormat format) {
-  return kSuffixAndMediaType[static_cast<std::size_t>(format)].second;
+  return kFormats[static_cast<std::size_t>(format)].media_type;
+}
+
+bool holds_several(MeshFormat format) {
+  return kFormats[static_cast<std::size_t>(format)].holds_several;
 }
 
 std::string mesh_file(const PositionedMesh& mesh, MeshFormat format, const MeshFileFacts& facts) {
@@ -199,6 +211,9 @@ std::string mesh_file(const PositionedMesh& mesh, MeshFormat format, const MeshF
                        facts.codec);
     case MeshFormat::kVtp:
       return vtp_file(mesh);
+    case MeshFormat::k3mf:
+      return three_mf_file(std::array{ScenePart{.name = facts.name, .mesh = &mesh}}, facts.world,
+                           title);
     case MeshFormat::kDrc:
       return drc(mesh);
   }

@@ -31,7 +31,7 @@ struct MeshFileFacts {
   std::optional<int> lattice = std::nullopt;
   // ", min_component SAMPLES": removed components with a shorter bounding-box diagonal; 0: none.
   double min_component = 0;
-  // The world of the positions, in GLB files alone: see scene_file.hpp.
+  // The world of the positions, in GLB and 3MF files alone: see scene_file.hpp.
   PhysicalMeaning world = {};
   MeshCodec codec = MeshCodec::kNone;  // Of GLB files.
 };
@@ -45,20 +45,22 @@ class MeshCoordinatesError : public std::invalid_argument {
   std::string shift;
 };
 
-enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc, kVtp };
+enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc, kVtp, k3mf };
 
-// Parses "ply", "stl", "obj", "glb", "drc" or "vtp", in either case, with or without a dot.
+// Parses "ply", "stl", "obj", "glb", "drc", "vtp" or "3mf", in either case, with or without a dot.
 [[nodiscard]] std::optional<MeshFormat> mesh_format_from(std::string_view suffix);
 // Returns "model/stl" and so on, for HTTP.
 [[nodiscard]] std::string_view media_type(MeshFormat format);
+// Returns whether a file can have several surfaces: GLB, 3MF.
+[[nodiscard]] bool holds_several(MeshFormat format);
 
 // Returns the bytes of the file. Empty meshes give a valid file without triangles (GLB: a scene
 // without a mesh), except DRC, which has no such form and gives no bytes. All formats but STL,
-// which has normals of triangles, include the mesh's normals; without them GLB gets smooth normals.
-// GLB has a double-sided material. PLY, GLB (see scene_file.hpp) and VTP include scalars and
-// colors; PLY, STL, OBJ and GLB include `facts`. DRC is quantized over the bounding box, to 20 bits
-// or as many as the rounding limits need. Throws std::system_error if the mesh exceeds a limit of
-// the format (GLB: 4 GiB), MeshCoordinatesError if its coordinates do.
+// which has normals of triangles, and 3MF, which has none, include the mesh's normals; without them
+// GLB gets smooth normals. GLB has a double-sided material. PLY, GLB (see scene_file.hpp) and VTP
+// include scalars and colors; PLY, STL, OBJ, GLB and 3MF include `facts`. DRC is quantized over the
+// bounding box, to 20 bits or as many as the rounding limits need. Throws std::system_error if the
+// mesh exceeds a limit of the format (GLB: 4 GiB), MeshCoordinatesError if its coordinates do.
 [[nodiscard]] std::string mesh_file(const PositionedMesh& mesh, MeshFormat format,
                                     const MeshFileFacts& facts = {});
 

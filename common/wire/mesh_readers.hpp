@@ -1,6 +1,6 @@
 // Reads mesh files of any program from memory: PLY (text, or binary in either byte order), STL
 // (text or binary), OBJ, binary glTF (also with KHR_draco_mesh_compression or
-// EXT_meshopt_compression) and Draco.
+// EXT_meshopt_compression), 3MF and Draco.
 //
 // Files are untrusted: all functions throw MeshFileError, which says what is wrong and what helps.
 #pragma once
@@ -43,6 +43,12 @@ inline constexpr std::size_t kMaxPolygonCorners = 65'536;
 // index of the first triangle of each node with a mesh, unless it is null.
 [[nodiscard]] TriangleMesh read_glb(std::string_view file,
                                     std::vector<std::size_t>* first_triangles = nullptr);
+// Returns the text of the model inside a 3MF file.
+[[nodiscard]] std::string three_mf_model(std::string_view file);
+// Reads the objects to be built, in their places and the model's unit, from that text; their
+// components are not supported. `first_triangles` is as for read_glb().
+[[nodiscard]] TriangleMesh read_three_mf_model(std::string_view model,
+                                               std::vector<std::size_t>* first_triangles = nullptr);
 // Draco data may announce any size: limit the memory of the process for untrusted files.
 [[nodiscard]] TriangleMesh read_draco(std::string_view file);
 

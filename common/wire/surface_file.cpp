@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/mesh/components.hpp"
+#include "common/wire/detail/three_mf_file.hpp"
 #include "common/wire/scene_file.hpp"
 
 namespace multitetra {
@@ -55,6 +56,11 @@ std::string bytes_of(std::span<const NamedSurface> surfaces, MeshFormat format, 
   std::vector<ScenePart> parts;
   for (const NamedSurface& one : surfaces) {
     parts.push_back({.name = one.name, .mesh = &one.surface->mesh});
+  }
+  if (format == MeshFormat::k3mf) {
+    return three_mf_file(
+        parts, first.world,
+        std::string(kMeshFileTitle) + ", lattice " + std::to_string(first.lattice));
   }
   return scene_glb(parts, first.world, codec);
 }

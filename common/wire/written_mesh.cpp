@@ -31,6 +31,9 @@ TriangleMesh mesh_in(std::string_view file, MeshFormat format, std::vector<std::
     case MeshFormat::kGlb:
       first.clear();
       return read_glb(file, &first);
+    case MeshFormat::k3mf:
+      first.clear();
+      return read_three_mf_model(three_mf_model(file), &first);
     case MeshFormat::kVtp:
       return read_own_vtp(file);
     case MeshFormat::kDrc:

@@ -30,9 +30,9 @@ struct WrittenMesh {
   [[nodiscard]] bool is_closed() const { return topology.is_sound() && topology.border_edges == 0; }
 };
 
-// Returns what each surface of a file is: one for each node of a GLB with triangles, in order, else
-// one. Takes about 150 bytes of memory per triangle. Throws MeshFileError if the bytes are not a
-// file that mesh_file() or scene_glb() makes.
+// Returns what each surface of a file is: one for each node of a GLB and each object of a 3MF with
+// triangles, in order, else one. Takes about 150 bytes of memory per triangle. Throws MeshFileError
+// if the bytes are not a file that mesh_file() or scene_glb() makes.
 [[nodiscard]] std::vector<WrittenMesh> read_back(std::string_view file, MeshFormat format,
                                                  ReadBack counted = ReadBack::kTopology);
 

@@ -67,6 +67,7 @@ TriangleMesh with_facts(TriangleMesh mesh, std::string_view file) {
 std::optional<MeshFormat> format_by_content(std::string_view bytes) {
   constexpr std::size_t kWithin = 4096;
   if (bytes.starts_with("glTF")) return MeshFormat::kGlb;
+  if (bytes.starts_with("PK\3\4")) return MeshFormat::k3mf;
   if (bytes.starts_with("DRACO")) return MeshFormat::kDrc;
   if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return MeshFormat::kPly;
   constexpr std::size_t kStlHeader = 84;
@@ -101,7 +102,8 @@ TriangleMesh read(const fs::path& file) {
   const std::optional<MeshFormat> format = by_content || !has_no_signature ? by_content : by_suffix;
   if (!format) {
     throw MeshFileError(
-        "its format is unknown: it begins with neither 'ply', 'glTF', 'DRACO' nor 'solid', has no "
+        "its format is unknown: it begins with neither 'ply', 'glTF', 'DRACO', 'solid' nor as a "
+        "zip (3MF), has no "
         "'<VTKFile', no lines of OBJ and not the length of binary STL, and its name ends in "
         "neither .stl nor .obj");
   }
@@ -116,6 +118,10 @@ TriangleMesh read(const fs::path& file) {
       return read_glb(bytes);
     case MeshFormat::kDrc:
       return read_draco(bytes);
+    case MeshFormat::k3mf: {
+      const std::string model = three_mf_model(bytes);
+      return with_facts(read_three_mf_model(model), model);
+    }
     case MeshFormat::kVtp:
       return read_vtp(file);
   }

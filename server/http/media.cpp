@@ -89,8 +89,9 @@ std::optional<MeshFormat> accepted_format(std::string_view accept) {
   if (trimmed(accept).empty()) return MeshFormat::kGlb;
   std::optional<MeshFormat> best;
   double best_weight = 0;
-  for (const MeshFormat format : {MeshFormat::kGlb, MeshFormat::kPly, MeshFormat::kStl,
-                                  MeshFormat::kObj, MeshFormat::kDrc, MeshFormat::kVtp}) {
+  for (const MeshFormat format :
+       {MeshFormat::kGlb, MeshFormat::kPly, MeshFormat::kStl, MeshFormat::kObj, MeshFormat::kDrc,
+        MeshFormat::kVtp, MeshFormat::k3mf}) {
     const double weight = quality_of(accept, media_type(format));
     if (weight > best_weight) {
       best = format;

@@ -12,7 +12,7 @@ namespace multitetra {
 [[nodiscard]] std::string_view media_type_of_file(std::string_view name);
 
 // Returns the format that an Accept field (RFC 9110) prefers; among equal ones the first of glb,
-// ply, stl, obj, drc, vtp. Returns glb for an empty field, nullopt if none is accepted.
+// ply, stl, obj, drc, vtp, 3mf. Returns glb for an empty field, nullopt if none is accepted.
 [[nodiscard]] std::optional<MeshFormat> accepted_format(std::string_view accept);
 
 }  // namespace multitetra

@@ -171,8 +171,9 @@ void add_certify_command(Command& program, Run& run) {
                              "Compare a mesh from any program with the full-resolution isosurface "
                              "of a volume: two-sided distance, topology, defects");
   command
-      ->add_option("mesh", a->mesh,
-                   "Mesh file: .ply, .stl, .obj, .glb (turned from y-up to z-up), .drc or .vtp")
+      ->add_option(
+          "mesh", a->mesh,
+          "Mesh file: .ply, .stl, .obj, .glb (turned from y-up to z-up), .3mf, .drc or .vtp")
       ->required()
       ->type_name("MESH");
   command

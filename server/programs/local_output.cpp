@@ -95,7 +95,7 @@ std::vector<std::string> files_of_isovalues(const LocalArguments& arguments) {
   const MeshFormat format = mesh_format_of(output, arguments.surface);
   const std::vector<double>& isovalues = arguments.surface.query.isovalues;
   if (isovalues.size() <= 1) return {output};
-  if (format == MeshFormat::kGlb) return std::vector<std::string>(isovalues.size(), output);
+  if (holds_several(format)) return std::vector<std::string>(isovalues.size(), output);
   std::vector<std::string> files;
   for (const double isovalue : isovalues) {
     files.push_back(file_of_part(output, shortest_text(isovalue)).string());

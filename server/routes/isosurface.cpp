@@ -55,6 +55,8 @@ double bytes_of_triangle(const MeshFileOptions& form, bool has_normals, bool has
       return 32 + 0.5 * (12 + normal + (has_scalars ? 7 : 0));
     case MeshFormat::kObj:
       return 30 + 2 * normal;
+    case MeshFormat::k3mf:
+      return 12;
     case MeshFormat::kDrc:
       return 3.5 + normal / 6;
   }
@@ -69,13 +71,13 @@ Result<MeshFormat> format_for(const MeshQuery& query, const HttpRequest& request
   if (!format) {
     return fail(ErrorCode::kUnsupportedVersion,
                 "Meshes are sent as model/gltf-binary, application/ply, model/stl, model/obj, "
-                "application/vnd.draco or application/vnd.vtk.polydata+xml; the request accepts "
-                "none of these.");
+                "application/vnd.draco, application/vnd.vtk.polydata+xml or model/3mf; the request "
+                "accepts none of these.");
   }
-  if (surfaces > 1 && *format != MeshFormat::kGlb) {
+  if (surfaces > 1 && !holds_several(*format)) {
     return fail(
         ErrorCode::kInvalidArgument,
-        "Several surfaces in one file require format=glb; otherwise request one at a time.");
+        "Several surfaces in one file require format=glb or 3mf; otherwise request one at a time.");
   }
   if (const auto fits = check_codec(query.surface.codec, *format == MeshFormat::kGlb); !fits) {
     return tl::unexpected(fits.error());

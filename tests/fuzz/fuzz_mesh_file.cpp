@@ -15,7 +15,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace multitetra;
   static const TemporaryFolder folder;
-  static constexpr std::array kNames = {"m.ply", "m.stl", "m.obj", "m.glb", "m.vtp"};
+  static constexpr std::array kNames = {"m.ply", "m.stl", "m.obj", "m.glb", "m.vtp", "m.3mf"};
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
   if (bytes.starts_with("DRACO")) return 0;  // fuzz_tile covers Draco's decoder, behind our checks.

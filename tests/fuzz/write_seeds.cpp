@@ -335,11 +335,9 @@ void write_meshes(const std::filesystem::path& folder) {
   int number = 0;
   const LatticeMesh lattice = surfaces::torus(5, 5, 4, 0.2, 1);
   const PositionedMesh mesh = positioned(lattice, Affine{});
-  const std::pair<char, MeshFormat> kinds[] = {{'\0', MeshFormat::kPly},
-                                               {'\1', MeshFormat::kStl},
-                                               {'\2', MeshFormat::kObj},
-                                               {'\3', MeshFormat::kGlb},
-                                               {'\4', MeshFormat::kVtp}};
+  const std::pair<char, MeshFormat> kinds[] = {{'\0', MeshFormat::kPly}, {'\1', MeshFormat::kStl},
+                                               {'\2', MeshFormat::kObj}, {'\3', MeshFormat::kGlb},
+                                               {'\4', MeshFormat::kVtp}, {'\5', MeshFormat::k3mf}};
   for (const auto& [kind, format] : kinds) {
     write(folder, ++number, kind + mesh_file(mesh, format));
   }

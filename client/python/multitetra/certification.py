@@ -57,7 +57,7 @@ def certify(
     Parameters
     ----------
     mesh : Mesh, path, or mesh of another library
-        A mesh file (.ply, .stl, .obj, .glb, .drc, .vtp), vertices and faces, or an object of trimesh, pyvista, open3d or meshio that has
+        A mesh file (.ply, .stl, .obj, .glb, .3mf, .drc, .vtp), vertices and faces, or an object of trimesh, pyvista, open3d or meshio that has
         them, in the volume's world coordinates.
     volume : Volume, array_like or path
     isovalue : float

@@ -163,7 +163,7 @@ class Mesh:
         return Mesh(self.vertices[kept], faces.reshape(-1, 3).astype(np.uint32), *values, self.error_bound, self.is_full_resolution)
 
     def save(self, path):
-        """Writes a .ply, .stl, .obj, .glb, .drc or .vtp file, in world coordinates.
+        """Writes a .ply, .stl, .obj, .glb, .3mf, .drc or .vtp file, in world coordinates.
 
         Coordinates have 64 bits where 32 would move a vertex by more than a hundredth of the shortest edge. STL and Draco files have 32:
         ValueError if these are too coarse; subtract a corner of `bounds` from `vertices` first.

@@ -92,19 +92,18 @@ Json upright(const UnitLengths& unit, const Vec3& origin, double step = 1) {
           origin[1] == 0 ? 0 : -y * origin[1], 1};
 }
 
-// Returns whether every edge has two triangles with opposite directions.
-bool is_closed(const PositionedMesh& mesh) {
-  const MeshTopology found = topology(mesh.positions.size(), mesh.triangles,
-                                      [](std::uint32_t, std::uint32_t) { return true; });
-  return found.is_sound() && found.border_edges == 0;
-}
-
 template <typename T>
 std::span<const std::byte> bytes_of(const std::vector<T>& values) {
   return std::as_bytes(std::span(values));
 }
 
 }  // namespace
+
+bool is_closed(const PositionedMesh& mesh) {
+  const MeshTopology found = topology(mesh.positions.size(), mesh.triangles,
+                                      [](std::uint32_t, std::uint32_t) { return true; });
+  return found.is_sound() && found.border_edges == 0;
+}
 
 void SceneWriter::add(const ScenePart& part, std::size_t color, const UnitLengths& unit,
                       bool has_exact_positions) {

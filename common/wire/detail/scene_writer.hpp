@@ -21,6 +21,9 @@ struct PositionSteps;
 // Lengths along x, y and z of one unit of a mesh's positions in the file's unit.
 using UnitLengths = std::array<double, 3>;
 
+// Returns whether every edge has two triangles with opposite directions.
+[[nodiscard]] bool is_closed(const PositionedMesh& mesh);
+
 class SceneWriter {
  public:
   explicit SceneWriter(MeshCodec codec) : codec_(codec) {}

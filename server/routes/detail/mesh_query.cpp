@@ -8,7 +8,7 @@ namespace {
 using Q = MeshQuery;
 
 constexpr QueryField<Q> kFormat[] = {
-    {"format", "glb|ply|stl|obj|drc|vtp", "",
+    {"format", "glb|ply|stl|obj|drc|vtp|3mf", "",
      "Format of the file; default: the one in Accept, or glb. Positions have the unit and the axes "
      "of the dataset; the nodes of a glb rotate z up to glTF's y up and do not scale to metres. "
      "The node of a glb, a comment of a ply and the object of an obj name the dataset or label; "

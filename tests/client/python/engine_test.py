@@ -269,9 +269,10 @@ class Surfaces(unittest.TestCase):
         volume = multitetra.Volume(ball((14, 15, 16)), spacing=2, unit="mm")
         mesh = volume.isosurface(0.25, error=0.5)
         mesh.save(self.path / "ball.stl")
+        mesh.save(self.path / "ball.3mf")
         alike = types.SimpleNamespace
         cells = np.column_stack([np.full(len(mesh.faces), 3), mesh.faces]).ravel()
-        for other in (mesh, self.path / "ball.stl", (mesh.vertices, mesh.faces), alike(vertices=mesh.vertices, faces=mesh.faces),
+        for other in (mesh, self.path / "ball.stl", self.path / "ball.3mf", (mesh.vertices, mesh.faces), alike(vertices=mesh.vertices, faces=mesh.faces),
                       alike(vertices=mesh.vertices, triangles=mesh.faces), alike(points=mesh.vertices, faces=cells)):  # fmt: skip
             found = multitetra.certify(other, volume, 0.25, error=0.6)
             self.assertTrue(found and found.proven and found.topology_kept and found.watertight, str(found))

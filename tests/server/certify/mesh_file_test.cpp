@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/wire/detail/three_mf_file.hpp"
 #include "common/wire/lattice_glb.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "common/wire/mesh_readers.hpp"
@@ -81,7 +82,8 @@ TEST_F(MeshFile, RoundTripsEveryFormat) {
                                      {"a.stl", MeshFormat::kStl},
                                      {"a.obj", MeshFormat::kObj},
                                      {"a.glb", MeshFormat::kGlb},
-                                     {"a.vtp", MeshFormat::kVtp}}) {
+                                     {"a.vtp", MeshFormat::kVtp},
+                                     {"a.3mf", MeshFormat::k3mf}}) {
     SCOPED_TRACE(name);
     const WeldedMesh read_back = welded(read(name, mesh_file(mesh, format)));
     EXPECT_EQ(sorted_corners(read_back.mesh), expected);
@@ -97,7 +99,8 @@ TEST_F(MeshFile, NamesLatticeAndRemovedComponents) {
   const PositionedMesh mesh = world_mesh();
   for (const auto& [name, format] : {std::pair("a.ply", MeshFormat::kPly),
                                      {"a.stl", MeshFormat::kStl},
-                                     {"a.obj", MeshFormat::kObj}}) {
+                                     {"a.obj", MeshFormat::kObj},
+                                     {"a.3mf", MeshFormat::k3mf}}) {
     SCOPED_TRACE(name);
     const TriangleMesh cleaned = read(
         name,
@@ -455,6 +458,69 @@ TEST_F(MeshFile, RejectsInvalidVtp) {
   EXPECT_NE(complaint("a.vtp", many).find("Cannot read"), std::string::npos);
 }
 
+// ---- 3MF
+
+std::string model_with(const std::string& items, const std::string& more = "") {
+  return "<?xml version=\"1.0\"?>" + more +
+         "<m:model xmlns:m=\"x\"><m:object id=\"7\"><m:mesh><m:vertices><m:vertex x=\"1\" y=\"0\" "
+         "z=\"0\"/><m:vertex x=\"0\" y=\"1e0\" z=\"0\"/><m:vertex x=\"0\" y=\"0\" "
+         "z=\"1\"/></m:vertices>"
+         "<m:triangles><m:triangle v1=\"0\" v2=\"1\" v3=\"2\" pid=\"1\"/></m:triangles></m:mesh>"
+         "</m:object><m:build>" +
+         items + "</m:build></m:model>";
+}
+
+TEST(ThreeMfModel, PlacesItsItems) {
+  std::vector<std::size_t> first;
+  const TriangleMesh mesh = read_three_mf_model(
+      model_with("<m:item objectid=\"7\"/><m:item objectid=\"7\" transform=\"-2 0 0 0 3 0 0 0 4 10 "
+                 "20 30\"/>"),
+      &first);
+  EXPECT_EQ(first, (std::vector<std::size_t>{0, 1}));
+  ASSERT_EQ(mesh.vertices.size(), 6U);
+  EXPECT_EQ(mesh.vertices[3], (Vec3{8, 20, 30}));
+  EXPECT_EQ(mesh.vertices[4], (Vec3{10, 23, 30}));
+  // The mirrored one keeps its outside.
+  EXPECT_EQ(mesh.triangles, (std::vector<TriangleIndices>{{0, 1, 2}, {3, 5, 4}}));
+}
+
+TEST(ThreeMfModel, SaysWhatItDoesNotRead) {
+  const auto problem = [](const std::string& model) -> std::string {
+    try {
+      (void)read_three_mf_model(model);
+      return {};
+    } catch (const MeshFileError& error) {
+      return error.what();
+    }
+  };
+  EXPECT_NE(problem(model_with("<m:item objectid=\"8\"/>")).find("object 8"), std::string::npos);
+  EXPECT_NE(problem(model_with("<m:item/>")).find("<item> is incomplete"), std::string::npos);
+  EXPECT_NE(problem(model_with("<m:components/>")).find("composed of parts"), std::string::npos);
+  EXPECT_NE(problem(model_with("<m:item objectid=\"7\"")).find("damaged"), std::string::npos);
+  EXPECT_NE(problem(model_with("", "<!DOCTYPE m [<!ENTITY a \"b\">]>")).find("entities"),
+            std::string::npos);
+  EXPECT_THROW((void)three_mf_model("PK\3\4"), MeshFileError);
+}
+
+TEST(ThreeMfModel, HasUnitNameAndColorOfEachSurface) {
+  const PositionedMesh closed = positioned(surfaces::torus(5, 5, 4, 0.2, 1), Affine{});
+  PositionedMesh open = closed;
+  open.triangles.pop_back();
+  const std::array parts = {
+      ScenePart{.name = {.text = "a & \"b\"", .color = 0x102030}, .mesh = &closed},
+      ScenePart{.name = {.text = "open"}, .mesh = &open}};
+  const std::string model =
+      three_mf_model(three_mf_file(parts, {.length_unit = "µm"}, std::string(kMeshFileTitle)));
+  for (const char* const wanted :
+       {"unit=\"micron\"", "name=\"a &amp; &quot;b&quot;\" displaycolor=\"#102030\"",
+        "type=\"model\" name=\"a", "type=\"surface\" name=\"open\""}) {
+    EXPECT_NE(model.find(wanted), std::string::npos) << wanted;
+  }
+  const std::string other = three_mf_model(three_mf_file(parts, {.length_unit = "Å"}, "t"));
+  EXPECT_NE(other.find("length unit Å"), std::string::npos);
+  EXPECT_EQ(other.find("unit=\""), std::string::npos);
+}
+
 // ---- damage
 
 TEST_F(MeshFile, RejectsOtherFilesByName) {
@@ -480,6 +546,7 @@ TEST_F(MeshFile, ReadsOrRejectsDamagedFiles) {
                                      {"a.obj", MeshFormat::kObj},
                                      {"a.glb", MeshFormat::kGlb},
                                      {"a.vtp", MeshFormat::kVtp},
+                                     {"a.3mf", MeshFormat::k3mf},
                                      {"a.drc", MeshFormat::kDrc}}) {
     files.emplace_back(name, mesh_file(mesh, format));
   }

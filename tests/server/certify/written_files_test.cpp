@@ -98,6 +98,7 @@ TEST_P(WrittenFile, HasTheTopologyOfItsReportInEveryPlace) {
          {std::tuple("a.ply", MeshFormat::kPly, MeshCodec::kNone),
           {"a.obj", MeshFormat::kObj, MeshCodec::kNone},
           {"a.vtp", MeshFormat::kVtp, MeshCodec::kNone},
+          {"a.3mf", MeshFormat::k3mf, MeshCodec::kNone},
           {"a.glb", MeshFormat::kGlb, MeshCodec::kNone},
           {"packed.glb", MeshFormat::kGlb, MeshCodec::kMeshopt},
           {"a.stl", MeshFormat::kStl, MeshCodec::kNone},
@@ -148,6 +149,7 @@ TEST_P(WrittenFile, HasItsVerticesOnTheLattice) {
     for (const auto& [name, format] : {std::pair("a.ply", MeshFormat::kPly),
                                        {"a.obj", MeshFormat::kObj},
                                        {"a.vtp", MeshFormat::kVtp},
+                                       {"a.3mf", MeshFormat::k3mf},
                                        {"a.glb", MeshFormat::kGlb}}) {
       SCOPED_TRACE(std::string(placement.name) + " " + name);
       const TriangleMesh read = read_mesh(folder_.file(name, mesh_file(mesh, format)));

@@ -82,6 +82,7 @@ TEST_F(IsosurfaceTest, ReturnsAFileInEveryFormat) {
                                             {"stl", "model/stl", ""},
                                             {"obj", "model/obj", ""},
                                             {"vtp", "application/vnd.vtk.polydata+xml", "<?xml"},
+                                            {"3mf", "model/3mf", "PK"},
                                             {"drc", "application/vnd.draco", "DRACO"}}) {
     const auto response = client_.get("/v1/datasets/octahedron/isosurface?isovalue=0.5&format=" +
                                       std::string(format));

@@ -232,7 +232,7 @@ TEST_F(OpenApiTest, MatchesTheServer) {
 
   const std::string surface = "/v1/datasets/{name}/isosurface";
   const std::string at = "/v1/datasets/a%20b/isosurface?isovalue=";
-  for (const auto* format : {"glb", "ply", "stl", "obj", "drc", "vtp"}) {
+  for (const auto* format : {"glb", "ply", "stl", "obj", "drc", "vtp", "3mf"}) {
     request(surface, at + "1&format=" + format, 200);
   }
   request(surface, at + "12&format=drc", 204);

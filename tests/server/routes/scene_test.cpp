@@ -113,7 +113,7 @@ TEST_F(SceneTest, ColorsASurfaceByAField) {
 }
 
 TEST_F(SceneTest, ABudgetOfBytesIsOneOfTheFile) {
-  for (const char* const format : {"glb", "ply", "stl", "obj", "drc", "vtp"}) {
+  for (const char* const format : {"glb", "ply", "stl", "obj", "drc", "vtp", "3mf"}) {
     const std::string query = std::string("isovalue=0&error=0&format=") + format;
     const std::size_t whole = get(query).body().size();
     const std::size_t most = whole / 2;
