@@ -131,7 +131,8 @@ class NpyArrays : public ArrayContainer {
   [[nodiscard]] std::vector<std::string> arrays() const override {
     std::vector<std::string> names;
     for (const auto& [name, array] : all_) {
-      const bool is_one = std::ranges::count_if(array.shape, [](auto side) { return side > 1; }) > 1;
+      const bool is_one =
+          std::ranges::count_if(array.shape, [](auto side) { return side > 1; }) > 1;
       if (all_.size() == 1 || (array.type != nullptr && is_one)) names.push_back(name);
     }
     return names;
@@ -215,9 +216,8 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
   const std::uint64_t offset = array.begin + before;
   const std::uint64_t behind = all * bytes_of(stored.type) - before - stored.volume_bytes();
   const Endian endian = array.descr[1] == '>' ? Endian::kBig : Endian::kLittle;
-  volume.slices = array.entry.empty()
-                      ? slices_in_file(path, offset, endian, stored, behind)
-                      : slices_in_zip(path, array.entry, offset, endian, stored);
+  volume.slices = array.entry.empty() ? slices_in_file(path, offset, endian, stored, behind)
+                                      : slices_in_zip(path, array.entry, offset, endian, stored);
   if (are_halves) volume.slices = slices_of_halves(std::move(volume.slices), volume.header);
   return volume;
 }

@@ -201,7 +201,8 @@ std::string with_remedies(const std::string& reason, std::string options) {
       {"--origin", "origin=0:0:0"},
       {"--length-unit", "unit=mm"},
       {"--allow-loss", "loss"},
-      {"--subtract", "subtract=" + reason.substr(std::min(reason.find("--subtract") + 11, reason.size()))},
+      {"--subtract",
+       "subtract=" + reason.substr(std::min(reason.find("--subtract") + 11, reason.size()))},
       {"--array", "array=" + first_listed(reason)},
       {":/path", "array=" + first_listed(reason)}};
   for (const auto& [option, value] : remedies) {

@@ -123,8 +123,7 @@ class SlicesInEntry : public StoredSlices {
  private:
   // The largest number is no index, which Entry reports.
   [[nodiscard]] zip_uint64_t index_of(const std::string& name) const {
-    return static_cast<zip_uint64_t>(
-        zip_name_locate(archive_.get(), name.c_str(), ZIP_FL_ENC_RAW));
+    return static_cast<zip_uint64_t>(zip_name_locate(archive_.get(), name.c_str(), ZIP_FL_ENC_RAW));
   }
 
   Archive archive_;
@@ -151,8 +150,8 @@ class ZipStore : public ObjectStore {
     const std::lock_guard lock(mutex_);
     Entry opened(archive_.get(), entry->second, place(key));
     if (opened.size() > most) {
-      fail_in_zip(place(key), "it has " + std::to_string(opened.size()) +
-                                  " bytes; the limit is " + std::to_string(most));
+      fail_in_zip(place(key), "it has " + std::to_string(opened.size()) + " bytes; the limit is " +
+                                  std::to_string(most));
     }
     std::vector<std::byte> bytes(opened.size());
     opened.read(0, bytes);

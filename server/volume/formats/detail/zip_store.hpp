@@ -21,8 +21,8 @@ namespace multitetra {
 // is complete; the store's functions throw it for damaged entries.
 [[nodiscard]] std::unique_ptr<ObjectStore> zip_store(const std::filesystem::path& file);
 
-// Returns the slices of `header` that start at `offset` in a file inside an archive. Going back in a
-// deflated one starts over. Throws VolumeFileError if there is no such file, or it is too short.
+// Returns the slices of `header` that start at `offset` in a file inside an archive. Going back in
+// a deflated one starts over. Throws VolumeFileError if there is no such file, or it is too short.
 [[nodiscard]] std::unique_ptr<StoredSlices> slices_in_zip(const std::filesystem::path& file,
                                                           const std::string& name,
                                                           std::uint64_t offset, Endian endian,
