@@ -14,7 +14,8 @@ HttpResponse list_answer(const ResourceRequest& request) {
   for (const auto& [name, value] : request.target.query) {
     if (name == "after") after = value;
   }
-  const DatasetPage page = request.context.service_client->client_access().list(after);
+  const ClientAccess& access = request.context.service_client->client_access();
+  const DatasetPage page = access.list(after);
   std::string text = "{\"datasets\": [";
   const char* separator = "\n";
   for (const DatasetCatalogue::Entry* const entry : page.datasets) {
@@ -22,7 +23,12 @@ HttpResponse list_answer(const ResourceRequest& request) {
     separator = ",\n";
   }
   const Json next = page.next.empty() ? Json() : Json(page.next);
-  text.append("\n], \"next\": ").append(json_text(next, -1)).append("}\n");
+  Json readings = Json::array();
+  for (const DatasetReading& one : access.readings()) {
+    readings.push_back({{"name", one.name}, {"share", one.share}});
+  }
+  text.append("\n], \"reading\": ").append(json_text(readings, -1));
+  text.append(", \"next\": ").append(json_text(next, -1)).append("}\n");
   return document_answer(std::move(text), request.http);
 }
 

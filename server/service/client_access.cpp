@@ -115,6 +115,15 @@ Result<SurfaceProviderPtr> ClientAccess::find(const std::string& dataset) const 
   if (catalogue_ && rights_.may_see(dataset)) {
     if (SurfaceProviderPtr found = catalogue_->find(dataset)) return found;
   }
+  for (const DatasetReading& reading : readings()) {
+    if (reading.name != dataset) continue;
+    const std::string share = std::to_string(static_cast<int>(100 * reading.share));
+    return tl::unexpected(Error{.code = ErrorCode::kUnavailable,
+                                .text = "Dataset \"" + dataset +
+                                        "\" can be used when its volume has been read; " + share +
+                                        " % are.",
+                                .retry_after = 1});
+  }
   return fail(ErrorCode::kUnknownDataset,
               "No dataset is named \"" + dataset +
                   "\"; see the list of datasets (multitetra-client list, /v1/datasets)." +
@@ -165,6 +174,13 @@ DatasetPage ClientAccess::list(std::string_view after, const PageLimits& limits)
     last = &name;
   }
   return page;
+}
+
+std::vector<DatasetReading> ClientAccess::readings() const {
+  if (!catalogue_) return {};
+  std::vector<DatasetReading> readings = catalogue_->readings();
+  std::erase_if(readings, [&](const DatasetReading& one) { return !rights_.may_see(one.name); });
+  return readings;
 }
 
 Result<DatasetInfo> ClientAccess::describe(const std::string& dataset) const {

@@ -89,7 +89,9 @@ class ClientAccess {
 
   // Returns the datasets visible to this client whose names follow `after`.
   [[nodiscard]] DatasetPage list(std::string_view after = {}, const PageLimits& limits = {}) const;
-  // Returns one of them, else kUnknownDataset.
+  // Returns the datasets visible to this client whose volumes are being read.
+  [[nodiscard]] std::vector<DatasetReading> readings() const;
+  // Returns one of the datasets, else kUnknownDataset, or kUnavailable while its volume is read.
   [[nodiscard]] Result<DatasetInfo> describe(const std::string& dataset) const;
 
   [[nodiscard]] Result<ValidatedStream> accept(OpenStream open) const;

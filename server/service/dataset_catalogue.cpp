@@ -31,6 +31,13 @@ void DatasetCatalogue::add(std::shared_ptr<const SurfaceProvider> source) {
                    .json = listed_json(info)};
 }
 
+std::vector<DatasetReading> DatasetCatalogue::readings() const {
+  if (!readings_) return {};
+  std::vector<DatasetReading> readings = readings_();
+  std::erase_if(readings, [&](const DatasetReading& one) { return entries_.contains(one.name); });
+  return readings;
+}
+
 std::shared_ptr<const SurfaceProvider> DatasetCatalogue::find(std::string_view name) const {
   const auto found = entries_.find(name);
   return found == entries_.end() ? nullptr : found->second.source;

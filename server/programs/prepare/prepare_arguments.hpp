@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,6 +30,8 @@ struct PrepareArguments {
   bool force = false;
   bool json = false;
   bool quiet = false;
+  // Called with the part of a volume's samples that is read, 0 to 1.
+  std::function<void(const std::string& dataset, double share)> reading;
 
   // Throws std::invalid_argument unless `outside` is "void" (returns none) or a number.
   [[nodiscard]] std::optional<double> outside_value() const;

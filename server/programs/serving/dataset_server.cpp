@@ -45,12 +45,12 @@ int serve_until_stopped(const ServeOptions& options, const BackgroundTask& besid
   const std::vector<MakeListener> listeners = http_listeners(options.listeners);
   const auto cache = std::make_shared<SurfaceCache>(options.cache_bytes);
   const auto files = std::make_shared<RemoteFiles>(file_options(options));
-  ServedDatasets datasets(options.datasets, cache, files);
+  ServedDatasets datasets(options.datasets, cache, files, options.readings);
   const CataloguePtr catalogue = datasets.read();
   if (catalogue->size() == 0 && datasets.is_store_failing()) {
     throw ExitError(kFailed, "No dataset can be read from its store; the lines above say why.");
   }
-  if (catalogue->size() == 0) {
+  if (catalogue->size() == 0 && !options.readings) {
     throw ExitError(kNoDataset,
                     "There is no dataset to serve; create one with: multitetra-server prepare "
                     "VOLUME -o FILE.mtd");
@@ -65,7 +65,11 @@ int serve_until_stopped(const ServeOptions& options, const BackgroundTask& besid
   CoalescingTask rescan([&] { rescan_datasets(server, datasets); });
   rescan_task = &rescan;
   std::shared_ptr<void> work;
-  if (beside) work = beside({.urls = server.urls(), .read_again = [&rescan] { rescan.request(); }});
+  if (beside) {
+    work = beside({.urls = server.urls(),
+                   .read_again = [&rescan] { rescan.request(); },
+                   .stop = [&server] { server.stop(); }});
+  }
   serve_with_log(server);
   return kOk;
 }

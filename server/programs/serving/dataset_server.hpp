@@ -17,6 +17,8 @@ struct OpenServer {
   // Reloads the folders of datasets on a separate thread. Callable from any thread, until the
   // background task has ended.
   std::function<void()> read_again;
+  // Ends the server at once. Callable from any thread, until the background task has ended.
+  std::function<void()> stop;
 };
 
 // Starts work in the background. Called once, before the first connection is accepted; the result,
@@ -24,7 +26,8 @@ struct OpenServer {
 using BackgroundTask = std::function<std::shared_ptr<void>(const OpenServer&)>;
 
 // Serves until SIGINT or SIGTERM. Returns the exit code. Throws ExitError if there is no dataset to
-// serve or the secrets cannot be used, AddressError if a listener cannot be opened.
+// serve and none is being read, or the secrets cannot be used, AddressError if a listener cannot be
+// opened.
 int serve_until_stopped(const ServeOptions& options, const BackgroundTask& beside = {});
 
 }  // namespace multitetra

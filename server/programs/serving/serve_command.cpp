@@ -23,7 +23,7 @@ struct ServeArguments {
   OptionSources sources;
 };
 
-// Prepares volumes into a cache, the first one before it listens.
+// Prepares volumes into a cache while it serves.
 int serve(ServeOptions options) {
   std::vector<std::string> volumes;
   std::erase_if(options.datasets, [&](const std::string& input) {
@@ -41,11 +41,15 @@ int serve(ServeOptions options) {
   } catch (const VolumeFileError& problem) {
     throw ExitError(kUsage, problem.what());
   }
-  if (!queue->prepare_next({}) && options.datasets.empty()) return kUsage;
+  const bool has_others = !options.datasets.empty();
+  if (!queue->begin() && !has_others) return kUsage;
   const std::vector<std::string>& prepared = queue->datasets();
   options.datasets.insert(options.datasets.end(), prepared.begin(), prepared.end());
-  return serve_until_stopped(
-      options, [&](const OpenServer& server) { return queue->run_behind(server.read_again); });
+  options.readings = queue->readings();
+  const int code = serve_until_stopped(options, [&](const OpenServer& server) {
+    return queue->run_behind(server.read_again, has_others ? std::function([] {}) : server.stop);
+  });
+  return queue->first() || has_others ? code : kUsage;
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "common/cli/command.hpp"
 #include "server/programs/serving/listener_options.hpp"
+#include "server/service/dataset_catalogue.hpp"
 #include "server/store/remote_files.hpp"
 #include "server/transport/server.hpp"
 
@@ -28,6 +29,7 @@ struct ServeOptions {
   std::string volume_cache = {};  // Empty: that of `view`.
   int store_connections = 8;
   double store_seconds = 30;
+  ReadingsSource readings = nullptr;  // Datasets may be missing while their volumes are read.
 };
 
 void add_serve_options(Command& command, ServeOptions& options);

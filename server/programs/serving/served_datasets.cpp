@@ -26,9 +26,10 @@ std::string size_text(const DatasetInfo& info) {
 
 ServedDatasets::ServedDatasets(const std::vector<std::string>& inputs,
                                std::shared_ptr<SurfaceCache> cache,
-                               std::shared_ptr<RemoteFiles> files)
+                               std::shared_ptr<RemoteFiles> files, ReadingsSource readings)
     : cache_(std::move(cache)),
       files_(std::move(files)),
+      readings_(std::move(readings)),
       pool_(std::make_shared<CubeMemoryPool>()) {
   for (const std::string& input : inputs) {
     inputs_.push_back({input, is_folder_of_datasets(input)});
@@ -87,7 +88,7 @@ ServedDatasets::Opened* ServedDatasets::opened(const std::string& place) {
 }
 
 CataloguePtr ServedDatasets::read() {
-  auto catalogue = std::make_shared<DatasetCatalogue>();
+  auto catalogue = std::make_shared<DatasetCatalogue>(readings_);
   std::set<std::string> names;
   const std::vector<std::string> paths = dataset_paths();
   if (paths.empty() && !opened_.empty()) {

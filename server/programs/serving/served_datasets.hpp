@@ -25,7 +25,7 @@ class ServedDatasets {
  public:
   // `inputs` are files, addresses, and folders or buckets, which stand for their files *.mtd.
   ServedDatasets(const std::vector<std::string>& inputs, std::shared_ptr<SurfaceCache> cache,
-                 std::shared_ptr<RemoteFiles> files);
+                 std::shared_ptr<RemoteFiles> files, ReadingsSource readings = nullptr);
 
   // Returns all datasets that can be served now. Unchanged files stay open. A dataset that cannot
   // be read is logged and omitted, or keeps its previous version if it has one. Logs new and
@@ -68,6 +68,7 @@ class ServedDatasets {
   std::vector<Input> inputs_;
   std::shared_ptr<SurfaceCache> cache_;
   std::shared_ptr<RemoteFiles> files_;
+  ReadingsSource readings_;
   std::shared_ptr<CubeMemoryPool> pool_;
   std::map<std::string, Opened> opened_;
   bool is_complete_ = true;

@@ -74,14 +74,13 @@ int view(const ViewArguments& arguments) {
     throw ExitError(kUsage, problem.what());
   }
   VolumeQueue& volumes = *made;
-  const std::optional<std::string> first = volumes.prepare_next({});
-  if (!first && !volumes.has_datasets()) return kUsage;  // Every problem was printed.
+  if (!volumes.begin() && !volumes.has_datasets()) return kUsage;  // Every problem was printed.
   ServeOptions options;
   options.listeners.tcp = "off";
   options.listeners.http = arguments.http;
   // The token keeps other users of this machine out, who can find the port.
   options.listeners.token = new_token();
-  const std::string fragment = page_fragment(arguments, options.listeners.token, first);
+  const std::string fragment = page_fragment(arguments, options.listeners.token, volumes.first());
   const auto opening = std::make_shared<OneTimeLink>(new_token(), fragment);
   options.listeners.routes.opening = opening;
   options.listeners.log_level = "warning";
@@ -89,7 +88,8 @@ int view(const ViewArguments& arguments) {
   options.listeners.ends_on_hangup = true;
   options.threads = arguments.threads;
   options.datasets = volumes.datasets();
-  return serve_until_stopped(options, [&](const OpenServer& server) {
+  options.readings = volumes.readings();
+  const int code = serve_until_stopped(options, [&](const OpenServer& server) {
     const std::string address = local(server.urls.front());
     std::cout << "\n   " << styled(Style::kBold, address + "/" + fragment, STDOUT_FILENO) << "\n\n"
               << "   Serving until Ctrl-C." << std::endl;
@@ -97,8 +97,10 @@ int view(const ViewArguments& arguments) {
     if (!arguments.no_browser) {
       open_in_browser(address + std::string(kOpenPath) + opening->code());
     }
-    return volumes.run_behind(server.read_again);
+    return volumes.run_behind(server.read_again,
+                              volumes.has_datasets() ? std::function([] {}) : server.stop);
   });
+  return volumes.first() || volumes.has_datasets() ? code : kUsage;
 }
 
 }  // namespace

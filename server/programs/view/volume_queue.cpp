@@ -1,6 +1,7 @@
 #include "server/programs/view/volume_queue.hpp"
 
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -165,14 +166,65 @@ bool VolumeQueue::complete_next(const std::stop_token& stop) {
   return false;
 }
 
-std::shared_ptr<std::jthread> VolumeQueue::run_behind(std::function<void()> changed) {
-  return std::make_shared<std::jthread>(
-      [this, changed = std::move(changed)](const std::stop_token& stop) {
-        try {
-          while (prepare_next(stop) || complete_next(stop)) changed();
-        } catch (const PreparationStopped&) {  // The server has stopped.
-        }
+void VolumeQueue::run(const std::stop_token& stop) {
+  const auto report = [this](auto&& change) {
+    const std::lock_guard lock(mutex_);
+    change();
+    progressed_.notify_all();
+    if (changed_) {
+      changed_();
+    } else {
+      has_news_ = true;
+    }
+  };
+  try {
+    while (const std::optional<std::string> name = prepare_next(stop)) {
+      report([&] {
+        if (!first_name_) first_name_ = name;
       });
+    }
+    report([&] {
+      has_prepared_all_ = true;
+      if (!first_name_ && failed_) failed_();
+    });
+    while (complete_next(stop)) report([] {});
+  } catch (const PreparationStopped&) {  // The server has stopped.
+  }
+}
+
+bool VolumeQueue::begin() {
+  constexpr std::chrono::milliseconds kPatience(300);
+  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+  std::unique_lock lock(mutex_);
+  progressed_.wait_for(lock, kPatience, [this] { return first_name_ || has_prepared_all_; });
+  return first_name_ || !has_prepared_all_;
+}
+
+std::optional<std::string> VolumeQueue::first() const {
+  const std::lock_guard lock(mutex_);
+  if (first_name_ || !reading_) return first_name_;
+  return reading_->name;
+}
+
+ReadingsSource VolumeQueue::readings() const {
+  return [this]() -> std::vector<DatasetReading> {
+    const std::lock_guard lock(mutex_);
+    if (!reading_) return {};
+    return {*reading_};
+  };
+}
+
+std::shared_ptr<void> VolumeQueue::run_behind(std::function<void()> changed,
+                                              std::function<void()> failed) {
+  const std::lock_guard lock(mutex_);
+  changed_ = std::move(changed);
+  failed_ = std::move(failed);
+  if (has_news_) changed_();
+  if (has_prepared_all_ && !first_name_) failed_();
+  return {this, [](VolumeQueue* queue) {
+            queue->thread_.request_stop();
+            queue->thread_.join();
+          }};
 }
 
 void VolumeQueue::print_line(const std::string& text) const {
@@ -202,6 +254,10 @@ void VolumeQueue::add_labels_of(const std::string& input) {
 void VolumeQueue::wait_for(PrepareArguments arguments) {
   arguments.quiet = options_.quiet;
   arguments.samples_only = true;
+  arguments.reading = [this](const std::string& dataset, double share) {
+    const std::lock_guard lock(mutex_);
+    reading_ = {dataset, share};
+  };
   waiting_.push_back(std::move(arguments));
 }
 
@@ -222,6 +278,8 @@ bool VolumeQueue::prepare(const PrepareJob& job) {
     throw;
   } catch (const std::exception& problem) {
     print_error("multitetra", problem.what());
+    const std::lock_guard lock(mutex_);
+    reading_.reset();
     return false;
   }
 }

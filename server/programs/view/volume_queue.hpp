@@ -2,15 +2,17 @@
 // them first, then their errors.
 //
 //   VolumeQueue volumes({"head.nrrd"}, {});
-//   const std::optional<std::string> first = volumes.prepare_next({});
-//   ... serve volumes.datasets() ...
-//   const auto rest = volumes.run_behind(read_again);
+//   if (!volumes.begin()) ...                              // Nothing can be shown.
+//   ... serve volumes.datasets() and volumes.readings() ...
+//   const auto rest = volumes.run_behind(read_again, stop);
 #pragma once
 
+#include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -20,6 +22,7 @@
 #include "common/dataset/dataset_info.hpp"
 #include "server/programs/prepare/detail/preparation.hpp"
 #include "server/programs/view/dataset_cache.hpp"
+#include "server/service/dataset_catalogue.hpp"
 
 namespace multitetra {
 
@@ -37,7 +40,7 @@ struct VolumeQueueOptions {
   bool quiet = false;
 };
 
-// Not thread-safe.
+// The functions are called from one thread; the work is done on another.
 class VolumeQueue {
  public:
   // `inputs` are volumes and datasets. Reads the headers of volumes, and all their bytes for the
@@ -51,18 +54,30 @@ class VolumeQueue {
   // Returns the paths of the datasets, including those not yet prepared.
   [[nodiscard]] const std::vector<std::string>& datasets() const { return datasets_; }
 
-  // Prepares samples until one dataset is there. Returns its name, or none at the end. Prints
-  // failures to stderr. Throws PreparationStopped.
-  std::optional<std::string> prepare_next(const std::stop_token& stop);
+  // Begins to prepare samples, and then errors on threads that requests do not need. Returns when
+  // the first dataset is there, or after 0.3 s, so that a page opens soon. Returns false if nothing
+  // could be prepared. Prints failures to stderr.
+  [[nodiscard]] bool begin();
 
-  // Prepares the rest on a thread until it is destroyed, then computes errors on threads that
-  // requests do not need. Calls `changed` for every dataset. The queue must outlive the thread.
-  [[nodiscard]] std::shared_ptr<std::jthread> run_behind(std::function<void()> changed);
+  // Returns the first dataset's name, also while it is read; none if it is unknown yet.
+  [[nodiscard]] std::optional<std::string> first() const;
+
+  // Returns what is being read, as long as the queue exists.
+  [[nodiscard]] ReadingsSource readings() const;
+
+  // Calls `changed` for every further dataset, and `failed` if none could be prepared, until the
+  // result is destroyed; that ends the work.
+  [[nodiscard]] std::shared_ptr<void> run_behind(std::function<void()> changed,
+                                                 std::function<void()> failed);
 
  private:
   class Folders;
   struct Work;
 
+  // Prepares samples until one dataset is there. Returns its name, or none at the end. Throws
+  // PreparationStopped.
+  std::optional<std::string> prepare_next(const std::stop_token& stop);
+  void run(const std::stop_token& stop);
   // Adds the errors to the next prepared dataset that lacks them. Returns false at the end.
   bool complete_next(const std::stop_token& stop);
   void print_line(const std::string& text) const;
@@ -81,6 +96,16 @@ class VolumeQueue {
   std::deque<PrepareArguments> waiting_;
   std::unique_ptr<Work> work_;
   std::deque<std::string> without_errors_;  // Paths of prepared datasets.
+
+  // Guards what follows.
+  mutable std::mutex mutex_;
+  std::condition_variable progressed_;
+  std::optional<DatasetReading> reading_;  // The latest; a catalogue omits it once it is served.
+  std::optional<std::string> first_name_;  // The first prepared dataset.
+  bool has_prepared_all_ = false;          // The samples of all volumes, as far as possible.
+  bool has_news_ = false;                  // `changed_` was not called for them.
+  std::function<void()> changed_, failed_;
+  std::jthread thread_;  // Ends before what it uses.
 };
 
 }  // namespace multitetra

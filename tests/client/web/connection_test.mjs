@@ -3,13 +3,14 @@
 //   node connection_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { readFileSync, rmSync } from "node:fs";
+import { readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import net from "node:net";
 import path from "node:path";
+import { gzipSync } from "node:zlib";
 
 import {
-  atKeyboard, complete, finish, newToken, notice, open, scratch, serve, server, surfacePixels, test,
+  atKeyboard, complete, finish, newToken, notice, open, scratch, serve, serveFolder, server, surfacePixels, test,
 } from "./in_a_browser.mjs";
 
 const tokens = path.join(scratch, "tokens");
@@ -24,6 +25,7 @@ await test("SendsATokenToItsServerOnly", keepsItsToken);
 await test("AppliesAnEditedAddress", appliesAnEditedAddress);
 await test("ReportsAndIgnoresUnreadableSettings", reportsIgnoredSettings);
 await test("OffersNoSlicesOfSurfacesOnly", offersNoSlices);
+await test("ShowsHowFarAVolumeIsRead", showsReading);
 await test("LivesAsAModuleInAnotherPage", livesInAnotherPage);
 await finish();
 
@@ -67,6 +69,30 @@ async function reconnects(page) {
   await page.waitForFunction((old) => location.hash !== old && /eye=/.test(location.hash), hash);
 }
 
+// The process that reads the volume is stopped meanwhile, so that the page sees it.
+async function showsReading(page) {
+  const sizes = [512, 512, 800];
+  const samples = Buffer.alloc(sizes[0] * sizes[1] * sizes[2]);
+  for (let z = 0; z < sizes[2]; ++z) samples.fill(z >> 2, z * sizes[0] * sizes[1], (z + 1) * sizes[0] * sizes[1]);
+  const file = path.join(scratch, "ramp.nrrd");
+  const head = `NRRD0004\ntype: uint8\ndimension: 3\nsizes: ${sizes.join(" ")}\nencoding: gzip\n\n`;
+  writeFileSync(file, Buffer.concat([Buffer.from(head), gzipSync(samples, { level: 1 })]));
+  const cache = path.join(scratch, "volumes");
+  rmSync(cache, { recursive: true, force: true });
+  const reading = await serveFolder(file, "--volume-cache", cache, "--threads", "1");
+  const { pid } = reading.process;
+  const readers = readdirSync(`/proc/${pid}/task`).flatMap((task) => readFileSync(`/proc/${pid}/task/${task}/children`, "utf8").match(/\d+/g) ?? []);
+  assert(readers.length > 0, "the volume is being read");
+  for (const reader of readers) process.kill(Number(reader), "SIGSTOP");
+  await open(page, "#dataset=ramp", reading);
+  await notice(page, /^Reading "ramp": \d+ %\.$/);
+  const early = await page.request.get(`${reading.page}v1/datasets/ramp`);
+  assert.deepEqual([early.status(), early.headers()["retry-after"]], [503, "1"]);
+  for (const reader of readers) process.kill(Number(reader), "SIGCONT");
+  await complete(page);
+  assert.doesNotMatch(await page.textContent(".notice"), /Reading/);
+}
+
 async function requestsAToken(page) {
   await open(page, "#dataset=gyroid", guarded);
   await notice(page, /requires a token/);
@@ -94,6 +120,7 @@ async function hidesItsToken(page) {
   await complete(page);
   await page.waitForFunction(() => !location.href.includes("token"));
   // Also if the page is open already and has an invalid token.
+  await page.goto("about:blank");
   const other = await page.context().browser().newPage();
   await open(other, "#dataset=gyroid&token=mt_wrong", guarded);
   await notice(other, /does not accept the token/);

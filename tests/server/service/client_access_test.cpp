@@ -70,6 +70,24 @@ TEST(ClientAccess, RejectsUnknownTokens) {
   EXPECT_TRUE(ClientAccess::of("good", list, fake_catalogue("head")));
 }
 
+TEST(ClientAccess, TellsHowFarAVolumeIsRead) {
+  const auto catalogue = std::make_shared<DatasetCatalogue>([] {
+    return std::vector<DatasetReading>{{"head", 0.371}, {"frog-1", 0.5}};
+  });
+  catalogue->add(std::make_shared<FakeSteps>("frog-1"));  // Served by now.
+  const auto client_access = ClientAccess::of("", nullptr, catalogue);
+  ASSERT_EQ(client_access->readings().size(), 1U);
+  EXPECT_EQ(client_access->readings().front().name, "head");
+  const auto head = client_access->describe("head");
+  ASSERT_FALSE(head);
+  EXPECT_EQ(head.error().code, ErrorCode::kUnavailable);
+  EXPECT_EQ(head.error().retry_after, 1);
+  EXPECT_NE(head.error().text.find("37 %"), std::string::npos) << head.error().text;
+  const auto other = ClientAccess::of("good", list_of("good", "frog-*"), catalogue);
+  EXPECT_TRUE(other->readings().empty());
+  EXPECT_EQ(other->describe("head").error().code, ErrorCode::kUnknownDataset);
+}
+
 TEST(ClientAccess, ReportsHiddenDatasetsAsUnknown) {
   const auto client_access =
       ClientAccess::of("good", list_of("good", "frog-*"), fake_catalogue("head"));

@@ -89,7 +89,7 @@ export class Conversation {
   private streamId = 0n; // The request id of the last stream.
   private query: { id: bigint; request: StreamRequest } | null = null; // The running query.
   private nextQuery: StreamRequest | null = null;
-  private datasets: DatasetInfo[] = [];
+  private datasets: DatasetInfo[] | null = null; // Null: not listed yet.
   private listed: DatasetInfo[] = []; // The pages of an unfinished list.
   private permitsSamples = true;
   private requested: StreamRequest | null = null;
@@ -149,7 +149,7 @@ export class Conversation {
 
   // Asks whether the list of datasets has changed; a changed one is requested. Does nothing without a connection.
   checkList(): Effect[] {
-    const isListed = this.phase === "ready" && this.datasets.length > 0;
+    const isListed = this.phase === "ready" && this.datasets !== null;
     return isListed ? [{ kind: "send", message: { case: "ping", value: create(PingSchema) } }] : [];
   }
 
@@ -310,7 +310,7 @@ export class Conversation {
     // The page opens its first stream when it has the list; an interrupted stream is repeated with the current
     // information about its dataset.
     if (!requested || this.assembler) return effects;
-    const info = this.datasets.find(({ name }) => name === requested.info.name);
+    const info = datasets.find(({ name }) => name === requested.info.name);
     if (!info) {
       this.requested = null;
       const text = `The server no longer has a dataset named "${requested.info.name}".`;

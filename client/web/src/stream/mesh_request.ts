@@ -5,6 +5,7 @@ import type { DatasetInfo } from "../protocol/messages";
 import { writtenDefaults } from "../state/settings";
 import type { OwnSettings } from "../state/surfaces";
 import { addressOf } from "../state/url_state";
+import { fetchResource, resourceAddress } from "./http_resource";
 
 export interface MeshReply {
   file: Uint8Array;
@@ -20,7 +21,7 @@ export async function requestMesh(
   own: OwnSettings,
   format: MeshFormat,
 ): Promise<MeshReply> {
-  const reply = await fetch(meshAddress(stream, info, isovalue, own, format), { headers: token ? { Authorization: `Bearer ${token}` } : {} });
+  const reply = await fetchResource(meshAddress(stream, info, isovalue, own, format), token);
   if (!reply.ok) {
     const { error } = (await reply.json().catch(() => ({}))) as { error?: { text?: string } };
     throw new Error(error?.text ?? `The server refused it with status ${reply.status}.`);
@@ -32,7 +33,7 @@ export async function requestMesh(
 // HTTP queries name the request's settings as the page's address does.
 export function meshAddress(stream: string, { name }: DatasetInfo, isovalue: number, own: OwnSettings, format: MeshFormat): string {
   const { error, bound, topologyRule, topologyTolerance, region, maxTriangles, minComponent, simplify } = own;
-  const address = new URL(`datasets/${encodeURIComponent(name)}/isosurface`, stream.replace(/^ws/, "http"));
+  const address = resourceAddress(stream, `datasets/${encodeURIComponent(name)}/isosurface`);
   address.search = addressOf({ ...writtenDefaults, isovalue, error, bound, topologyRule, topologyTolerance, region, maxTriangles, minComponent, simplify });
   address.searchParams.set("format", format);
   return address.href;

@@ -2,6 +2,7 @@
 import type { DatasetInfo } from "../protocol/messages";
 import { isOfFiles } from "../static/file_channel";
 import type { Vec3 } from "./dataset";
+import { fetchResource, resourceAddress } from "./http_resource";
 
 export class Thumbnails {
   private readonly queue: DatasetInfo[] = [];
@@ -35,8 +36,7 @@ export class Thumbnails {
   }
 
   private async fetched(address: string): Promise<string | null> {
-    const token = this.token();
-    const reply = await fetch(address, { headers: token ? { Authorization: `Bearer ${token}` } : {} });
+    const reply = await fetchResource(address, this.token());
     return reply.ok ? URL.createObjectURL(await reply.blob()) : null;
   }
 }
@@ -44,7 +44,7 @@ export class Thumbnails {
 // `up`: a unit vector along a world axis. The content's digest makes the address that of one picture.
 export function thumbnailAddress(stream: string, { name, contentId }: DatasetInfo, up: Vec3): string {
   const axis = up.findIndex((part) => Math.abs(part) === 1);
-  const address = new URL(`datasets/${encodeURIComponent(name)}/thumbnail.png`, stream.replace(/^ws/, "http"));
+  const address = resourceAddress(stream, `datasets/${encodeURIComponent(name)}/thumbnail.png`);
   address.searchParams.set("up", `${up[axis] < 0 ? "-" : ""}${"xyz"[axis]}`);
   address.hash = String(contentId);
   return address.href;

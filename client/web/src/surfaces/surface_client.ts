@@ -114,9 +114,14 @@ export class SurfaceClient implements PreviewClient {
     if (this.isFirst || this.isActive) this.connection.ensure();
   }
 
+  // Requests the list of datasets if it has changed.
+  checkList(): void {
+    this.perform(this.conversation.checkList());
+  }
+
   // Makes it the first of the view.
   makeFirst(): void {
-    if (!this.isFirst) this.listTimer = window.setInterval(() => document.hidden || this.perform(this.conversation.checkList()), listInterval);
+    if (!this.isFirst) this.listTimer = window.setInterval(() => document.hidden || this.checkList(), listInterval);
     this.isFirst = true;
     this.connection.makeOwn();
   }

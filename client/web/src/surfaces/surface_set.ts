@@ -87,6 +87,11 @@ export class SurfaceSet {
     for (const { client } of this.members) client.connect();
   }
 
+  // Requests the list of datasets if it has changed.
+  checkList(): void {
+    this.members[0].client.checkList();
+  }
+
   close(): void {
     for (const member of this.members.splice(0)) this.removeMember(member);
     this.sharedPreviews.close();

@@ -32,6 +32,7 @@ import { Store } from "../state/store";
 import { withAllSurfaces } from "../state/surfaces";
 import { assumedPlacement, coordinateResolution, labelBox, type Vec3, worldBox } from "../stream/dataset";
 import { DatasetQueries } from "../stream/dataset_queries";
+import { ReadingWatch } from "../stream/reading_watch";
 import { suggestedIsovalue, type View } from "../stream/request";
 import { sceneOf, sceneRefusal } from "../surfaces/scene_at";
 import type { ShownSurface } from "../surfaces/shown_surface";
@@ -69,6 +70,7 @@ export class Viewer {
   private readonly token: TokenStorage;
   private isDragging = false;
   private readonly detail = new ViewDependentDetail();
+  private readonly reading: ReadingWatch;
   private restTimer = 0; // The timer that detects the camera's rest.
 
   // Throws if the browser cannot draw in three dimensions.
@@ -103,6 +105,12 @@ export class Viewer {
         showAgain,
       },
       new URL(address).host !== location.host,
+    );
+    this.reading = new ReadingWatch(
+      address,
+      () => this.token.get(),
+      (text) => this.notices.announce(text),
+      () => this.surfaces.checkList(),
     );
     this.decorations = new SceneDecorations(this.stage);
     this.orientation = new Orientation(
@@ -317,6 +325,7 @@ export class Viewer {
   dispose(): void {
     clearTimeout(this.restTimer);
     this.playback.stop();
+    this.reading.close();
     this.surfaces.close();
     this.queries.close();
     this.pool.dispose();
@@ -394,6 +403,8 @@ export class Viewer {
   private findDataset(): void {
     const { list } = this.surfaces.datasets.get();
     if (!list) return;
+    if (list.length === 0) return this.reading.begin();
+    this.reading.close();
     const start = initialSelection(list, this.get());
     if (!start) return this.get().dataset ? this.reportUnknown(this.get().dataset) : undefined;
     if (start.changes) this.settings.set(start.changes);

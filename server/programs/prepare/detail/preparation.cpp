@@ -232,7 +232,13 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
     how.suggested_isovalues = {kLabelBoundary};
     how.bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()};
   }
-  how.progress = shown_in(progress, stop_);
+  how.progress = [&, show = shown_in(progress, stop_)](const char* pass, std::uint64_t done,
+                                                       std::uint64_t all) mutable {
+    show(pass, done, all);
+    if (arguments_.reading && all > 0) {
+      arguments_.reading(job.name, static_cast<double>(done) / static_cast<double>(all));
+    }
+  };
   PrepareResult prepared;
   prepared.info = prepare(*opened.source, how, output.file(), note);
   std::uint64_t samples = 1;
