@@ -893,19 +893,26 @@ async function followsTheView(page) {
 }
 
 async function pausesDetail(page) {
-  // Delays every message of the server, as on a slow link.
+  // Delays every message of the server after the list of datasets, as on a slow link.
+  const requests = [];
   await page.routeWebSocket(/v1\/stream/, (socket) => {
     const other = socket.connectToServer();
-    socket.onMessage((message) => other.send(message));
-    other.onMessage((message) => setTimeout(() => socket.send(message), 2500));
+    let received = 0;
+    socket.onMessage((message) => {
+      if (message.includes("head")) requests.push(message);
+      other.send(message);
+    });
+    other.onMessage((message) => (++received > 2 ? setTimeout(() => socket.send(message), 2100) : socket.send(message)));
   });
   await page.goto(`${server.page}#dataset=head&isovalue=300.5&error=2&pixels=4&eye=32,-800,32&target=32,32,32&axes=false`);
   const far = await complete(page);
   await page.waitForSelector('.toggle.is-off:has-text("View-dependent detail")', { timeout: patience });
   const look = (eye) => page.evaluate((to) => (location.hash = location.hash.replace(/eye=[^&]*/, `eye=${to}`)), eye);
+  const { length } = requests;
   await look("32,-30,32");
-  await page.waitForTimeout(4000);
-  assert.equal((await complete(page)).digest, far.digest, "nothing finer is requested");
+  await page.waitForTimeout(800);
+  assert.equal(requests.length, length, "nothing finer is requested");
+  assert.equal((await complete(page)).digest, far.digest);
   await page.locator('label:has-text("View-dependent detail")').click(); // Turns it off.
   await page.locator('label:has-text("View-dependent detail")').click(); // Turns it on again.
   await complete(page, ({ triangles }) => triangles > 1.2 * far.triangles);

@@ -140,24 +140,34 @@ export async function complete(page, isIt = () => true) {
 
 // The fraction of the picture with the color of a surface: bright, with more red than blue.
 export async function surfacePixels(page) {
-  const box = await page.locator(".stage canvas").boundingBox();
-  const png = (await page.screenshot({ clip: box, timeout: patience })).toString("base64");
-  return reader.evaluate(async (data) => {
+  const [share] = await surfaceShares(page, [await page.locator(".stage canvas").boundingBox()]);
+  return { share };
+}
+
+// The same of several parts of one screenshot.
+export async function surfaceShares(page, boxes) {
+  const png = (await page.screenshot({ timeout: patience })).toString("base64");
+  const { width } = page.viewportSize();
+  return reader.evaluate(async ([data, parts, pageWidth]) => {
     const image = new Image();
     image.src = `data:image/png;base64,${data}`;
     await image.decode();
     const canvas = document.createElement("canvas");
     canvas.width = image.width;
     canvas.height = image.height;
-    const context = canvas.getContext("2d");
+    const context = canvas.getContext("2d", { willReadFrequently: true });
     context.drawImage(image, 0, 0);
-    const { data: rgba } = context.getImageData(0, 0, canvas.width, canvas.height);
-    let count = 0;
-    for (let i = 0; i < rgba.length; i += 4) {
-      if (rgba[i] > 80 && rgba[i] > rgba[i + 2] + 15) ++count;
-    }
-    return { share: (4 * count) / rgba.length };
-  }, png);
+    const ratio = image.width / pageWidth;
+    return parts.map((box) => {
+      const [x, y, w, h] = [box.x, box.y, box.width, box.height].map((one) => Math.round(one * ratio));
+      const { data: rgba } = context.getImageData(x, y, w, h);
+      let count = 0;
+      for (let i = 0; i < rgba.length; i += 4) {
+        if (rgba[i] > 80 && rgba[i] > rgba[i + 2] + 15) ++count;
+      }
+      return (4 * count) / rgba.length;
+    });
+  }, [png, boxes, width]);
 }
 
 // The pixels of the picture that the page saves: red, green, blue, 255.

@@ -19,7 +19,6 @@ const shells = samplesOf(size, (x, y, z) => 1000 * Math.exp(-((Math.hypot(x - mi
 write("noise", noise);
 write("blob", shells);
 const volumes = await serveFolder(folder);
-let scene = null; // The place of the scene in the page.
 
 for (const axis of [0, 1, 2]) await test(`Volume.MaximumAlong${"XYZ"[axis]}IsThatOfTheSamples`, (page) => comparesMaximum(page, axis));
 await test("Volume.AStepHasTheSilhouetteOfTheSurface", comparesSilhouettes);
@@ -159,18 +158,15 @@ function sidesOf(axis) {
 // Returns the complete scene in a parallel projection along an axis, with `zoom` pixels a sample; the sample in the middle of
 // the data is in the middle of a pixel.
 async function picture(page, axis, zoom, settings) {
-  if (!scene) {
-    await open(page, "", volumes);
-    scene = await page.locator(".stage canvas").boundingBox();
-  }
+  if (!page.url().startsWith(volumes.page)) await open(page, "", volumes);
+  const scene = await page.locator(".stage canvas").boundingBox();
   const distance = scene.height / zoom / 2 / Math.tan((35 / 2 / 180) * Math.PI);
   const target = [middle, middle, middle];
   sidesOf(axis).forEach(({ axis: side, sign }, at) => (target[side] -= (sign * ([scene.width, scene.height][at] % 2 === 0 ? 0.5 : 0)) / zoom));
   const eye = [...target];
   eye[axis] += distance;
   const view = `projection=orthographic&axes=false&occlusion=false&eye=${eye}&target=${target}&up=${axis === 2 ? "y" : "z"}`;
-  await page.goto("about:blank");
-  await open(page, `#${settings}&${view}`, volumes);
+  await page.evaluate((hash) => (location.hash = hash), `${settings}&${view}&follow_view=false`);
   await page.waitForFunction(() => document.querySelector(".dataset"));
   return savedPicture(page);
 }
