@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/number_text.hpp"
+#include "common/base/vec3.hpp"
 #include "server/volume/formats/detail/header_bytes.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/detail/plain_slices.hpp"
@@ -198,6 +200,39 @@ Axes axes_of_qform(const NiftiHeader& header) {
   return axes;
 }
 
+// Returns by how much both place a corner of the grid differently, in steps of the smallest
+// spacing.
+double disagreement(const NiftiHeader& nifti, const Axes& a, const Axes& b) {
+  double largest = 0;
+  double spacing = length(a.steps[0]);
+  for (std::size_t axis = 1; axis < 3; ++axis) spacing = std::min(spacing, length(a.steps[axis]));
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    Vec3 off = difference(a.origin, b.origin);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if ((corner >> axis & 1U) == 0) continue;
+      const double steps = static_cast<double>(nifti.dim[axis + 1] - 1);
+      off = moved(off, steps, difference(a.steps[axis], b.steps[axis]));
+    }
+    largest = std::max(largest, length(off));
+  }
+  return largest / spacing;
+}
+
+// Notes that one of two placements of the same space is used. With other codes, they are places in
+// two spaces, such as those of the scanner and of an atlas.
+void note_disagreement(const NiftiHeader& nifti, bool is_sform_used, ImageHeader& header) {
+  if (!is_sform_used) {
+    header.contradictions.push_back(
+        {Fact::kAxes, "its sform is sheared; the qform is used. --resample uses the sform"});
+  } else if (nifti.sform == nifti.qform) {
+    const double steps = disagreement(nifti, axes_of_sform(nifti), axes_of_qform(nifti));
+    if (!(steps > 0.5)) return;
+    header.contradictions.push_back({Fact::kOrigin, "its sform and qform place it up to " +
+                                                        rounded_text(steps) +
+                                                        " voxels apart; the sform is used"});
+  }
+}
+
 // A sheared sform, as from registration, gives way to the qform, unless the grid is `resampled`.
 void place(const NiftiHeader& nifti, bool resampled, ImageHeader& header) {
   const int unit = nifti.units & 7;
@@ -216,6 +251,7 @@ void place(const NiftiHeader& nifti, bool resampled, ImageHeader& header) {
   if (nifti.sform > 0) set(axes_of_sform(nifti));
   const bool is_usable = nifti.sform > 0 && (resampled || has_right_angles(header));
   if (nifti.qform > 0 && !is_usable) set(axes_of_qform(nifti));
+  if (nifti.qform > 0 && nifti.sform > 0) note_disagreement(nifti, is_usable, header);
 }
 
 // The fourth axis may also contain frequencies.

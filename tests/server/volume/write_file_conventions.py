@@ -375,8 +375,29 @@ def json_shape():
     read("tiff-other-json", folder / "json.tif", volume)
 
 
+def nifti():
+    """Two placements of one header: sform and qform."""
+    import nibabel
+    plain = numpy.diag([0.5, 1.5, 2, 1.0])
+    plain[:3, 3] = 1, 2, 3
+    moved = plain.copy()
+    moved[0, 3] += 3
+    sheared = plain.copy()
+    sheared[0, 1] = 0.4
+    place = {"origin": (-1, -2, 3), "steps": ((-0.5, 0, 0), (0, -1.5, 0), (0, 0, 2)), "unit": "mm"}
+    for name, sform, qform, codes, notice in (
+            ("same", plain, plain, (1, 1), "!qform"), ("apart", plain, moved, (1, 1), "place it up to 6 voxels apart; the sform is used"),
+            ("atlas", plain, moved, (4, 1), "!qform"), ("sheared", sheared, plain, (1, 1), "its sform is sheared; the qform is used")):
+        image = nibabel.Nifti1Image(volume.transpose(2, 1, 0).astype("i2"), None)
+        image.set_sform(sform, codes[0])
+        image.set_qform(qform, codes[1])
+        image.header.set_xyzt_units("mm")
+        nibabel.save(image, folder / f"{name}.nii")
+        read(f"nifti-{name}", folder / f"{name}.nii", volume, notice=notice, **place)
+
+
 detached()
 further_fields()
 described()
 vtk()
-run_with_packages(tiff, json_shape, mrc, numbered_images)
+run_with_packages(tiff, json_shape, mrc, nifti, numbered_images)
