@@ -18,22 +18,25 @@ namespace {
 
 struct ListArguments {
   ServerArguments server;
+  std::string series;
   bool json = false;
 };
 
 int list(const ListArguments& arguments) {
   const ConnectedServer connected = connected_to(arguments.server);
   std::cout << (arguments.json ? json_list(connected.server, connected.datasets)
-                               : text_list(connected.datasets));
+                               : text_list(connected.datasets, arguments.series));
   return kOk;
 }
 
 void add_list(Command& app, ListArguments& arguments) {
   Command* command = app.add_subcommand("list", "List the datasets of a server");
+  command->add_option("series", arguments.series, "List the members of this series");
   add_server_options(*command, arguments.server);
   command->add_flag("--json", arguments.json, "Print JSON, with histograms and affine maps");
   command->footer(std::string("Examples:\n"
                               "  multitetra-client list\n"
+                              "  multitetra-client list organs\n"
                               "  multitetra-client list --server tcp://example.org:7410 --json\n"
                               "  multitetra-client list --server wss://example.org "
                               "--token-file token\n") +

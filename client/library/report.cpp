@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <set>
+#include <utility>
 
 #include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
@@ -117,6 +120,30 @@ std::string step_line(const FetchedStep& fetched, const DatasetInfo& info) {
          human_seconds(fetched.seconds);
 }
 
+namespace {
+
+// Returns "6 datasets: 3 times, 2 fields".
+std::string summary_of(const std::vector<const DatasetInfo*>& members) {
+  std::set<double> times, labels;
+  std::set<std::string> fields;
+  for (const DatasetInfo* info : members) {
+    const SeriesMember& member = *info->member;
+    if (member.time) times.insert(*member.time);
+    if (member.label) labels.insert(member.label->value);
+    if (!member.field.empty()) fields.insert(member.field);
+  }
+  std::string text = human_count_of(members.size(), "dataset");
+  std::string between = ": ";
+  for (const auto& [count, what] :
+       {std::pair(times.size(), "time"), {fields.size(), "field"}, {labels.size(), "label"}}) {
+    if (count == 0) continue;
+    text += std::exchange(between, ", ") + human_count_of(count, what);
+  }
+  return text;
+}
+
+}  // namespace
+
 std::string checks_table(const std::vector<FetchedStep>& steps) {
   std::string table;
   const auto row = [&](const std::string& what, const auto& cell) {
@@ -152,20 +179,34 @@ std::string checks_table(const std::vector<FetchedStep>& steps) {
   return table;
 }
 
-std::string text_list(const std::vector<DatasetInfo>& datasets) {
-  using Row = std::vector<std::string>;
-  const bool has_members = std::any_of(datasets.begin(), datasets.end(),
-                                       [](const DatasetInfo& info) { return info.member; });
-  std::vector<Row> rows = {{"DATASET", "SAMPLES", "TYPE", "VALUES", "SUGGESTED ISOVALUES"}};
-  if (has_members) rows.front().push_back("MEMBER OF SERIES");
+std::string text_list(const std::vector<DatasetInfo>& datasets, const std::string& series) {
+  const auto series_of = [](const DatasetInfo& info) {
+    return info.member ? info.member->series : std::string();
+  };
+  std::map<std::string, std::vector<const DatasetInfo*>> members;
+  for (const DatasetInfo& info : datasets) members[series_of(info)].push_back(&info);
+  const bool has_series = members.size() > members.count("");
+  std::vector<std::vector<std::string>> rows = {
+      {"DATASET", "SAMPLES", "TYPE", "VALUES", "SUGGESTED ISOVALUES"}};
+  if (has_series) rows.front().push_back(series.empty() ? "SERIES OF" : "MEMBER OF SERIES");
+  std::set<std::string> listed;
   for (const DatasetInfo& info : datasets) {
-    rows.push_back({printable(info.name), sides_text(info.dims), std::string(name(info.type)),
+    const std::string in = series_of(info);
+    const bool is_left_out =
+        series.empty() ? !in.empty() && !listed.insert(in).second : in != series;
+    if (is_left_out) continue;
+    const bool is_series = series.empty() && !in.empty();
+    rows.push_back({printable(is_series ? in : info.name), sides_text(info.dims),
+                    std::string(name(info.type)),
                     human_value(info.min, info) + " to " + human_value(info.max, info),
                     human_suggestions(info)});
-    if (has_members)
-      rows.back().push_back(info.member ? printable(human_member(*info.member)) : "-");
+    if (!has_series) continue;
+    rows.back().push_back(is_series        ? summary_of(members[in])
+                          : series.empty() ? "-"
+                                           : printable(human_member(*info.member)));
   }
   if (datasets.empty()) return "This server has no dataset that this client may see.\n";
+  if (rows.size() == 1) return "No series is named \"" + printable(series) + "\".\n";
   return text_table(rows);
 }
 

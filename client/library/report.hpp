@@ -47,7 +47,9 @@ struct FetchReport {
 [[nodiscard]] std::string step_line(const FetchedStep& step, const DatasetInfo& info);
 // Returns a table of the checks of all steps, one column per step.
 [[nodiscard]] std::string checks_table(const std::vector<FetchedStep>& steps);
-// Returns a table with one dataset per line.
-[[nodiscard]] std::string text_list(const std::vector<DatasetInfo>& datasets);
+// Returns a table with one dataset per line; a series has one line, at its first member. With the
+// name of a series, one line for each of its members.
+[[nodiscard]] std::string text_list(const std::vector<DatasetInfo>& datasets,
+                                    const std::string& series = {});
 
 }  // namespace multitetra

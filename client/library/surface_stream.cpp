@@ -83,6 +83,12 @@ ClientResult<StreamUpdate> SurfaceStream::next(std::chrono::milliseconds max_wai
 ClientResult<std::optional<StreamUpdate>> SurfaceStream::take(const ServerMessage& message) {
   const auto progress = assembler_->receive(message);
   if (!progress) return fail(ErrorSource::kCheck, progress.error());
+  if (const auto* begin = std::get_if<StepBegin>(&message);
+      begin && begin->request_id == open_.request_id && !record_started_step(*begin, open_)) {
+    return fail(ErrorSource::kCheck,
+                {ErrorCode::kDamagedData, "Step " + std::to_string(begin->step) +
+                                              ": it is not finer than the step before it."});
+  }
   keep(message);
   if (const auto* step = std::get_if<CommittedStepPtr>(&*progress)) return take_step(*step);
   if (const auto* refusal = std::get_if<Refusal>(&*progress)) {
@@ -117,7 +123,6 @@ void SurfaceStream::keep(const ServerMessage& message) {
     if (begin->step >= given_.size()) first_byte_seconds_ = seconds();
     for (const TileSummary& tile : begin->tiles) tiles_.use(tile.digest);
     begun_ = *begin;
-    record_started_step(*begin, open_);
   } else if (const auto* tile = std::get_if<Tile>(&message)) {
     if (tile->request_id != open_.request_id) return;
     const TileSummary& summary = begun_->tiles[tile->index];

@@ -44,26 +44,30 @@ std::vector<ContentDigest> read_tile_digests(std::string_view bytes, FieldChecks
   return held;
 }
 
+bool is_preview_below(const Preview& preview, std::int32_t coarser) {
+  const std::int32_t least = preview.is_unsimplified || preview.shell ? 1 : 2;
+  const std::int32_t finest = preview.finest_spacing;
+  return finest >= least && finest < coarser &&
+         std::has_single_bit(static_cast<std::uint32_t>(finest));
+}
+
 std::vector<Preview> read_resumed_previews(
     const google::protobuf::RepeatedPtrField<v1::Preview>& wire, FieldChecks& checks) {
   checks.at_most("OpenStream.resumed_previews", static_cast<std::size_t>(wire.size()), kMaxPreviews,
                  "previews");
   std::vector<Preview> begun;
-  std::uint32_t coarser = 2 * kMaxPreviewSpacing;
+  std::int32_t coarser = 2 * kMaxPreviewSpacing;
   for (const v1::Preview& preview : wire) {
-    const std::uint32_t finest = preview.finest_spacing();
-    const std::uint32_t least = preview.is_unsimplified() || preview.has_shell() ? 1 : 2;
-    checks.require(std::has_single_bit(finest) && finest >= least && finest < coarser,
-                   "OpenStream.resumed_previews.finest_spacing",
+    Preview next{.finest_spacing = static_cast<std::int32_t>(preview.finest_spacing()),
+                 .is_unsimplified = preview.is_unsimplified()};
+    if (preview.has_shell()) {
+      next.shell = read_shell_step("OpenStream.resumed_previews.shell", preview.shell(), checks);
+    }
+    checks.require(is_preview_below(next, coarser), "OpenStream.resumed_previews.finest_spacing",
                    "must be a power of two from 2 (1 of an unsimplified one and of shells) to "
                    "2^19, each less than the previous one.");
-    coarser = finest;
-    begun.push_back({.finest_spacing = static_cast<std::int32_t>(finest),
-                     .is_unsimplified = preview.is_unsimplified()});
-    if (preview.has_shell()) {
-      begun.back().shell =
-          read_shell_step("OpenStream.resumed_previews.shell", preview.shell(), checks);
-    }
+    coarser = next.finest_spacing;
+    begun.push_back(next);
     if (checks.first()) return {};
   }
   return begun;
@@ -250,16 +254,22 @@ std::string serialize(const ClientMessage& message) {
   return bytes.SerializeAsString();
 }
 
-void record_started_step(const StepBegin& step, OpenStream& open) {
-  if (!open.further_datasets.empty()) return;            // It names its preview already.
-  if (step.step < open.resumed_previews.size()) return;  // A resumed preview, sent again.
+bool record_started_step(const StepBegin& step, OpenStream& open) {
+  std::vector<Preview>& begun = open.resumed_previews;
+  if (!open.further_datasets.empty()) return true;  // It names its preview already.
+  if (step.step < begun.size()) return true;        // A resumed preview, sent again.
   if (step.is_final && !step.shell) {
     open.steps = StepPolicy::kFinalOnly;
-  } else if (open.resumed_previews.size() < kMaxPreviews) {
-    open.resumed_previews.push_back({.finest_spacing = step.finest_spacing,
-                                     .is_unsimplified = step.is_unsimplified,
-                                     .shell = step.shell});
+  } else if (begun.size() < kMaxPreviews) {
+    const Preview preview{.finest_spacing = step.finest_spacing,
+                          .is_unsimplified = step.is_unsimplified,
+                          .shell = step.shell};
+    const std::int32_t coarser =
+        begun.empty() ? 2 * kMaxPreviewSpacing : begun.back().finest_spacing;
+    if (!is_preview_below(preview, coarser)) return false;
+    begun.push_back(preview);
   }
+  return true;
 }
 
 tl::expected<ClientMessage, ParseError> parse_client_message(std::string_view bytes) {

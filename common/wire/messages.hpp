@@ -201,7 +201,8 @@ struct StepBegin {
 };
 
 // Updates the request so that it resumes the stream, on any server, after `step` was received.
-void record_started_step(const StepBegin& step, OpenStream& open);
+// Returns false for a step that no request can name, as it is not finer than the one before.
+[[nodiscard]] bool record_started_step(const StepBegin& step, OpenStream& open);
 
 struct Tile {
   std::uint64_t request_id = 0;

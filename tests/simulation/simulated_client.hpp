@@ -203,7 +203,7 @@ class SimulatedClient : public std::enable_shared_from_this<SimulatedClient> {
       if (begin->request_id != open_->request_id) return;
       begun_ = *begin;
       started(*begin);
-      record_started_step(*begin, *open_);
+      if (!record_started_step(*begin, *open_)) return broken("a step that is not finer");
       // What a cut interrupts most seldom by itself: a step that is short.
       if (weather_.cuts > 0 && world_.chance(0.1)) {
         world_.after(0, [link = link_] { link->cut(); });

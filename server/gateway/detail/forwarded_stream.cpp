@@ -31,12 +31,12 @@ ForwardedStream::Verdict ForwardedStream::next(const ServerMessage& message) {
   if (position_ < forwarded_.size()) {
     return forwarded_[position_++] == identity ? Verdict::kSkip : Verdict::kDiffers;
   }
-  forwarded_.push_back(identity);
-  ++position_;
   if (const auto* begin = std::get_if<StepBegin>(&message)) {
     step_ = *begin;
-    record_started_step(*begin, open_);
+    if (!record_started_step(*begin, open_)) return Verdict::kDiffers;
   }
+  forwarded_.push_back(identity);
+  ++position_;
   return Verdict::kForward;
 }
 

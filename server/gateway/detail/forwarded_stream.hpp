@@ -23,7 +23,8 @@ class ForwardedStream {
   enum class Verdict {
     kForward,  // New to the client.
     kSkip,
-    kDiffers,  // Differs from what the client has received; ends the stream.
+    kDiffers,  // Differs from what the client has received, or follows from no request; ends the
+               // stream.
   };
   // Classifies the next message: StepBegin, Tile or StepEnd.
   [[nodiscard]] Verdict next(const ServerMessage& message);

@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -278,6 +279,24 @@ class ReportOfProgram : public ::testing::Test {
   std::filesystem::path folder_ = std::filesystem::temp_directory_path() /
                                   ("multitetra_report_test_" + std::to_string(::getpid()));
 };
+
+TEST(TextList, ShowsASeriesAsOneEntryAndItsMembersOnRequest) {
+  std::vector<DatasetInfo> datasets;
+  for (const double time : {0.0, 0.5, 1.0}) {
+    datasets.push_back(testing::octahedra_info("flow.t" + std::to_string(datasets.size())));
+    datasets.back().member = SeriesMember{.series = "flow", .field = "density", .time = time};
+  }
+  datasets.push_back(testing::octahedra_info("head"));
+  const std::string all = text_list(datasets);
+  EXPECT_EQ(std::count(all.begin(), all.end(), '\n'), 3) << all;
+  EXPECT_NE(all.find("3 datasets: 3 times, 1 field"), std::string::npos) << all;
+  EXPECT_EQ(all.find("flow.t1"), std::string::npos) << all;
+  EXPECT_NE(all.find("head"), std::string::npos) << all;
+  const std::string members = text_list(datasets, "flow");
+  EXPECT_NE(members.find("flow.t2"), std::string::npos) << members;
+  EXPECT_EQ(members.find("head"), std::string::npos) << members;
+  EXPECT_EQ(text_list(datasets, "organs"), "No series is named \"organs\".\n");
+}
 
 TEST_F(ReportOfProgram, IsWrittenOnSuccess) {
   EXPECT_EQ(fetch_from(octahedron_stream()), 0);

@@ -827,9 +827,10 @@ TEST(StepBegin, RejectsImpossibleShells) {
 
 TEST(RecordStartedStep, NamesAFinalStepOfShellsAsTheLastPreview) {
   OpenStream open = {.request_id = 1, .dataset = "head", .use = MeshUse::kDisplay};
-  record_started_step({.step = 0, .finest_spacing = 8, .shell = quantized_shells(1)}, open);
-  record_started_step(
-      {.step = 1, .is_final = true, .finest_spacing = 1, .shell = quantized_shells(2)}, open);
+  EXPECT_TRUE(
+      record_started_step({.step = 0, .finest_spacing = 8, .shell = quantized_shells(1)}, open));
+  EXPECT_TRUE(record_started_step(
+      {.step = 1, .is_final = true, .finest_spacing = 1, .shell = quantized_shells(2)}, open));
   const std::vector<Preview> both = {{.finest_spacing = 8, .shell = quantized_shells(1)},
                                      {.finest_spacing = 1, .shell = quantized_shells(2)}};
   EXPECT_EQ(open.resumed_previews, both);
@@ -842,11 +843,11 @@ TEST(RecordStartedStep, NamesAFinalStepOfShellsAsTheLastPreview) {
 TEST(RecordStartedStep, ResumesTheStreamAtItsPosition) {
   OpenStream open = {.request_id = 1, .dataset = "head", .request = {.simplify = true}};
   const auto begins = [&open](std::uint32_t step, std::int32_t finest, bool is_unsimplified) {
-    record_started_step({.step = step,
-                         .is_final = finest == 1,
-                         .finest_spacing = finest,
-                         .is_unsimplified = is_unsimplified},
-                        open);
+    EXPECT_TRUE(record_started_step({.step = step,
+                                     .is_final = finest == 1,
+                                     .finest_spacing = finest,
+                                     .is_unsimplified = is_unsimplified},
+                                    open));
   };
   begins(0, 8, true);
   begins(1, 4, false);
@@ -861,10 +862,20 @@ TEST(RecordStartedStep, ResumesTheStreamAtItsPosition) {
   EXPECT_EQ(open.steps, StepPolicy::kFinalOnly);
 }
 
+TEST(RecordStartedStep, RefusesAPreviewThatIsNotFiner) {
+  OpenStream open = {.request_id = 1, .dataset = "head"};
+  EXPECT_TRUE(record_started_step({.step = 0, .finest_spacing = 8}, open));
+  for (const std::int32_t finest : {8, 16, 3, 1, 0, -4}) {
+    EXPECT_FALSE(record_started_step({.step = 1, .finest_spacing = finest}, open)) << finest;
+  }
+  EXPECT_TRUE(parse_client_message(serialize(open)));
+  EXPECT_TRUE(record_started_step({.step = 1, .finest_spacing = 4}, open));
+}
+
 TEST(RecordStartedStep, DistinguishesTheRequestsModelFromTheFinalStep) {
   OpenStream open = {.request_id = 1, .dataset = "head", .request = {.simplify = true}};
-  record_started_step({.step = 0, .finest_spacing = 8, .is_unsimplified = true}, open);
-  record_started_step({.step = 1, .finest_spacing = 1, .is_unsimplified = true}, open);
+  EXPECT_TRUE(record_started_step({.step = 0, .finest_spacing = 8, .is_unsimplified = true}, open));
+  EXPECT_TRUE(record_started_step({.step = 1, .finest_spacing = 1, .is_unsimplified = true}, open));
   const std::vector<Preview> both = {{.finest_spacing = 8, .is_unsimplified = true},
                                      {.finest_spacing = 1, .is_unsimplified = true}};
   EXPECT_EQ(open.resumed_previews, both);

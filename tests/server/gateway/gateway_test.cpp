@@ -51,7 +51,7 @@ TEST(Rendezvous, MovesOnlyTheNamesOfALostServer) {
 
 TEST(ForwardedStream, SkipsSeenStepsAndDetectsDifferences) {
   const auto payload = std::make_shared<const std::string>("bytes");
-  const ServerMessage begin = StepBegin{.request_id = 1};
+  const ServerMessage begin = StepBegin{.request_id = 1, .finest_spacing = 8};
   const ServerMessage tile = Tile{.request_id = 1, .index = 3, .payload = payload};
   const ServerMessage other = Tile{.request_id = 1, .index = 4, .payload = payload};
   const ServerMessage end = StepEnd{.request_id = 1, .seconds = 1};
