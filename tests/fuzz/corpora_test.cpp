@@ -14,10 +14,11 @@
 // Each harness is compiled with its own name in place of LLVMFuzzerTestOneInput.
 using Harness = int(const std::uint8_t* data, std::size_t size);
 extern "C" {
-Harness fuzz_client_file, fuzz_client_message, fuzz_dataset_file, fuzz_frame, fuzz_http_request,
-    fuzz_label_names, fuzz_mesh_file, fuzz_more_volumes, fuzz_packed_pixels, fuzz_server_message,
-    fuzz_shell, fuzz_shell_round_trip, fuzz_shell_tile, fuzz_store_answers, fuzz_tile,
-    fuzz_tile_round_trip, fuzz_volume_file, fuzz_volume_metadata;
+Harness fuzz_client_file, fuzz_client_message, fuzz_dataset_file, fuzz_dataset_pages, fuzz_frame,
+    fuzz_http_request, fuzz_label_names, fuzz_mesh_file, fuzz_more_volumes, fuzz_packed_pixels,
+    fuzz_sandbox_answer, fuzz_server_message, fuzz_shell, fuzz_shell_round_trip, fuzz_shell_tile,
+    fuzz_store_answers, fuzz_tile, fuzz_tile_round_trip, fuzz_volume_file, fuzz_volume_metadata,
+    fuzz_whole_dataset;
 }
 
 namespace multitetra {
@@ -58,14 +59,17 @@ TEST_P(FuzzCorpus, PassesItsHarness) {
 INSTANTIATE_TEST_SUITE_P(
     Kept, FuzzCorpus,
     testing::Values(MULTITETRA_HARNESS(fuzz_client_file), MULTITETRA_HARNESS(fuzz_client_message),
-                    MULTITETRA_HARNESS(fuzz_dataset_file), MULTITETRA_HARNESS(fuzz_frame),
-                    MULTITETRA_HARNESS(fuzz_http_request), MULTITETRA_HARNESS(fuzz_label_names),
-                    MULTITETRA_HARNESS(fuzz_mesh_file), MULTITETRA_HARNESS(fuzz_more_volumes),
-                    MULTITETRA_HARNESS(fuzz_packed_pixels), MULTITETRA_HARNESS(fuzz_server_message),
-                    MULTITETRA_HARNESS(fuzz_shell), MULTITETRA_HARNESS(fuzz_shell_round_trip),
-                    MULTITETRA_HARNESS(fuzz_shell_tile), MULTITETRA_HARNESS(fuzz_store_answers),
-                    MULTITETRA_HARNESS(fuzz_tile), MULTITETRA_HARNESS(fuzz_tile_round_trip),
-                    MULTITETRA_HARNESS(fuzz_volume_file), MULTITETRA_HARNESS(fuzz_volume_metadata)),
+                    MULTITETRA_HARNESS(fuzz_dataset_file), MULTITETRA_HARNESS(fuzz_dataset_pages),
+                    MULTITETRA_HARNESS(fuzz_frame), MULTITETRA_HARNESS(fuzz_http_request),
+                    MULTITETRA_HARNESS(fuzz_label_names), MULTITETRA_HARNESS(fuzz_mesh_file),
+                    MULTITETRA_HARNESS(fuzz_more_volumes), MULTITETRA_HARNESS(fuzz_packed_pixels),
+                    MULTITETRA_HARNESS(fuzz_sandbox_answer),
+                    MULTITETRA_HARNESS(fuzz_server_message), MULTITETRA_HARNESS(fuzz_shell),
+                    MULTITETRA_HARNESS(fuzz_shell_round_trip), MULTITETRA_HARNESS(fuzz_shell_tile),
+                    MULTITETRA_HARNESS(fuzz_store_answers), MULTITETRA_HARNESS(fuzz_tile),
+                    MULTITETRA_HARNESS(fuzz_tile_round_trip), MULTITETRA_HARNESS(fuzz_volume_file),
+                    MULTITETRA_HARNESS(fuzz_volume_metadata),
+                    MULTITETRA_HARNESS(fuzz_whole_dataset)),
     [](const auto& one) { return std::string(one.param.name); });
 #undef MULTITETRA_HARNESS
 

@@ -72,7 +72,8 @@ inline void mend_brick_checksums(std::string& index, std::string_view bricks) {
   }
 }
 
-inline std::string file_of_sections(std::string_view input) {
+// Without errors, the sections of the spectrum are left out.
+inline std::string file_of_sections(std::string_view input, bool has_errors) {
   std::array<std::string, kFuzzedSections.size()> sections;
   for (std::string& section : sections) section = take_section(input);
   mend_brick_checksums(sections[2], sections[4]);
@@ -82,6 +83,7 @@ inline std::string file_of_sections(std::string_view input) {
   for (std::size_t i = 0; i < sections.size(); ++i) {
     const char* const name = kFuzzedSections[i];
     const std::string& section = sections[i];
+    if (!has_errors && (i == 2 || i == 4)) continue;
     file.resize(section_begin(file.size()), '\0');
     table.push_back({.name = name,
                      .offset = file.size(),
@@ -95,7 +97,7 @@ inline std::string file_of_sections(std::string_view input) {
 inline std::string dataset_file_of(std::string_view input) {
   if (input.empty()) return {};
   const std::string_view rest = input.substr(1);
-  return input[0] == 'f' ? file_of_bytes(rest) : file_of_sections(rest);
+  return input[0] == 'f' ? file_of_bytes(rest) : file_of_sections(rest, input[0] != 'e');
 }
 
 // ---- inputs that represent a whole file
@@ -104,15 +106,15 @@ inline std::string input_of_bytes(std::string_view file) {
   return "f" + std::string(file.substr(0, kShortHead)) + std::string(file.substr(kHeadBytes));
 }
 
-// Requires a file with the sections above.
+// Requires a file with the sections above, those of the spectrum excepted.
 inline std::string input_of_sections(std::string_view file) {
   const auto table = decode_section_table(MemorySource(std::as_bytes(std::span(file))));
-  std::string input = "s";
+  std::string input = find_section(*table, section_names::kSpectrum) ? "s" : "e";
   for (const char* const name : kFuzzedSections) {
-    const Section& section = *find_section(*table, name);
-    const auto size = static_cast<std::uint16_t>(section.size);
+    const Section* const section = find_section(*table, name);
+    const auto size = static_cast<std::uint16_t>(section ? section->size : 0);
     input.append(reinterpret_cast<const char*>(&size), sizeof(size));
-    input += file.substr(section.offset, section.size);
+    if (section) input += file.substr(section->offset, section->size);
   }
   return input;
 }

@@ -15,14 +15,20 @@
 #include "client/library/tile_disk_cache.hpp"
 #include "common/base/number_text.hpp"
 #include "common/net/frame.hpp"
+#include "common/sandbox/isolation.hpp"
+#include "common/sandbox/packed.hpp"
 #include "common/wire/lattice_glb.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "common/wire/messages.hpp"
+#include "server/dataset/prepare.hpp"
+#include "server/volume/detail/reader_messages.hpp"
 #include "tests/fuzz/dataset_file_input.hpp"
 #include "tests/server/volume/written_volumes.hpp"
+#include "tests/support/fields.hpp"
 #include "tests/support/sample_messages.hpp"
 #include "tests/support/surfaces.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace {
 
@@ -51,6 +57,72 @@ std::string promised_tile(const LatticeMesh& mesh, int speed, int normal_bits = 
   std::memcpy(bytes.data(), &tile.summary.digest, 16);
   std::memcpy(bytes.data() + 16, &tile.summary.vertices, 4);
   return bytes + *tile.payload;
+}
+
+void write_whole_datasets(const std::filesystem::path& folder) {
+  const TemporaryFolder prepared;
+  int number = 0;
+  const auto add = [&](Volume volume, std::optional<double> outside, bool samples_only) {
+    const auto file = prepared.path() / "whole.mtd";
+    prepare(*source_of(std::move(volume)),
+            {.name = "whole", .outside = outside, .bins = 4, .samples_only = samples_only}, file,
+            {});
+    write(folder, ++number, input_of_sections(bytes_of_file(file)));
+  };
+  for (const bool samples_only : {false, true}) {
+    add(testing::fields::gyroid(11, 0.3, 8), std::nullopt, samples_only);
+    add(testing::fields::integer_noise({12, 9, 14}, 50, 6), 30.5, samples_only);
+    add(testing::fields::masked_gyroid(12, 10), std::nullopt, samples_only);
+  }
+}
+
+// In the format of fuzz_sandbox_answer.cpp.
+void write_sandbox_answers(const std::filesystem::path& folder) {
+  VolumeHeader header{.dims = {3, 4, 5}};
+  header.values = "as stored";
+  write(folder, 1, "h" + header_text(header));
+  VolumeContents contents;
+  contents.times = even_times(3, 0, 0.5, "s");
+  contents.fields = {{.name = "density", .array = "density", .components = 3, .color = 0xFF8000}};
+  contents.labels = {{.label = {.value = 3, .name = "liver", .color = 0x123456}, .stored = 3}};
+  contents.entries = {
+      {.kind = "array", .name = "density", .detail = "3 x 4", .option = "--array density"}};
+  contents.recommended_isovalue = 0.5;
+  contents.display_window = DisplayWindow{.low = -1, .high = 2};
+  write(folder, 2, "c" + contents_text(contents));
+  std::string labels("\x01\0\0\0\0\0\0\0", 8);
+  labels += packed_values(3.0, std::string("liver"), std::optional<std::uint32_t>(7));
+  write(folder, 3, "a" + labels);
+  write(folder, 4, "a" + packed_values(std::uint64_t{1}, std::string("a.vti"), 0.5));
+  SandboxRules rules{.readable = {"/data", "/data/a.nrrd"}, .network = true};
+  write(folder, 5, "r" + packed_values(rules));
+  const auto message = [](char kind, const std::string& bytes) {
+    return kind + packed_values(bytes);
+  };
+  write(folder, 6,
+        "x" + message('n', "a notice") + message('s', std::string(16, 's')) +
+            message('k', packed_values(std::uint64_t{4})) + message('f', ""));
+}
+
+// In the format of fuzz_dataset_pages.cpp.
+template <typename Random>
+void write_dataset_pages(const std::filesystem::path& folder, Random& random) {
+  for (int number = 1; number <= 4; ++number) {
+    std::string input;
+    for (int page = 1; page <= number; ++page) {
+      DatasetList list{.request_id = 1};
+      for (int i = 0; i < 2; ++i) {
+        list.datasets.push_back(samples::dataset_info(random));
+        list.datasets.back().name = "head-" + std::to_string(2 * page + i);
+      }
+      if (page < number) list.next = list.datasets.back().name;
+      const std::string message = serialize(ServerMessage(list));
+      const auto size = static_cast<std::uint16_t>(message.size());
+      input.append(reinterpret_cast<const char*>(&size), sizeof(size));
+      input += message;
+    }
+    write(folder, number, input);
+  }
 }
 
 // In the format of fuzz_volume_metadata.cpp.
@@ -445,6 +517,9 @@ int main(int argc, char** argv) {
     // In the largest cube at the origin, consistent with the promise.
     write(root / "fuzz_shell_tile", ++number, std::string("\x0f\0\0\0\0\0\0\0", 8) + shell);
   }
+  write_whole_datasets(root / "fuzz_whole_dataset");
+  write_sandbox_answers(root / "fuzz_sandbox_answer");
+  write_dataset_pages(root / "fuzz_dataset_pages", random);
   write(root / "fuzz_dataset_file", ++number, input_of_bytes(dataset));
   write(root / "fuzz_dataset_file", ++number, input_of_sections(dataset));
   for (const char* request :
