@@ -216,9 +216,9 @@ async function toggleFullScreen(): Promise<void> {
   }
 }
 
-// Acts once the first surface is visible, which the server makes before thumbnails, or if there is none to show.
+// Acts once a surface is shown, which the server makes before thumbnails, or if there is none to show.
 function whenShown(act: () => void): void {
-  if (surfaces.progress.get().shown || !viewer.info) act();
+  if (surfaces.isShown || !viewer.info) act();
   else setTimeout(() => whenShown(act), 200);
 }
 

@@ -684,7 +684,7 @@ function massOf(stl) {
 async function showsASlice(page) {
   const view = "eye=16,-60,16&target=16,16,16";
   await open(page, `#dataset=gyroid&isovalue=0.5&visible=false&axes=false&occlusion=false&${view}&slice=y&slice_colors=coolwarm`);
-  await page.waitForFunction(() => document.querySelector(".state b").textContent === "Complete", null, { timeout: patience });
+  await page.waitForFunction(() => document.querySelector(".state b").textContent === "Hidden", null, { timeout: patience });
   const canvas = await page.locator(".stage canvas").boundingBox();
   const colored = async (hash) => {
     await page.evaluate((text) => (location.hash += text), hash);
@@ -720,7 +720,7 @@ async function showsTomography(page) {
   }));
   run("prepare", volume, "--name", "ct", "--force", "-o", path.join(folder, "ct.mtd"));
   await open(page, "#dataset=ct&error=2&visible=false&occlusion=false&eye=16,-60,16&target=16,16,16&slice=y", await serveFolder(folder));
-  await page.waitForFunction(() => document.querySelector(".state b").textContent === "Complete", null, { timeout: patience });
+  await page.waitForFunction(() => document.querySelector(".state b").textContent === "Hidden", null, { timeout: patience });
   const said = (pattern) => page.waitForFunction((text) => new RegExp(text).test(location.hash), pattern.source, { timeout: patience });
   const suggested = await page.locator('[aria-label="Suggested isovalues"] button').allTextContents();
   assert(suggested.length > 1 && suggested.every((text) => /^-?[\d.]+ (skin|bone)$/.test(text)), String(suggested));

@@ -71,11 +71,12 @@ async function reconnects(page) {
 
 // The process that reads the volume is stopped meanwhile, so that the page sees it.
 async function showsReading(page) {
-  const sizes = [512, 512, 800];
-  const samples = Buffer.alloc(sizes[0] * sizes[1] * sizes[2]);
-  for (let z = 0; z < sizes[2]; ++z) samples.fill(z >> 2, z * sizes[0] * sizes[1], (z + 1) * sizes[0] * sizes[1]);
+  const sizes = [512, 512, 250];
+  const ramp = Buffer.from(Int16Array.from({ length: sizes[0] + sizes[1] + sizes[2] }, (_, at) => at).buffer);
+  const rows = Array.from({ length: sizes[1] * sizes[2] }, (_, at) => 2 * ((at % sizes[1]) + Math.floor(at / sizes[1])));
+  const samples = Buffer.concat(rows.map((first) => ramp.subarray(first, first + 2 * sizes[0]))); // x + y + z.
   const file = path.join(scratch, "ramp.nrrd");
-  const head = `NRRD0004\ntype: uint8\ndimension: 3\nsizes: ${sizes.join(" ")}\nencoding: gzip\n\n`;
+  const head = `NRRD0004\ntype: int16\ndimension: 3\nsizes: ${sizes.join(" ")}\nendian: little\nencoding: gzip\n\n`;
   writeFileSync(file, Buffer.concat([Buffer.from(head), gzipSync(samples, { level: 1 })]));
   const cache = path.join(scratch, "volumes");
   rmSync(cache, { recursive: true, force: true });

@@ -93,7 +93,7 @@ async function fetchesWhatIsNew(page) {
 async function samplesFiles(page) {
   const view = "eye=16,-60,16&target=16,16,16";
   await open(page, `#dataset=gyroid&isovalue=0.5&visible=false&axes=false&${view}&slice=y&slice_colors=coolwarm`);
-  await page.waitForFunction(() => document.querySelector(".state b").textContent === "Complete", null, { timeout: patience });
+  await page.waitForFunction(() => document.querySelector(".state b").textContent === "Hidden", null, { timeout: patience });
   const isRed = async () => (await surfacePixels(page)).share > 0.05;
   for (let i = 0; !(await isRed()) && i < 50; ++i) await page.waitForTimeout(200);
   assert(await isRed(), "samples are shown");

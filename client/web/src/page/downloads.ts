@@ -44,12 +44,12 @@ export class Downloads {
 
   async screenshot(options: PictureOptions): Promise<void> {
     const { notices, surfaces } = this.viewer;
-    const isWaiting = !surfaces.firstShown || !surfaces.isSettled;
+    const isWaiting = !surfaces.isShown || !surfaces.isSettled;
     if (isWaiting) notices.announce("The picture will be saved when the surface is complete.");
     const picture = await this.viewer.picture(options);
     if (isWaiting) notices.clear();
     this.save(picture, "png");
-    if (!surfaces.firstShown) notices.announce("The picture has no surface: none was received.", true);
+    if (!surfaces.isShown) notices.announce("The picture has no surface: none was received.", true);
   }
 
   async turntable(form: "video" | "pictures"): Promise<void> {

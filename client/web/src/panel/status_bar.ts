@@ -134,6 +134,7 @@ export class StatusBar {
       this.say(`${done} of ${visible}`, "surfaces complete");
       return;
     }
+    if (visible === 0 && progress.phase === "ready") return this.say("Hidden", "no surface is visible");
     const atRest = shown ? (!shown.isFinal ? "Preview" : isEmpty(shown) ? "No surface" : "Complete") : "Waiting";
     if (!isStreaming) return this.say(progress.phase === "ready" ? atRest : "Not connected", shown ? errorSummary(drawn) || `step ${shown.step + 1}` : "");
     const isFirst = progress.firstSurface === null;

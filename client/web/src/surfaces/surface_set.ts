@@ -59,6 +59,7 @@ export class SurfaceSet {
   private members: Member[] = [];
   private lastNumber = 0;
   private isConnected = false;
+  private requested: DatasetInfo | null = null; // The dataset of the view at the last request.
   private look: { settings: Settings; clip: readonly THREE.Plane[] } | null = null;
   private readonly connectionPool = new ConnectionPool(maxConnections);
   private readonly sharedPreviews: SharedPreviews;
@@ -101,19 +102,20 @@ export class SurfaceSet {
   // aborted.
   async settled(info: () => DatasetInfo | null, isEnough = () => false, signal?: AbortSignal): Promise<void> {
     const isUnknown = () => this.datasets.get().list !== null && !info();
-    const isThere = () => isSameData(this.firstShown?.info, info()) || this.progress.get().failure !== null || isUnknown();
+    const isThere = () => isSameData(this.requested, info()) || this.progress.get().failure !== null || isUnknown();
     while (!isEnough() && (!this.isSettled || !isThere())) {
       await new Promise((resolve) => setTimeout(resolve, 20));
       signal?.throwIfAborted();
     }
   }
 
-  // Hidden surfaces are requested when they become visible; the first one always.
+  // Hidden surfaces are requested when they become visible.
   request({ infos, time, scalars }: Scene, settings: Settings, view: View | null, isDragging: boolean): void {
     this.matchMembers(settings);
     this.look = { settings, clip: this.look?.clip ?? [] };
     const list = settings.surfaces;
-    const wanted = this.members.flatMap((member, at) => (infos[at] && (at === 0 || list[at]?.visible) ? [{ member, at }] : []));
+    const wanted = this.members.flatMap((member, at) => (infos[at] && list[at]?.visible ? [{ member, at }] : []));
+    this.requested = infos[0];
     this.shareBudget(wanted.reduce((sum, { at }) => sum + shareOfLabel(infos[at]!), 0));
     const steps = stepsToRequest(wanted.length, isDragging);
     for (const { member, at } of wanted) {
@@ -130,8 +132,7 @@ export class SurfaceSet {
   // Prefetches several times of a series, the first ones as far as memory allows. Empty: none.
   prepare(scenes: readonly Scene[], settings: Settings, view: View | null): void {
     this.members.forEach((member, at) => {
-      const isWanted = at === 0 || this.isVisible(member);
-      const wanted = isWanted ? scenes.filter(({ infos }) => infos[at]) : [];
+      const wanted = this.isVisible(member) ? scenes.filter(({ infos }) => infos[at]) : [];
       const requests = wanted.map(({ infos, time, scalars }) => ({ info: infos[at]!, time, scalars }));
       member.prefetcher.prepare(requests, settingsOf(settings, at), view);
     });
@@ -140,7 +141,7 @@ export class SurfaceSet {
   // Returns whether all visible surfaces have their final step or have failed.
   isPrepared({ infos, scalars }: Scene, settings: Settings, view: View | null): boolean {
     return this.members.every(
-      (member, at) => !infos[at] || (at > 0 && !this.isVisible(member)) || member.prefetcher.has({ info: infos[at], scalars }, settingsOf(settings, at), view),
+      (member, at) => !infos[at] || !this.isVisible(member) || member.prefetcher.has({ info: infos[at], scalars }, settingsOf(settings, at), view),
     );
   }
 
@@ -156,8 +157,19 @@ export class SurfaceSet {
     return this.members.filter(({ surface }) => surface.isTranslucent).length;
   }
 
+  // The place of the first visible surface, which the view follows; 0 if none is.
+  get leader(): number {
+    return Math.max(0, this.members.indexOf(this.visibleMembers[0]));
+  }
+
+  // What is shown of it.
   get firstShown(): ShownSurface | null {
-    return this.members[0].client.shown;
+    return this.members[this.leader].client.shown;
+  }
+
+  // Whether it is shown, or none is visible.
+  get isShown(): boolean {
+    return this.visibleMembers.length === 0 || this.firstShown !== null;
   }
 
   progressOf(at: number): Progress {

@@ -395,7 +395,7 @@ export class Viewer {
 
   private cameraStopped(): void {
     if (this.settings.get().followView) this.requestSurfaces();
-    if (!this.surfaces.firstShown) return;
+    if (!this.surfaces.isShown) return;
     const { eye, target } = this.stage.view();
     this.settings.set({ eye: eye as Vec3, target: target as Vec3 });
   }
@@ -469,11 +469,13 @@ export class Viewer {
   }
 
   private reportShown(at: number, shown: ShownSurface, isFirst: boolean): void {
-    if (at === 0 && isFirst && !this.settings.get().eye)
+    const isLeading = at === this.surfaces.leader;
+    if (isLeading && isFirst && !this.settings.get().eye)
       shown.info.member?.label || this.times ? this.stage.frameBox(boxBetween(worldBox(shown.info))) : this.fit();
     this.samples.updateSlices();
     for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.measuring.surfaceReplaced(tiles);
-    if (at === 0 && shown.facts.isFinal && this.detail.recordDuration(this.surfaces.progress.get().complete) && this.get().followView) this.requestSurfaces();
+    const { complete } = this.surfaces.progressOf(at);
+    if (isLeading && shown.facts.isFinal && this.detail.recordDuration(complete) && this.get().followView) this.requestSurfaces();
     this.surfaces.reports.add(at);
   }
 
