@@ -32,11 +32,7 @@ export class DatasetList {
     this.seen.disconnect();
     const cards = list.map((entry) => this.card(entry));
     this.element.replaceChildren(...cards);
-    if (list.length === 0) {
-      this.element.append(
-        h("p", { class: "hint" }, "This server has no dataset yet. ", h("code", {}, "multitetra-server prepare"), " creates one from a volume file."),
-      );
-    }
+    if (list.length === 0) this.element.append(h("p", { class: "hint" }, "This server has no dataset yet."));
     for (const card of cards) this.seen.observe(card);
     if (atKeyboard !== undefined) this.cards.get(atKeyboard)?.focus({ preventScroll: true });
   }
