@@ -49,8 +49,8 @@ struct MergedTiles {
 using ForEachTile =
     std::function<void(std::size_t count, const std::function<void(std::size_t)>& body)>;
 
-// Returns the same mesh as weld(), except for the order of vertices, and its topology(). Requires
-// cubes with disjoint interiors, and meshes of this resolution without normals and scalars, in
+// Returns the same mesh as weld(), except for the order of vertices, without normals and scalars,
+// and its topology(). Requires cubes with disjoint interiors, and meshes of this resolution in
 // which every vertex is used and occurs once; fewer than 2^32 triangles. Always compares edges at
 // seams and edges of meshes not marked as marched.
 [[nodiscard]] MergedTiles merged_tiles(std::span<const TileInCube> tiles, int resolution,

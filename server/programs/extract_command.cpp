@@ -22,13 +22,15 @@ LocalSurface extracted(const std::shared_ptr<const SurfaceExtractor>& extractor,
                        const IsosurfaceRequest& request) {
   auto made = final_surface(std::make_shared<const CachingSurfaceProvider>(extractor), request);
   if (!made) throw std::runtime_error(made.error().text);
-  LocalSurface surface{.request = std::move(made->request),
-                       .mesh = std::move(made->mesh),
-                       .whole = {.tetrahedra = made->tetrahedra,
-                                 .active_tetrahedra = made->active_tetrahedra,
-                                 .tiles = made->tiles,
-                                 .simplification_bound = made->simplification_bound,
-                                 .digest = made->digest}};
+  Surface& own = made->surface;
+  LocalSurface surface{.request = std::move(own.request),
+                       .mesh = std::move(own.mesh),
+                       .topology = made->topology,
+                       .whole = {.tetrahedra = own.tetrahedra,
+                                 .active_tetrahedra = own.active_tetrahedra,
+                                 .tiles = own.tiles,
+                                 .simplification_bound = own.simplification_bound,
+                                 .digest = own.digest}};
   if (request.normal_bits != 0) {  // Files store them in full precision.
     surface.mesh.normals = vertex_normals(extractor->dataset(), surface.mesh.vertices,
                                           surface.mesh.resolution, NormalSource::kSamples);

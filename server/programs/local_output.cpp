@@ -134,8 +134,10 @@ void LocalOutput::add(LocalSurface surface, const DatasetInfo& info, const std::
                       SurfaceName name, bool names_itself) {
   const IsosurfaceRequest& request = surface.request;
   surface.whole.topology =
-      topology(surface.mesh, data_border(info, request.lattice_resolution,
-                                         request.topology_tolerance, surface.finest_spacing));
+      surface.topology
+          ? *surface.topology
+          : topology(surface.mesh, data_border(info, request.lattice_resolution,
+                                               request.topology_tolerance, surface.finest_spacing));
   surface.whole.error_bound = error_bound(surface, info);
   OutputPart part{.info = &info,
                   .notices = &notices_,

@@ -28,8 +28,9 @@ void add_local_options(Command& command, LocalArguments& arguments, const std::s
 
 // A surface that this process has made.
 struct LocalSurface {
-  IsosurfaceRequest request = {};  // Its error is the one that the budget allows.
-  LatticeMesh mesh = {};           // Welded.
+  IsosurfaceRequest request = {};             // Its error is the one that the budget allows.
+  LatticeMesh mesh = {};                      // Welded.
+  std::optional<MeshTopology> topology = {};  // Counted by LocalOutput if not set.
   // Its topology and error bound are set by LocalOutput.
   WholeSurface whole = {};
   std::int32_t finest_spacing = 1;  // See data_border().

@@ -96,23 +96,16 @@ struct CheckedSurface {
 };
 
 // Checks the surface as clients do.
-CheckedSurface checked(Surface surface, const PreparedVolume& volume) {
-  const IsosurfaceRequest& request = surface.request;
-  const DataBorder border = data_border(volume.info, request.lattice_resolution,
-                                        request.topology_tolerance, surface.finest_spacing);
-  CheckedSurface made;
-  in_parallel(2, [&](std::size_t part) {
-    if (part == 0) made.topology = topology(surface.mesh, border);
-    if (part == 1) made.vertices = world_vertices(surface.mesh, grid_to_world(volume.info));
-  });
-  if (!made.topology.is_sound()) {
+CheckedSurface checked(CountedSurface counted, const PreparedVolume& volume) {
+  if (!counted.topology.is_sound()) {
     throw std::runtime_error("The mesh has open, non-manifold or degenerate parts; this is a bug.");
   }
-  if (request.normal_bits != 0) {  // In full precision.
-    surface.mesh.normals = vertex_normals(volume, surface.mesh.vertices, surface.mesh.resolution,
-                                          NormalSource::kSamples);
+  CheckedSurface made{.surface = std::move(counted.surface), .topology = counted.topology};
+  LatticeMesh& mesh = made.surface.mesh;
+  made.vertices = world_vertices(mesh, grid_to_world(volume.info));
+  if (made.surface.request.normal_bits != 0) {  // In full precision.
+    mesh.normals = vertex_normals(volume, mesh.vertices, mesh.resolution, NormalSource::kSamples);
   }
-  made.surface = std::move(surface);
   return made;
 }
 
@@ -151,7 +144,7 @@ py::tuple isosurface(const PythonVolume& volume, const IsosurfaceRequest& reques
   std::optional<Result<CheckedSurface>> made;
   run_interruptibly(threads, progress, [&](OperationState& state) {
     state.report("surface", 0);
-    Result<Surface> surface = final_surface(volume.surfaces, request, state.stop());
+    Result<CountedSurface> surface = final_surface(volume.surfaces, request, state.stop());
     if (!surface) {
       made = tl::unexpected(surface.error());
       return;
@@ -183,7 +176,7 @@ class PythonSteps {
       } else if (!*step) {
         made.emplace(std::nullopt);
       } else {
-        CheckedSurface surface = checked(std::move((*step)->surface), *volume_.dataset);
+        CheckedSurface surface = checked(std::move((*step)->counted), *volume_.dataset);
         surface.is_final = (*step)->is_final;
         made.emplace(std::move(surface));
       }

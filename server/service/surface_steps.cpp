@@ -45,19 +45,18 @@ Result<std::optional<SurfaceStep>> SurfaceSteps::next(const std::stop_token& sto
   state_ = std::move(made->after);
   state_.delivered.push_back(
       {.step = made->step, .size = size_of(made->encoded), .seconds = seconds});
-  SurfaceStep step{.surface = {}, .is_final = made->is_final};
-  auto surface = assembled(tiles_of(*std::move(made), source_->info(), std::nullopt), stop,
-                           TileOrder::kAsMade);
-  if (!surface) return tl::unexpected(surface.error());
-  step.surface = *std::move(surface);
-  return step;
+  auto counted = assembled_and_counted(tiles_of(*std::move(made), source_->info(), std::nullopt),
+                                       source_->info(), stop);
+  if (!counted) return tl::unexpected(counted.error());
+  return SurfaceStep{.counted = *std::move(counted), .is_final = is_over_};
 }
 
-Result<Surface> final_surface(std::shared_ptr<const SurfaceProvider> source,
-                              const IsosurfaceRequest& request, const std::stop_token& stop) {
+Result<CountedSurface> final_surface(std::shared_ptr<const SurfaceProvider> source,
+                                     const IsosurfaceRequest& request,
+                                     const std::stop_token& stop) {
   auto step = SurfaceSteps(std::move(source), request, StepPolicy::kFinalOnly).next(stop);
   if (!step) return tl::unexpected(step.error());
-  return std::move((*step)->surface);
+  return std::move((*step)->counted);
 }
 
 }  // namespace multitetra

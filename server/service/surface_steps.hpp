@@ -2,7 +2,7 @@
 // what a program needs that has no clients.
 //
 //   SurfaceSteps steps(provider, {.isovalue = 500.5, .error = 0.5}, StepPolicy::kProgressive);
-//   while (auto step = steps.next()) show((*step)->surface);
+//   while (auto step = steps.next()) show((*step)->counted.surface);
 #pragma once
 
 #include <memory>
@@ -22,7 +22,7 @@ namespace multitetra {
                                        std::optional<ScalarRange> range);
 
 struct SurfaceStep {
-  Surface surface;
+  CountedSurface counted;
   bool is_final = false;
 };
 
@@ -44,8 +44,8 @@ class SurfaceSteps {
 };
 
 // Returns the final step. Fails and throws as SurfaceSteps::next() does.
-[[nodiscard]] Result<Surface> final_surface(std::shared_ptr<const SurfaceProvider> source,
-                                            const IsosurfaceRequest& request,
-                                            const std::stop_token& stop = {});
+[[nodiscard]] Result<CountedSurface> final_surface(std::shared_ptr<const SurfaceProvider> source,
+                                                   const IsosurfaceRequest& request,
+                                                   const std::stop_token& stop = {});
 
 }  // namespace multitetra

@@ -80,6 +80,30 @@ TEST_F(SurfaceTest, IsIndependentOfTileOrder) {
                   .is_sound());
 }
 
+TEST_F(SurfaceTest, IsCountedWhileItIsJoined) {
+  for (const IsosurfaceRequest& request :
+       {IsosurfaceRequest{.isovalue = 0.1, .error = 0},
+        IsosurfaceRequest{.isovalue = -0.2, .error = 0.5},
+        IsosurfaceRequest{.isovalue = 0.1, .error = 0.25, .simplify = true},
+        IsosurfaceRequest{.isovalue = 0.3, .error = 4, .simplify = true},
+        IsosurfaceRequest{.isovalue = 99}}) {
+    const auto welded = assembled(tiles_of(meshes(request), request), {});
+    ASSERT_TRUE(welded) << welded.error().text;
+    const LatticeMesh sorted = in_canonical_order(welded->mesh);
+    const MeshTopology expected =
+        topology(welded->mesh, data_border(surfaces_.info(), request.lattice_resolution, 0));
+    for (const EncodedStep& step : {meshes(request), encoded(request)}) {
+      const auto counted = assembled_and_counted(tiles_of(step, request), surfaces_.info(), {});
+      ASSERT_TRUE(counted) << counted.error().text;
+      const LatticeMesh mesh = in_canonical_order(counted->surface.mesh);
+      EXPECT_EQ(mesh.vertices, sorted.vertices);
+      EXPECT_EQ(mesh.triangles, sorted.triangles);
+      EXPECT_EQ(counted->topology, expected);
+      EXPECT_EQ(counted->surface.digest, welded->digest);
+    }
+  }
+}
+
 TEST_F(SurfaceTest, UsesCachedTiles) {
   const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25};
   EXPECT_FALSE(surfaces_.make_meshes(final_step(request), {}).meshes.empty());
