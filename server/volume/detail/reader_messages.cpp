@@ -93,6 +93,8 @@ std::optional<VolumeHeader> header_from(std::string_view bytes) {
 std::optional<VolumeContents> checked_contents_from(std::string_view text) {
   try {
     VolumeContents contents = contents_from(text);
+    SourceTimes& times = contents.times;
+    if (times.at.size() != static_cast<std::uint64_t>(times.count)) times.at.clear();
     if (is_valid(contents)) return contents;
   } catch (const std::exception&) {
     return std::nullopt;
