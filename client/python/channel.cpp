@@ -25,6 +25,17 @@ void call(const py::function& function, const Argument& argument) {
   }
 }
 
+// Deletes a channel, also when a function that it called drops the last reference.
+struct ChannelDeleter {
+  void operator()(PythonChannel* channel) const {
+    if (!channel->runs_here()) return delete channel;
+    std::thread([channel] {
+      const py::gil_scoped_acquire held;
+      delete channel;
+    }).detach();
+  }
+};
+
 }  // namespace
 
 PythonChannel::PythonChannel(const std::string& url, std::string ca, bool insecure,
@@ -104,7 +115,7 @@ void PythonChannel::end(const std::string& reason) {
 }
 
 void define_channel(py::module_& module) {
-  py::class_<PythonChannel>(module, "Channel")
+  py::class_<PythonChannel, std::unique_ptr<PythonChannel, ChannelDeleter>>(module, "Channel")
       .def(py::init<const std::string&, std::string, bool, py::function, py::function>(), "url"_a,
            "ca"_a, "insecure"_a, "received"_a, "closed"_a)
       .def("send",

@@ -21,8 +21,10 @@ class PythonChannel {
  public:
   PythonChannel(const std::string& url, std::string ca, bool insecure, pybind11::function received,
                 pybind11::function closed);
+  // Not in the channel's own thread, which it waits for.
   ~PythonChannel();
 
+  [[nodiscard]] bool runs_here() const { return thread_.get_id() == std::this_thread::get_id(); }
   void send(std::string content);
   void taken(std::size_t bytes);
   void close();

@@ -677,6 +677,18 @@ class Package(unittest.TestCase):
             self.assertGreater(len(counts), 50)
             counter.join()
 
+    def test_a_channel_may_be_dropped_by_the_function_that_it_calls(self):
+        held, is_held, is_dropped = [], threading.Event(), threading.Event()
+
+        def closed(_):
+            is_held.wait()
+            held.clear()  # The last reference.
+            is_dropped.set()
+
+        held.append(multitetra._client.Channel("tcp://127.0.0.1:1", "", False, lambda message: None, closed))
+        is_held.set()
+        self.assertTrue(is_dropped.wait(10))
+
     def test_ctrl_c_interrupts_a_wait(self):
         script = "import multitetra, sys; print('waits', flush=True); multitetra.connect(sys.argv[1])"
         with Silence() as url:
