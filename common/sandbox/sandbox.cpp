@@ -28,8 +28,10 @@ namespace {
 constexpr const char* kOption = "--sandboxed-task";
 constexpr int kDescriptor = 3;  // Of the channel, in the process of the task.
 
-// Kinds of messages. From the parent: the rules and the request. From the task: it is isolated; its
-// answer; the reason of a failure.
+// Kinds of messages. From the parent: its version, first, as the others may differ between
+// versions; the rules and the request. From the task: it is isolated; its answer; the reason of a
+// failure.
+constexpr char kVersion = 'v';
 constexpr char kRules = 'r';
 constexpr char kRequest = 'q';
 constexpr char kIsolated = 'i';
@@ -72,6 +74,12 @@ std::array<int, 2> connected_ends() {
   const auto task = tasks().find(name);
   SandboxMessage message;
   SandboxRules rules;
+  if (!parent.receive(message, kStartTime) || message.kind != kVersion) ::_exit(1);
+  if (message.bytes != MULTITETRA_VERSION) {
+    parent.send(kFailed, "is of version " MULTITETRA_VERSION ", but this program is of version " +
+                             message.bytes + "; install both from the same build");
+    ::_exit(1);
+  }
   if (task == tasks().end() || !parent.receive(message, kStartTime) || message.kind != kRules ||
       !unpack_all(message.bytes, rules)) {
     ::_exit(1);
@@ -197,6 +205,7 @@ Sandbox::Sandbox(const SandboxTask& task, const SandboxRules& rules, std::string
   hide_memory();
   id_ = spawn(task.name(), rules.network, other.descriptor());
   other.close();  // So that the end of the process is the end of the messages.
+  channel_.send(kVersion, MULTITETRA_VERSION);
   channel_.send(kRules, packed_values(rules));
   SandboxMessage message;
   try {

@@ -14,8 +14,10 @@
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/uio.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -69,6 +71,27 @@ TEST(Sandbox, AnswersRequests) {
   const std::string large(3'000'000, 'x');
   EXPECT_EQ(run_in_sandbox(kRepeat, {}, large), large + large);
   EXPECT_EQ(run_in_sandbox(kRepeat, {}, ""), "");
+}
+
+TEST(Sandbox, NamesBothVersionsToAnotherProgram) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()), 0);
+  const pid_t id = ::fork();
+  if (id == 0) {
+    constexpr int kChannel = 3;  // Of a task.
+    if (ends[1] == kChannel) ::fcntl(kChannel, F_SETFD, 0);
+    if (ends[1] != kChannel) ::dup2(ends[1], kChannel);
+    ::execl("/proc/self/exe", "test", "--sandboxed-task", "test: repeat", nullptr);
+    ::_exit(1);
+  }
+  ::close(ends[1]);
+  SandboxChannel task(ends[0]);
+  ASSERT_TRUE(task.send('v', "0.0.1"));
+  SandboxMessage answer;
+  ASSERT_TRUE(task.receive(answer, milliseconds(60'000)));
+  expect_contains(answer.bytes,
+                  "is of version " MULTITETRA_VERSION ", but this program is of version 0.0.1");
+  ::waitpid(id, nullptr, 0);
 }
 
 TEST(Sandbox, AnswersRepeatedMessages) {
