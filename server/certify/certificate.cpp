@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "common/base/in_parallel.hpp"
 #include "server/certify/detail/closed_components.hpp"
 #include "server/certify/detail/component_partners.hpp"
 #include "server/certify/detail/missing_components.hpp"
@@ -130,6 +131,7 @@ bool Certificate::passes() const {
 
 Certificate certify(const TriangleMesh& mesh, const Volume& volume, const CertifyOptions& options) {
   const auto begin = [&](const char* stage) {
+    throw_if_stopped(options.stop);
     if (options.on_stage) options.on_stage(stage);
   };
   if (grid_exponent_for(volume.dims, options.margin) > kMaxGridExponent) {
@@ -189,7 +191,8 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
       nonmanifold_vertices(own.mesh.vertices.size(), own.mesh.triangles);
 
   begin("distances");
-  DistanceSearch search{.samples = options.samples, .tolerance = kTolerance * voxel};
+  DistanceSearch search{
+      .samples = options.samples, .tolerance = kTolerance * voxel, .stop = options.stop};
   if (options.error) search.limit = allowed;
   if (options.within && clipped(own.mesh, *options.within).triangles.empty() &&
       clipped(reference.mesh, *options.within).triangles.empty()) {

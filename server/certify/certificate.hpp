@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <stop_token>
 #include <string>
 
 #include "common/dataset/dataset_info.hpp"
@@ -51,6 +52,7 @@ struct CertifyOptions {
   // Called at the start of each stage: "full surface", "topology", "distances",
   // "self-intersections".
   std::function<void(const char* stage)> on_stage = nullptr;
+  std::stop_token stop = {};
 };
 
 enum class ErrorVerdict {
@@ -151,8 +153,9 @@ struct Certificate {
 };
 
 // Compares `mesh`, in the volume's world coordinates, with the volume, on all threads of oneTBB.
-// Throws std::invalid_argument if the volume exceeds the largest grid, or neither surface has a
-// part within the box.
+// Throws Cancelled after the options' `stop` is triggered, soon while distances are searched for,
+// and std::invalid_argument if the volume exceeds the largest grid, or neither surface has a part
+// within the box.
 [[nodiscard]] Certificate certify(const TriangleMesh& mesh, const Volume& volume,
                                   const CertifyOptions& options);
 

@@ -52,17 +52,19 @@ struct Piece {
 Vec3 middle(const Vec3& a, const Vec3& b) { return scaled(sum(a, b), 0.5); }
 
 // Neighbours in the list are mostly neighbours in space.
-std::vector<Found> nearest_of(std::span<const Vec3> points, const NearestTriangle& surface) {
+std::vector<Found> nearest_of(std::span<const Vec3> points, const NearestTriangle& surface,
+                              const std::stop_token& stop) {
   constexpr std::size_t kBlock = 256;
   std::vector<Found> nearest(points.size());
-  in_parallel((points.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
+  const auto find_block = [&](std::size_t block) {
     const SurfaceTriangle* near = nullptr;
     const std::size_t end = std::min((block + 1) * kBlock, points.size());
     for (std::size_t i = block * kBlock; i < end; ++i) {
       nearest[i] = surface.nearest(points[i], near);
       near = nearest[i].triangle;
     }
-  });
+  };
+  in_parallel((points.size() + kBlock - 1) / kBlock, find_block, stop);
   return nearest;
 }
 
@@ -129,16 +131,17 @@ class MaximumSearch {
 
   // Returns the triangles whose interior may be farther than all vertices; largest bounds first.
   std::vector<std::uint32_t> undecided_triangles(const TriangleMesh& mesh) {
-    nearest_ = nearest_of(mesh.vertices, other_);
+    nearest_ = nearest_of(mesh.vertices, other_, search_.stop);
     for (std::size_t i = 0; i < nearest_.size(); ++i) {
       record(mesh.vertices[i], nearest_[i].distance);
     }
     bounds_.resize(mesh.triangles.size());
-    in_parallel(bounds_.size(), [&](std::size_t i) {
+    const auto find_bound = [&](std::size_t i) {
       const Piece piece = piece_of(mesh, i);
       bounds_[i] = tightened(bound_of(piece.corners, piece.nearest), piece.corners,
                              piece.nearest[0].triangle);
-    });
+    };
+    in_parallel(bounds_.size(), find_bound, search_.stop);
     std::vector<std::uint32_t> undecided;
     for (std::uint32_t i = 0; i < bounds_.size(); ++i) {
       if (is_undecided(bounds_[i])) {
@@ -169,7 +172,7 @@ class MaximumSearch {
 
   [[nodiscard]] std::vector<Piece> cut(const std::vector<Piece>& pieces) const {
     std::vector<Piece> parts(4 * pieces.size());
-    in_parallel(pieces.size(), [&](std::size_t i) {
+    const auto cut_one = [&](std::size_t i) {
       const auto& [a, b, c] = pieces[i].corners;
       const auto& [na, nb, nc] = pieces[i].nearest;
       const Vec3 ab = middle(a, b);
@@ -188,7 +191,8 @@ class MaximumSearch {
         parts[4 * i + part].bound = tightened(std::min(pieces[i].bound, bound), four[part].corners,
                                               four[part].nearest[0].triangle);
       }
-    });
+    };
+    in_parallel(pieces.size(), cut_one, search_.stop);
     return parts;
   }
 
@@ -204,12 +208,14 @@ class MaximumSearch {
 };
 
 void sample(SurfaceDistance& result, std::span<const SurfaceTriangle> triangles,
-            const NearestTriangle& other, std::uint64_t samples) {
-  const std::vector<Vec3> points = sampled_points(triangles, samples);
+            const NearestTriangle& other, const DistanceSearch& search) {
+  const std::vector<Vec3> points = sampled_points(triangles, search.samples);
   if (points.empty()) return;
   std::vector<double> distances;
   distances.reserve(points.size());
-  for (const Found& found : nearest_of(points, other)) distances.push_back(found.distance);
+  for (const Found& found : nearest_of(points, other, search.stop)) {
+    distances.push_back(found.distance);
+  }
   result.samples = points.size();
   result.mean = std::accumulate(distances.begin(), distances.end(), 0.0) /
                 static_cast<double>(distances.size());
@@ -230,7 +236,7 @@ SurfaceDistance one_sided(const TriangleMesh& mesh, std::span<const SurfaceTrian
             .farthest = triangles.front()[0]};
   }
   SurfaceDistance result = MaximumSearch(other, search).run(mesh);
-  sample(result, triangles, other, search.samples);
+  sample(result, triangles, other, search);
   return result;
 }
 

@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <stop_token>
 
 #include "common/mesh/triangle_mesh.hpp"
 #include "server/certify/clipped_mesh.hpp"
@@ -24,6 +25,7 @@ struct DistanceSearch {
   std::optional<double> limit = std::nullopt;
   // Maximum number of pieces that are split at once; forty times as many are split in all.
   std::size_t max_pieces = 400'000;
+  std::stop_token stop = {};
 };
 
 // Lengths in the unit of the coordinates. All infinite if only the other surface is empty; all zero
@@ -46,9 +48,10 @@ struct TwoSidedDistance {
   SurfaceDistance reference_to_mesh;
 };
 
-// Returns the same result for any number of threads. Requires welded meshes, or ones from
-// reference_surface(). With `within`, measures only the parts of both surfaces inside the box, from
-// the whole other surface; both distances are 0, with no samples, if there are none.
+// Returns the same result for any number of threads. Throws Cancelled soon after the search's
+// `stop` is triggered. Requires welded meshes, or ones from reference_surface(). With `within`,
+// measures only the parts of both surfaces inside the box, from the whole other surface; both
+// distances are 0, with no samples, if there are none.
 [[nodiscard]] TwoSidedDistance two_sided_distance(const TriangleMesh& mesh,
                                                   const TriangleMesh& reference,
                                                   const DistanceSearch& search,

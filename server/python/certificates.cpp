@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 
-#include "common/base/in_parallel.hpp"
 #include "common/base/json.hpp"
 #include "common/json/json_report.hpp"
 #include "common/python/arrays.hpp"
@@ -81,10 +80,8 @@ py::tuple certified(const TriangleMesh& mesh, const std::string& name, const Pyt
   std::string report;
   std::string text;
   run_interruptibly(threads, progress, [&](OperationState& state) {
-    options.on_stage = [&](const char* stage) {
-      throw_if_stopped(state.stop());
-      state.report(stage, 0);
-    };
+    options.stop = state.stop();
+    options.on_stage = [&](const char* stage) { state.report(stage, 0); };
     Volume whole = whole_volume(*volume.dataset);
     whole.meaning = info.meaning;
     const Certificate certificate = certify(mesh, whole, options);

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
 
+#include "common/base/in_parallel.hpp"
 #include "common/mesh/surface_distance.hpp"
 #include "tests/support/triangle_meshes.hpp"
 
@@ -159,6 +160,13 @@ TEST(TwoSidedDistance, IsIndependentOfThreadCount) {
     EXPECT_EQ((one.*way).mean, (two.*way).mean);
     EXPECT_EQ((one.*way).farthest, (two.*way).farthest);
   }
+}
+
+TEST(TwoSidedDistance, EndsWhenItIsStopped) {
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_THROW((void)two_sided_distance(square(0), square(1), {.stop = stop.get_token()}),
+               Cancelled);
 }
 
 }  // namespace
