@@ -214,7 +214,9 @@ def served_labels_are_listed(http, at, server):
           [[[[6, 7, 6], [16, 17, 17]], [11, 12, 11.5]], [[[3, 4, 3], [19, 20, 20]], [11, 12, 11.5]]], f"other places: {labels}")
     check(all(label["samples"] > 0 for label in labels), f"no samples: {labels}")
     check({dataset["member"]["series"] for dataset in datasets} == {"organs"}, f"another series: {datasets}")
-    expect_exit(0, '"organs", label 3 (hepar, #010203)', f"client list {at}")
+    expect_exit(0, '"organs", label 3 (hepar, #010203)', f"client list organs {at}")
+    lines = expect_exit(0, "SERIES OF", f"client list {at}").splitlines()
+    check(len(lines) == 2 and lines[1].startswith("organs "), f"a series is not one entry: {lines}")
     expect_exit(0, "organs.label7, isovalue 0.5: ", f"client estimate {at} --dataset organs")
     expect_exit(1, '"nowhere"; it has "organs".', f"client estimate {at} --dataset nowhere")
 

@@ -282,6 +282,7 @@ def labels_have_the_grid_of_their_volume():
 def options_add_what_the_file_lacks():
     write_volume("volumes/bar.nrrd")
     with Viewed("--no-browser --spacing 2,2,3 --length-unit um volumes/bar.nrrd") as view:
+        view.lists("bar")
         (listed,) = view.listed()
         check(listed["spacing"] == [2, 2, 3] and listed["length_unit"] == "µm", f"--spacing or --length-unit changes nothing: {listed}")
     view_lists("--up -y --orient x,-z,y volumes/bar.nrrd", "bar", shown="bar&up=-y")
@@ -294,6 +295,7 @@ def samples_are_served_before_their_errors_are_known():
     """What another run has left incomplete is completed, without another preparation."""
     run("server generate head --size 200 -o slow.nrrd --quiet")
     with Viewed("--no-browser slow.nrrd") as view:
+        view.lists("slow")
         (listed,) = view.listed()
         check(listed["missing"] == "errors", f"the errors are not computed behind: {listed}")
         pathlib.Path("early.ply").write_bytes(get(f"{view.at}/v1/datasets/slow/isosurface?format=ply&error=1", view.token))
