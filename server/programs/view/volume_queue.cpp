@@ -70,7 +70,7 @@ class VolumeQueue::Folders {
 // The preparation in progress.
 struct VolumeQueue::Work {
   Work(const char* command, PrepareArguments& arguments, const std::stop_token& stop)
-      : maps(arguments.output, arguments.label_ends()), preparation(arguments, maps, stop) {
+      : maps(arguments.output, arguments.label_ends(), stop), preparation(arguments, maps, stop) {
     const auto notice = [&](const std::string& text) {
       if (!arguments.quiet) std::cerr << command << ": " << text << std::endl;
     };

@@ -11,6 +11,7 @@
 #include <utility>
 #include <variant>
 
+#include "common/base/in_parallel.hpp"
 #include "common/base/number_text.hpp"
 #include "common/base/scratch_file.hpp"
 #include "server/volume/labels/border_samples.hpp"
@@ -352,7 +353,8 @@ bool meets_end(const LabelSummary& label, const std::array<std::int32_t, 3>& dim
 }
 
 LabelMap::LabelMap(const std::filesystem::path& name, VolumeSource& source,
-                   const std::filesystem::path& scratch_folder, LabelEnds ends) {
+                   const std::filesystem::path& scratch_folder, LabelEnds ends,
+                   const std::stop_token& stop) {
   const auto content = std::make_shared<Content>(source.header(), ends, scratch_folder);
   const VolumeHeader& header = content->header;
   constexpr std::size_t kSlabBytes = std::size_t{64} << 20;
@@ -361,6 +363,7 @@ LabelMap::LabelMap(const std::filesystem::path& name, VolumeSource& source,
   LabelCensus census(name, header);
   Samples slab;
   for (std::int32_t z = 0; z < header.dims[2]; z += most) {
+    throw_if_stopped(stop);
     source.read(z, std::min(most, header.dims[2] - z), slab);
     census.add(slab, z);
     (void)content->scratch.put(bytes_of_all(slab));
@@ -374,6 +377,7 @@ LabelMap::LabelMap(const std::filesystem::path& name, VolumeSource& source,
   content->borders.emplace(
       content->dims_with_layers(),
       [&](std::int32_t z, std::span<std::int32_t> into) {
+        throw_if_stopped(stop);
         content->read_with_layers(z, into, slice, stored);
       },
       scratch_folder);

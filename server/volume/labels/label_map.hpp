@@ -27,6 +27,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "server/volume/volume_source.hpp"
@@ -77,9 +78,11 @@ class LabelMap {
  public:
   // Copies `source` into a scratch file in `scratch_folder`. `name` is the source's name in
   // messages. Throws VolumeFileError as the source does, if a sample is not an integer that f32
-  // represents exactly, or if there are more than kMaxLabels; std::system_error if the disk fails.
+  // represents exactly, or if there are more than kMaxLabels; std::system_error if the disk fails;
+  // Cancelled soon after `stop` is triggered.
   LabelMap(const std::filesystem::path& name, VolumeSource& source,
-           const std::filesystem::path& scratch_folder, LabelEnds ends = LabelEnds::kClosed);
+           const std::filesystem::path& scratch_folder, LabelEnds ends = LabelEnds::kClosed,
+           const std::stop_token& stop = {});
 
   // Returns the labels that occur, sorted, without the background 0. Void samples have no label.
   [[nodiscard]] std::span<const LabelSummary> labels() const;

@@ -73,6 +73,9 @@ TEST(LabelDetection, TakesImagesForImages) {
   };
   EXPECT_FALSE(looks_so<std::uint8_t>([&](int x, int y, int z) { return 6 * distance(x, y, z); }));
   EXPECT_FALSE(looks_so<float>(distance));
+  EXPECT_FALSE(looks_so<std::uint8_t>([&](int x, int y, int z) {
+    return std::floor(0.5 * distance(x, y, z));
+  })) << "a smooth field has regions";
   EXPECT_FALSE(looks_so<std::int16_t>([](int, int, int) { return 7; })) << "one value";
   EXPECT_FALSE(looks_so(fields::integer_noise({kSide, kSide, kSide}, 20, 3))) << "few values";
   // A scan with air, saturated bone, and one tissue of equal samples.

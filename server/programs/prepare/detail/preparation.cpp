@@ -89,7 +89,11 @@ LabelMap LatestLabelMap::of(const std::string& input, const VolumeFileOptions& o
   VolumeFileOptions of_labels = options;
   of_labels.choice.nearest = true;
   const auto source = open_volume(input, of_labels);
-  map_.emplace(input, *source, folder_, ends_);
+  try {
+    map_.emplace(input, *source, folder_, ends_, stop_);
+  } catch (const Cancelled&) {
+    throw PreparationStopped();
+  }
   input_ = input;
   choice_ = options.choice;
   return *map_;

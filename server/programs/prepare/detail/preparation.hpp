@@ -25,15 +25,16 @@ namespace multitetra {
 // Caches the latest label map, as labels of one map are prepared one after the other.
 class LatestLabelMap {
  public:
-  LatestLabelMap(std::filesystem::path scratch_folder, LabelEnds ends)
-      : folder_(std::move(scratch_folder)), ends_(ends) {}
+  LatestLabelMap(std::filesystem::path scratch_folder, LabelEnds ends, std::stop_token stop = {})
+      : folder_(std::move(scratch_folder)), ends_(ends), stop_(std::move(stop)) {}
 
-  // Throws VolumeFileError, DatasetFileError.
+  // Throws VolumeFileError, DatasetFileError, PreparationStopped.
   [[nodiscard]] LabelMap of(const std::string& input, const VolumeFileOptions& options);
 
  private:
   std::filesystem::path folder_;
   LabelEnds ends_;
+  std::stop_token stop_;
   std::string input_;
   VolumeChoice choice_;
   std::optional<LabelMap> map_;

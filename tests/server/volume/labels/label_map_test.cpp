@@ -11,9 +11,11 @@
 #include <iterator>
 #include <numbers>
 #include <random>
+#include <stop_token>
 #include <string>
 #include <vector>
 
+#include "common/base/in_parallel.hpp"
 #include "common/base/vec3.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/volume/labels/label_borders.hpp"
@@ -98,6 +100,30 @@ Volume noise(const Dims& dims, unsigned labels, unsigned seed) {
   std::mt19937 random(seed);
   return labels_of<std::uint8_t>(
       dims, [&](int, int, int) { return static_cast<int>(random() % labels); });
+}
+
+// Triggers a stop when its samples have been read.
+class StoppingSource : public VolumeSource {
+ public:
+  StoppingSource(const Volume& volume, std::stop_source& stop)
+      : source_(source_of(volume)), stop_(stop) {}
+  [[nodiscard]] const VolumeHeader& header() const override { return source_->header(); }
+  void read(std::int32_t first_slice, std::int32_t slices, Samples& into) override {
+    source_->read(first_slice, slices, into);
+    stop_.request_stop();
+  }
+
+ private:
+  std::unique_ptr<VolumeSource> source_;
+  std::stop_source& stop_;
+};
+
+TEST(LabelMap, StopsOnRequestWhileItFindsBorders) {
+  const TemporaryFolder folder;
+  std::stop_source stop;
+  StoppingSource source(labels_of<std::uint8_t>({32, 32, 32}, ball_in_a_box), stop);
+  EXPECT_THROW(LabelMap("seg.nrrd", source, folder.path(), LabelEnds::kClosed, stop.get_token()),
+               Cancelled);
 }
 
 TEST(LabelMap, FindsTheLabelsAndTheirExtents) {
