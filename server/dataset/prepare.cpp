@@ -256,6 +256,7 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
   FileSink sink(output, geometry);
   SmallParts parts(geometry, sink);
   first_pass(source, options, sink, parts);
+  if (options.accept) options.accept(parts.info);
   if (options.samples_only) {
     parts.info.missing = kMissingErrors;
   } else {

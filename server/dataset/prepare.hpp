@@ -56,6 +56,8 @@ struct PrepareOptions {
   // Called from time to time with the current pass ("range", "histogram", "errors") and the number
   // of samples of that pass that are done and in total.
   std::function<void(const char* pass, std::uint64_t done, std::uint64_t all)> progress = nullptr;
+  // Called with the statistics of all samples before the file is written; may throw to refuse it.
+  std::function<void(const DatasetInfo& info)> accept = nullptr;
 };
 
 // Statistics of all samples; the errors of any part depend on them.

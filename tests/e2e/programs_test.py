@@ -199,7 +199,7 @@ def volumes_without_a_surface_are_refused():
     expect_exit(2, "a single slice has no surface", "server prepare slice.nrrd -o never.mtd")
     run("server prepare slice.nrrd --outside 0 --margin 1 -o slice.mtd --quiet")
     write_ascii("void.nrrd", "2 2 2", 8 * "nan ")
-    expect_exit(2, "all its samples are void", "server prepare void.nrrd -o void.mtd")
+    expect_exit(2, "all its samples are void", "server prepare void.nrrd -o never.mtd")
     write_ascii("constant.nrrd", "2 2 2", 8 * "1152921504606846976 ")
     run("server prepare constant.nrrd -o constant.mtd --quiet")
     expect_files("never.mtd")

@@ -243,13 +243,15 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
       arguments_.reading(job.name, static_cast<double>(done) / static_cast<double>(all));
     }
   };
+  how.accept = [&](const DatasetInfo& info) {
+    std::uint64_t samples = 1;
+    for (const std::int32_t side : info.dims) samples *= static_cast<std::uint64_t>(side);
+    if (info.void_samples == samples) {
+      refuse_volume(job, "all its samples are void (NaN, or missing), so it has no surface");
+    }
+  };
   PrepareResult prepared;
   prepared.info = prepare(*opened.source, how, output.file(), note);
-  std::uint64_t samples = 1;
-  for (const std::int32_t side : header.dims) samples *= static_cast<std::uint64_t>(side);
-  if (prepared.info.void_samples == samples) {
-    refuse_volume(job, "all its samples are void (NaN, or missing), so it has no surface");
-  }
   prepared.label_volume = opened.label_volume;
   finish(output, progress, prepared);
   return prepared;
