@@ -46,8 +46,7 @@ def each_label_is_a_dataset():
     expect_exit(0, "--label all", "server prepare in/organs.seg.nrrd -o whole.mtd")
     for name in (".", ".."):
         expect_exit(2, "refers to another folder in paths and URLs", f"server prepare in/organs.seg.nrrd -o dots.mtd --name {name}")
-    expect_exit(1, "A dataset's name must be UTF-8 without '/'",
-                "server prepare in/organs.seg.nrrd --label all --name ../out -o below/organs")
+    expect_exit(1, "A dataset's name must be UTF-8 without '/'", "server prepare in/organs.seg.nrrd --label all --name ../out -o below/organs")
     check(not files("dots.mtd", "out.*", "below/out*", "below/organs"), "something was written under a name that leads elsewhere")
     pathlib.Path("there").mkdir()
     shutil.copy("whole.mtd", "there")
@@ -127,8 +126,7 @@ def overlapping_segments_are_datasets_too():
     near = lambda place, middle, radius: math.dist(place, middle) < radius
     liver = [1 if near(p, (9, 12, 12), 6) else 2 if near(p, (19, 12, 12), 3) else 0 for p in places]
     tumour = [1 if near(p, (13, 12, 12), 5) else 0 for p in places]
-    segments = "".join(
-        f"Segment{i}_Name:={name}\nSegment{i}_LabelValue:={value}\nSegment{i}_Layer:={layer}\n"
+    segments = "".join(f"Segment{i}_Name:={name}\nSegment{i}_LabelValue:={value}\nSegment{i}_Layer:={layer}\n"
         for i, (name, value, layer) in enumerate([("liver", 1, 0), ("tumour", 1, 1), ("spleen", 2, 0), ("none", 2, 1)]))
     write_nrrd("layers.seg.nrrd", (2, 24, 24, 24), bytes(b for both in zip(liver, tumour) for b in both),
                keys="kinds: list domain domain domain\n" + SPACE.format("none ", 1) + segments)
@@ -309,8 +307,7 @@ def times_are_separate_files():
         check(b'"beat.t0002, isovalue %s"' % isovalue in pathlib.Path("beats_t0002.glb").read_bytes(),
               f"isovalue {isovalue} is not in the file of its time")
     expect_files("beats*.glb", "beats_t0000.glb", "beats_t0001.glb", "beats_t0002.glb")
-    expect_exit(0, "beat_t0002.png: 1 surface, isovalue 0.5",
-                f"{fetch.replace('fetch', 'snapshot')} --isovalue 0.5 --size 80x60 -o beat.png")
+    expect_exit(0, "beat_t0002.png: 1 surface, isovalue 0.5", f"{fetch.replace('fetch', 'snapshot')} --isovalue 0.5 --size 80x60 -o beat.png")
     expect_files("beat*.png", "beat_t0000.png", "beat_t0001.png", "beat_t0002.png")
     notice = 'No file is written for empty surfaces; --allow-empty writes one for "beat.t0001", "beat.t0002".'
     expect_exit(0, notice, f"{fetch} --isovalue 35 -o shrunk.ply --report shrunk.json")
