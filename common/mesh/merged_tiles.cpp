@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <map>
 #include <set>
 #include <vector>
 
@@ -27,11 +28,25 @@ struct TileSeam {
   MeshTopology interior;
 };
 
-bool is_on_face(const LatticePoint& p, const OctreeCube& cube, int resolution) {
-  const auto is_end = [shift = cube.exponent + resolution](std::int32_t v, std::int32_t position) {
-    return v == position << shift || v == (position + 1) << shift;
-  };
-  return is_end(p.x, cube.x) || is_end(p.y, cube.y) || is_end(p.z, cube.z);
+// Returns for each tile the exponent of the smallest cube in its own, itself included.
+std::vector<int> smallest_exponents(std::span<const TileInCube> tiles) {
+  std::map<OctreeCube, std::size_t> tile_of;
+  std::vector<int> smallest;
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    tile_of.emplace(tiles[i].cube, i);
+    smallest.push_back(tiles[i].cube.exponent);
+  }
+  for (const TileInCube& tile : tiles) {
+    OctreeCube around = tile.cube;
+    while (around.exponent < kMaxLatticeBits) {
+      around = around.parent();
+      const auto found = tile_of.find(around);
+      if (found == tile_of.end()) continue;
+      int& exponent = smallest[found->second];
+      exponent = std::min(exponent, tile.cube.exponent);
+    }
+  }
+  return smallest;
 }
 
 bool is_proper(const TriangleIndices& t) { return t[0] != t[1] && t[1] != t[2] && t[2] != t[0]; }
@@ -130,12 +145,15 @@ void find_components(const LatticeMesh& mesh, TileSeam& seam) {
   }
 }
 
-TileSeam seam_of(const TileInCube& tile, int resolution, const DataBorder& border) {
+// `smallest` is that of the tile: all faces of cubes in its own are multiples of this size.
+TileSeam seam_of(const TileInCube& tile, int smallest, int resolution, const DataBorder& border) {
   const LatticeMesh& mesh = *tile.mesh;
   TileSeam seam;
   std::vector<bool> is_shared(mesh.vertices.size());
+  const std::int32_t within = (1 << (smallest + resolution)) - 1;
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (!is_on_face(mesh.vertices[v], tile.cube, resolution)) continue;
+    const auto& [x, y, z] = mesh.vertices[v];
+    if ((x & within) != 0 && (y & within) != 0 && (z & within) != 0) continue;
     is_shared[v] = true;
     seam.vertices.push_back(v);
   }
@@ -236,7 +254,9 @@ void copy_tile(const LatticeMesh& tile, const TilePlace& place,
 MergedTiles merged_tiles(std::span<const TileInCube> tiles, int resolution,
                          const DataBorder& border, const ForEachTile& for_each) {
   std::vector<TileSeam> seams(tiles.size());
-  for_each(tiles.size(), [&](std::size_t i) { seams[i] = seam_of(tiles[i], resolution, border); });
+  const std::vector<int> smallest = smallest_exponents(tiles);
+  for_each(tiles.size(),
+           [&](std::size_t i) { seams[i] = seam_of(tiles[i], smallest[i], resolution, border); });
 
   MergedTiles merged;
   LatticeMesh& mesh = merged.mesh;

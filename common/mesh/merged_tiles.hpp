@@ -1,8 +1,8 @@
 // Merges the tiles of a surface into one mesh and computes its topology, on several threads.
 //
-// If the tiles' cubes do not overlap, tiles share only vertices and edges on the faces of their
-// cubes. All others are numbered and counted tile by tile, which leaves few to look up. For meshes
-// marched by this process, edges inside their box are not even compared.
+// If no triangle of a tile is in the cube of another one, tiles share only vertices and edges on
+// the faces of their cubes. All others are numbered and counted tile by tile, which leaves few to
+// look up. For meshes marched by this process, edges inside their box are not even compared.
 #pragma once
 
 #include <cstddef>
@@ -50,8 +50,9 @@ using ForEachTile =
     std::function<void(std::size_t count, const std::function<void(std::size_t)>& body)>;
 
 // Returns the same mesh as weld(), except for the order of vertices, without normals and scalars,
-// and its topology(). Requires cubes with disjoint interiors, and meshes of this resolution in
-// which every vertex is used and occurs once; fewer than 2^32 triangles. Always compares edges at
+// and its topology(). Requires meshes of this resolution in which every vertex is used and
+// occurs once, and no triangle inside the cube of another tile; different cubes; fewer than 2^32
+// triangles. Always compares edges at
 // seams and edges of meshes not marked as marched.
 [[nodiscard]] MergedTiles merged_tiles(std::span<const TileInCube> tiles, int resolution,
                                        const DataBorder& border, const ForEachTile& for_each);

@@ -144,6 +144,13 @@ Result<CountedSurface> assembled_and_counted(ReceivedSurface tiles, const Datase
   const IsosurfaceRequest& request = counted.surface.request;
   const DataBorder border = data_border(info, request.lattice_resolution,
                                         request.topology_tolerance, counted.surface.finest_spacing);
+  if (request.simplify) {  // Its tiles may reach beyond the faces of their cubes.
+    std::vector<const LatticeMesh*> meshes;
+    for (const TileInCube& tile : in_cubes) meshes.push_back(tile.mesh);
+    counted.surface.mesh = weld(meshes, request.lattice_resolution);
+    counted.topology = topology(counted.surface.mesh, border);
+    return counted;
+  }
   MergedTiles merged = merged_tiles(in_cubes, request.lattice_resolution, border, for_each);
   counted.surface.mesh = std::move(merged.mesh);
   counted.topology = merged.topology;

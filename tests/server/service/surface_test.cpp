@@ -80,6 +80,27 @@ TEST_F(SurfaceTest, IsIndependentOfTileOrder) {
                   .is_sound());
 }
 
+// Their tiles have others in their cubes.
+TEST_F(SurfaceTest, OfManyTrianglesIsCountedWhileItIsJoined) {
+  const auto noise = std::make_shared<const SurfaceExtractor>(
+      testing::prepared({"noise", testing::fields::noise({50, 60, 70}, 3)}));
+  const CachingSurfaceProvider surfaces(noise);
+  for (const double error : {0.0, 0.1}) {
+    const IsosurfaceRequest request = {.isovalue = 0.2, .error = error};
+    const EncodedStep step = surfaces.make_meshes(final_step(request), {});
+    ASSERT_GT(step.tiles.size(), 8U);
+    const auto welded = assembled(tiles_of(step, request), {});
+    const auto counted = assembled_and_counted(tiles_of(step, request), surfaces.info(), {});
+    ASSERT_TRUE(welded && counted);
+    const LatticeMesh sorted = in_canonical_order(welded->mesh);
+    const LatticeMesh mesh = in_canonical_order(counted->surface.mesh);
+    EXPECT_EQ(mesh.vertices, sorted.vertices);
+    EXPECT_EQ(mesh.triangles, sorted.triangles);
+    EXPECT_EQ(counted->topology,
+              topology(welded->mesh, data_border(surfaces.info(), request.lattice_resolution, 0)));
+  }
+}
+
 TEST_F(SurfaceTest, IsCountedWhileItIsJoined) {
   for (const IsosurfaceRequest& request :
        {IsosurfaceRequest{.isovalue = 0.1, .error = 0},
