@@ -18,6 +18,9 @@ class Yields {
   // Returns when the computation may continue, for at least a piece. Called by its own thread while
   // no piece runs; the computation may hold locks, so the wait must end whatever others do.
   virtual void wait() = 0;
+  // The computation waits for the result of another one, and needs no processor until unblock().
+  virtual void block() {}
+  virtual void unblock() {}
 };
 
 namespace detail {
@@ -40,6 +43,22 @@ class YieldScope {
 
  private:
   Yields* const outer_;
+};
+
+// Says, while it exists, that a computation of this thread waits for another one.
+class BlockedScope {
+ public:
+  BlockedScope() : yields_(detail::yields_of_this_thread) {
+    if (yields_ != nullptr) yields_->block();
+  }
+  ~BlockedScope() {
+    if (yields_ != nullptr) yields_->unblock();
+  }
+  BlockedScope(const BlockedScope&) = delete;
+  BlockedScope& operator=(const BlockedScope&) = delete;
+
+ private:
+  Yields* const yields_;
 };
 
 // A loop over pieces, which themselves do not yield: they may run on any thread.

@@ -164,7 +164,8 @@ class FairQueue {
   // Returns whether a running long job should pause: another one that is due before it waits for
   // its place.
   [[nodiscard]] bool should_pause(const DequeuedJob& taken) const {
-    return taken.job.is_long && running_long_ >= max_long_ && has_long_before(taken);
+    // With more than allowed, its place would not become free.
+    return taken.job.is_long && running_long_ == max_long_ && has_long_before(taken);
   }
   // Returns whether a paused job should continue.
   [[nodiscard]] bool should_resume(const DequeuedJob& taken) const {

@@ -45,10 +45,15 @@ class Workers::Pauses : public Yields {
     return one_.should_pause.load(std::memory_order_relaxed);
   }
   void wait() override { workers_.pause(one_); }
+  void block() override { is_blocked_ = workers_.begin_pause(one_); }
+  void unblock() override {
+    if (std::exchange(is_blocked_, false)) workers_.end_pause(one_);
+  }
 
  private:
   Workers& workers_;
   Running& one_;
+  bool is_blocked_ = false;
 };
 
 // As many threads again stand by for jobs that turn out to be long, and for those that pause.
@@ -161,6 +166,22 @@ void Workers::pause(Running& one) {
   const Clock::duration paused = Clock::now() - start;
   one.paused += paused;
   one.no_pause_before = Clock::now() + std::max<Clock::duration>(kShortestRun, paused);
+}
+
+bool Workers::begin_pause(Running& one) {
+  const std::lock_guard lock(mutex_);
+  if (!one.taken.job.is_long || paused_ >= max_running_) return false;
+  queue_.paused(one.taken);
+  ++paused_;
+  work_available_.notify_one();
+  may_resume_.notify_all();
+  return true;
+}
+
+void Workers::end_pause(Running& one) {
+  const std::lock_guard lock(mutex_);
+  --paused_;
+  queue_.resumed(one.taken);
 }
 
 void Workers::record(const Running& one, double seconds) {

@@ -82,6 +82,9 @@ class Workers {
   void look_at_running();
   // Returns when the job should continue, or after kLongestPause.
   void pause(Running& one);
+  // A long job gives its place to others while it waits for one of them. Returns whether it does.
+  [[nodiscard]] bool begin_pause(Running& one);
+  void end_pause(Running& one);
   void record(const Running& one, double seconds);
   // `seconds` is the forecast, if any.
   void add(const FairQueue::Client& client, Work work, std::optional<double> seconds);

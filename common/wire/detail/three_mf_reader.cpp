@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <exception>
 #include <map>
 #include <memory>
 #include <optional>
@@ -110,29 +111,29 @@ class ModelReader {
 struct Parsing {
   XML_Parser parser;
   ModelReader reader;
-  std::optional<MeshFileError> problem = std::nullopt;
+  std::exception_ptr problem = nullptr;  // No exception may pass through expat.
 };
 
-void stop(Parsing& parsing, const MeshFileError& problem) {
-  parsing.problem = problem;
+void stop(Parsing& parsing, std::exception_ptr problem) {
+  parsing.problem = std::move(problem);
   XML_StopParser(parsing.parser, XML_FALSE);
 }
 
 void XMLCALL on_start(void* self, const XML_Char* name, const XML_Char** pairs) {
   auto& parsing = *static_cast<Parsing*>(self);
-  Attributes attributes;
-  for (; *pairs != nullptr; pairs += 2) attributes.emplace(pairs[0], pairs[1]);
   try {
+    Attributes attributes;
+    for (; *pairs != nullptr; pairs += 2) attributes.emplace(pairs[0], pairs[1]);
     parsing.reader.start(name, attributes);
-  } catch (const MeshFileError& problem) {
-    stop(parsing, problem);
+  } catch (...) {
+    stop(parsing, std::current_exception());
   }
 }
 
 void XMLCALL on_entity(void* self, const XML_Char*, int, const XML_Char*, int, const XML_Char*,
                        const XML_Char*, const XML_Char*, const XML_Char*) {
   stop(*static_cast<Parsing*>(self),
-       MeshFileError("its XML declares entities, which are not allowed"));
+       std::make_exception_ptr(MeshFileError("its XML declares entities, which are not allowed")));
 }
 
 }  // namespace
@@ -159,7 +160,7 @@ std::string three_mf_model(std::string_view file) {
                           (stat.valid & ZIP_STAT_SIZE) != 0 &&
                           (stat.valid & ZIP_STAT_COMP_SIZE) != 0;
     // Deflate compresses at most about a thousandfold.
-    if (!is_known || stat.size / 1100 > stat.comp_size) break;
+    if (!is_known || stat.comp_size > file.size() || stat.size / 1100 > stat.comp_size) break;
     const std::unique_ptr<zip_file_t, decltype(&zip_fclose)> opened(
         zip_fopen_index(archive.get(), i, 0), &zip_fclose);
     std::string model(stat.size, '\0');
@@ -189,7 +190,7 @@ TriangleMesh read_three_mf_model(std::string_view model,
     status = XML_Parse(parser.get(), piece.data(), static_cast<int>(piece.size()),
                        at + piece.size() == model.size() ? XML_TRUE : XML_FALSE);
   }
-  if (parsing.problem) throw *parsing.problem;
+  if (parsing.problem) std::rethrow_exception(parsing.problem);
   if (status != XML_STATUS_OK) {
     throw MeshFileError("the XML of its model is damaged in line " +
                         std::to_string(XML_GetCurrentLineNumber(parser.get())));

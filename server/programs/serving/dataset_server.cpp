@@ -47,7 +47,7 @@ int serve_until_stopped(const ServeOptions& options, const BackgroundTask& besid
   const auto files = std::make_shared<RemoteFiles>(file_options(options));
   ServedDatasets datasets(options.datasets, cache, files, options.readings);
   const CataloguePtr catalogue = datasets.read();
-  if (catalogue->size() == 0 && datasets.is_store_failing()) {
+  if (catalogue->size() == 0 && !options.readings && datasets.is_store_failing()) {
     throw ExitError(kFailed, "No dataset can be read from its store; the lines above say why.");
   }
   if (catalogue->size() == 0 && !options.readings) {

@@ -42,14 +42,15 @@ int serve(ServeOptions options) {
     throw ExitError(kUsage, problem.what());
   }
   const bool has_others = !options.datasets.empty();
-  if (!queue->begin() && !has_others) return kUsage;
+  const bool reads = queue->begin();
+  if (!reads && !has_others) return kUsage;
   const std::vector<std::string>& prepared = queue->datasets();
   options.datasets.insert(options.datasets.end(), prepared.begin(), prepared.end());
-  options.readings = queue->readings();
+  if (reads) options.readings = queue->readings();
   const int code = serve_until_stopped(options, [&](const OpenServer& server) {
     return queue->run_behind(server.read_again, has_others ? std::function([] {}) : server.stop);
   });
-  return queue->first() || has_others ? code : kUsage;
+  return queue->has_failed() && !has_others ? kUsage : code;
 }
 
 }  // namespace

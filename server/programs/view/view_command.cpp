@@ -74,7 +74,8 @@ int view(const ViewArguments& arguments) {
     throw ExitError(kUsage, problem.what());
   }
   VolumeQueue& volumes = *made;
-  if (!volumes.begin() && !volumes.has_datasets()) return kUsage;  // Every problem was printed.
+  const bool reads = volumes.begin();
+  if (!reads && !volumes.has_datasets()) return kUsage;  // Every problem was printed.
   ServeOptions options;
   options.listeners.tcp = "off";
   options.listeners.http = arguments.http;
@@ -88,7 +89,7 @@ int view(const ViewArguments& arguments) {
   options.listeners.ends_on_hangup = true;
   options.threads = arguments.threads;
   options.datasets = volumes.datasets();
-  options.readings = volumes.readings();
+  if (reads) options.readings = volumes.readings();
   const int code = serve_until_stopped(options, [&](const OpenServer& server) {
     const std::string address = local(server.urls.front());
     std::cout << "\n   " << styled(Style::kBold, address + "/" + fragment, STDOUT_FILENO) << "\n\n"
@@ -100,7 +101,7 @@ int view(const ViewArguments& arguments) {
     return volumes.run_behind(server.read_again,
                               volumes.has_datasets() ? std::function([] {}) : server.stop);
   });
-  return volumes.first() || volumes.has_datasets() ? code : kUsage;
+  return volumes.has_failed() && !volumes.has_datasets() ? kUsage : code;
 }
 
 }  // namespace

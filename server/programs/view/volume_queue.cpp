@@ -185,6 +185,7 @@ void VolumeQueue::run(const std::stop_token& stop) {
     }
     report([&] {
       has_prepared_all_ = true;
+      reading_.reset();
       if (!first_name_ && failed_) failed_();
     });
     while (complete_next(stop)) report([] {});
@@ -204,6 +205,11 @@ std::optional<std::string> VolumeQueue::first() const {
   const std::lock_guard lock(mutex_);
   if (first_name_ || !reading_) return first_name_;
   return reading_->name;
+}
+
+bool VolumeQueue::has_failed() const {
+  const std::lock_guard lock(mutex_);
+  return has_prepared_all_ && !first_name_;
 }
 
 ReadingsSource VolumeQueue::readings() const {
@@ -264,6 +270,7 @@ void VolumeQueue::wait_for(PrepareArguments arguments) {
 // Returns false if the dataset could not be prepared.
 bool VolumeQueue::prepare(const PrepareJob& job) {
   try {
+    waiting_.front().reading(job.name, 0);
     (void)work_->preparation.prepare_unless_up_to_date(job);
     fs::permissions(job.output, fs::perms{kCachedFileMode});
     const PreparedFile prepared(job.output.string());

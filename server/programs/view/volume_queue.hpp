@@ -62,6 +62,9 @@ class VolumeQueue {
   // Returns the first dataset's name, also while it is read; none if it is unknown yet.
   [[nodiscard]] std::optional<std::string> first() const;
 
+  // Returns whether all was tried and nothing could be prepared.
+  [[nodiscard]] bool has_failed() const;
+
   // Returns what is being read, as long as the queue exists.
   [[nodiscard]] ReadingsSource readings() const;
 

@@ -16,6 +16,7 @@
 #include <stop_token>
 
 #include "common/base/in_parallel.hpp"
+#include "common/base/yielding.hpp"
 
 namespace multitetra {
 
@@ -64,6 +65,7 @@ class SingleFlight {
   Value wait_for(const std::shared_ptr<Call> call, const std::stop_token& stop,
                  std::unique_lock<std::mutex>& lock) {
     ++call->callers;
+    const BlockedScope blocked;
     if (!call->done.wait(lock, stop, [&] { return call->is_done(); })) {
       call->abandon();
       throw Cancelled{};

@@ -110,9 +110,10 @@ class NpyArrays : public ArrayContainer {
     const std::unique_ptr<ObjectStore> archive = zip_store(path);
     for (const std::string& name : archive->names("")) {
       if (!name.ends_with(".npy") || all_.size() == kMaxSourceMembers) continue;
-      const auto bytes = archive->get_range(name, 0, kMaxHeaderBytes).value();
+      const auto bytes = archive->get_range(name, 0, kMaxHeaderBytes);
+      if (!bytes) continue;  // A folder.
       NpyArray array = array_with(
-          path / name, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+          path / name, std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size()));
       array.entry = name;
       all_["/" + name.substr(0, name.size() - 4)] = std::move(array);
     }

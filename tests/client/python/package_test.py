@@ -125,8 +125,8 @@ def with_fields(frame, fields):
 
 
 def as_preview(frame):
-    """A final step is announced as a preview."""
-    return with_fields(frame, b"\x18\0") if frame[0] == STEP_BEGIN else frame  # StepBegin.is_final.
+    """A final step is announced as a preview of spacing 2."""
+    return with_fields(frame, b"\x18\0\x30\2") if frame[0] == STEP_BEGIN else frame  # StepBegin.is_final, finest_spacing.
 
 
 class Package(unittest.TestCase):
@@ -605,7 +605,7 @@ class Package(unittest.TestCase):
 
         steps = []
         with Meddler(self.urls[0], repeat_the_preview) as url, multitetra.connect(url) as server:
-            with self.assertRaisesRegex(multitetra.CheckError, "allows 64 steps"):
+            with self.assertRaisesRegex(multitetra.CheckError, "not finer than the step before"):
                 steps.extend(step.number for step in server.steps("gyroid", 0.1, error=1, final_only=True))
         self.assertEqual(steps, list(range(len(steps))))
         self.assertLessEqual(len(steps), 64)

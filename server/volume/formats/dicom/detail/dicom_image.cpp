@@ -266,6 +266,9 @@ std::vector<SourceLabel> dicom_segments(const fs::path& path) {
                 .color = color_from_lab(binary_at<std::uint16_t>(segment, Tag(0x0062, 0x000D)))};
     if (label.name.empty()) label.name = "segment " + std::to_string(numbers[0]);
     if (!check_member({.series = "segments", .label = label})) continue;
+    const bool is_repeated = std::any_of(
+        labels.begin(), labels.end(), [&](const SourceLabel& one) { return one.stored == number; });
+    if (is_repeated) continue;
     labels.push_back({.label = std::move(label), .stored = number});
   }
   return labels;
