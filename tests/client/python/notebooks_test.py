@@ -41,8 +41,8 @@ class ViewerOfNotebooks(unittest.TestCase):
         from multitetra.viewer import SETTINGS
 
         text = (PROJECT / "client" / "web" / "src" / "state" / "settings.ts").read_text()
-        table = re.search(r"export const settingTable = \{(.*?)\n\}", text, re.S)[1]
-        self.assertEqual(SETTINGS, set(re.findall(r"^  (\w+): ", table, re.M)))
+        tables = re.findall(r"^const (?:first|view)Table = \{(.*?)^\}", text, re.S | re.M)
+        self.assertEqual(SETTINGS, {name for table in tables for name in re.findall(r"^  (\w+): ", table, re.M)})
 
     def test_sends_only_given_settings_and_keeps_user_changes(self):
         viewer = multitetra.Viewer("https://volumes.example/path", dataset="a head", isovalue=1.5, maxTriangles=9, simplify=False, color="#aabbcc")
