@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "common/base/in_parallel.hpp"
+#include "common/base/yielding.hpp"
 
 namespace multitetra {
 namespace {
@@ -271,6 +272,23 @@ TEST(Workers, ResumeAJobThatOthersWaitFor) {
                           .is_long = true,
                           .forecast = [] { return 1.0; }});
   EXPECT_EQ(ended.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  workers.join();
+}
+
+TEST(Workers, GiveAwayThePlaceOfALongJobThatWaitsForAnother) {
+  Workers workers(2);  // One place for long jobs.
+  std::promise<void> other_has_ended;
+  std::promise<bool> result;
+  const auto run = [&] {
+    const BlockedScope blocked;
+    result.set_value(other_has_ended.get_future().wait_for(std::chrono::seconds(20)) ==
+                     std::future_status::ready);
+  };
+  workers.post(alone(0), {.run = run, .is_long = true, .forecast = [] { return 1.0; }});
+  workers.post(alone(1), {.run = [&] { other_has_ended.set_value(); },
+                          .is_long = true,
+                          .forecast = [] { return 60.0; }});
+  EXPECT_TRUE(result.get_future().get());
   workers.join();
 }
 
