@@ -257,7 +257,7 @@ class SimulatedClient : public std::enable_shared_from_this<SimulatedClient> {
       given_.push_back(step.end.digest);
     }
     final_ = step.begin.is_final ? std::optional(step.end.digest) : std::nullopt;
-    if (final_ && *final_ != wish().final_digests.at(info_->content_id) && !is_lied_to) {
+    if (final_ && !is_lied_to && *final_ != wish().final_digests.at(info_->content_id)) {
       report_("a final step is not the one that the request determines");
     }
   }
