@@ -146,6 +146,7 @@ def prepared_datasets_are_found_again():
     outside = [re.search(r"outside.* 0 \(value beyond the data\)", run(f"server info {file}")) is not None for file in files(made)]
     check(sorted(outside) == [False, False, True], f"view --pad-value 0 made datasets with that value: {outside}")
     expect_exit(2, "write void or a finite number", "view --no-browser --pad-value nothing volumes/bar.nrrd")
+    expect_exit(5, "There is no dataset to serve", "view --no-browser missing.mtd")
     with Viewed("--no-browser --cache-dir-bytes 1 volumes/bar.nrrd") as view:
         kept = lambda: files("cache/multitetra/datasets/*")
         check(wait_for(lambda: len(kept()) == 2), f"the cache keeps {kept()}")
