@@ -722,6 +722,7 @@ async function showsTomography(page) {
   await open(page, "#dataset=ct&error=2&visible=false&occlusion=false&eye=16,-60,16&target=16,16,16&slice=y", await serveFolder(folder));
   await page.waitForFunction(() => document.querySelector(".state b").textContent === "Hidden", null, { timeout: patience });
   const said = (pattern) => page.waitForFunction((text) => new RegExp(text).test(location.hash), pattern.source, { timeout: patience });
+  await page.waitForSelector('[aria-label="Suggested isovalues"] button', { timeout: patience }); // They follow the histogram.
   const suggested = await page.locator('[aria-label="Suggested isovalues"] button').allTextContents();
   assert(suggested.length > 1 && suggested.every((text) => /^-?[\d.]+ (skin|bone)$/.test(text)), String(suggested));
   assert(new Set(suggested.map((text) => text.split(" ")[1])).size === 2, `${suggested} are skin and bone`);
