@@ -13,7 +13,7 @@ cd "$project"
 
 preset=tests
 install_options=()
-ctest_options=(--output-on-failure --no-tests=error -j "$(nproc)")
+ctest_options=(--output-on-failure --no-tests=error -j "$(($(nproc) + 1))") # Some tests mostly wait.
 while [ $# -gt 0 ]; do
   case "$1" in
     --fast) ctest_options+=(-LE slow) ;;

@@ -99,9 +99,11 @@ export async function finish() {
   process.exit(failures > 0 ? 1 : 0);
 }
 
-// Turns view-dependent detail off unless the address sets it, so that only the settings determine the surface.
+// Turns off, unless the address sets it, view-dependent detail, so that only the settings determine the surface, and
+// ambient occlusion, which costs more than all else without a graphics card.
 export async function open(page, hash, where = server) {
-  await page.goto(where.page + (/follow_view/.test(hash) ? hash : `${hash || "#"}&follow_view=false`));
+  const unless = (name) => (hash.includes(name) ? "" : `&${name}=false`);
+  await page.goto(`${where.page}${hash || "#"}${unless("follow_view")}${unless("occlusion")}`);
 }
 
 // The tag name and first class of the focused element.
