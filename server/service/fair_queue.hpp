@@ -28,12 +28,14 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "server/operations/client_address.hpp"
+#include "server/service/work_time.hpp"
 
 namespace multitetra {
 
@@ -54,6 +56,7 @@ class FairQueue {
     double expected_seconds = 0;
     double following_seconds = 0;  // Expected time of the job that this one will add.
     double forecast_seconds = 0;   // What a forecast said; 0: there was none.
+    std::shared_ptr<WorkTime> time = {};
   };
   struct DequeuedJob {
     Client client = {};

@@ -5,16 +5,11 @@
 #include <vector>
 
 #include "common/net/coroutines.hpp"
-#include "server/operations/deadline.hpp"
 #include "server/service/detail/worker_jobs.hpp"
 #include "server/stream/stream_messages.hpp"
 
 namespace multitetra {
 namespace {
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 class LocalServiceClient : public ServiceClient,
                            public std::enable_shared_from_this<LocalServiceClient> {
@@ -43,7 +38,7 @@ class LocalServiceClient : public ServiceClient,
   struct Job {
     explicit Job(std::stop_token left) : leave(std::move(left), [this] { stop.request_stop(); }) {}
     std::stop_source stop;
-    Deadline worker;  // Set when a worker begins the job.
+    const std::shared_ptr<WorkTime> time = std::make_shared<WorkTime>();
     bool is_late = false;
     std::stop_callback<std::function<void()>> leave;
   };
@@ -61,8 +56,8 @@ class LocalServiceClient : public ServiceClient,
   // Returns an error if the share has too much pending work.
   [[nodiscard]] std::optional<Error> check_backlog();
   [[nodiscard]] StepLimits step_limits() const;
-  // Starts the time limit of a step when a worker begins it.
-  void step_begins(const StreamPtr& stream);
+  // Whether a request has taken more of the workers' time than one may.
+  [[nodiscard]] bool is_above_limit(double seconds) const;
   void steps_made(const StreamPtr& stream, Result<std::vector<StepResult>> steps, double seconds);
 
   LocalService& service_;
@@ -124,7 +119,7 @@ class LocalServiceClient::Stream : public ProgressiveStream {
   std::stop_source stop;
   // Worker time of all finished steps.
   double worker_seconds = 0;
-  Deadline worker;  // Set while a worker makes a step.
+  std::shared_ptr<WorkTime> step_time;  // Null unless a step is being made.
   // Reserved for the step that is being sent.
   ByteReservations::Reservation memory = {};
 
@@ -134,14 +129,14 @@ class LocalServiceClient::Stream : public ProgressiveStream {
 };
 
 void LocalServiceClient::enforce_limits(Clock::time_point now) {
-  if (stream_ && stream_->worker.is_past(now)) {
-    stream_->worker.clear();
+  if (stream_ && stream_->step_time &&
+      is_above_limit(stream_->worker_seconds + stream_->step_time->seconds(now))) {
+    stream_->step_time.reset();
     client()->admission().observer().refused(client()->facts(), "request_seconds");
     stream_->fail(time_limit_error(service_.options().limits.request_time));
   }
   for (const JobPtr& job : jobs_) {
-    if (!job->worker.is_past(now)) continue;
-    job->worker.clear();
+    if (job->is_late || !is_above_limit(job->time->seconds(now))) continue;
     job->is_late = true;
     job->stop.request_stop();
   }
@@ -183,36 +178,32 @@ void LocalServiceClient::make_next_step() {
   // The guard keeps the executor running until the step is back. References are posted back, to be
   // released on the executor's thread.
   Work work = work_for(stream_->action, *state, stream_->stop.get_token());
+  work.time = stream_->step_time = std::make_shared<WorkTime>();
   work.run = [self = shared_from_this(), stream = stream_, state = *state, limits = step_limits(),
-              dataset = stream_->messages.dataset(),
+              time = work.time, dataset = stream_->messages.dataset(),
               guard = asio::make_work_guard(service_.executor())]() mutable {
     const asio::any_io_executor executor = guard.get_executor();
-    multitetra::post(executor, [self, stream] { self->step_begins(stream); });
-    const Clock::time_point start = Clock::now();
     limits.is_contended = self->service_.workers().waiting() > 0;
     auto made = make_steps(stream->action, state, dataset, limits, stream->stop.get_token());
     multitetra::post(
         executor,
         [self = std::move(self), stream = std::move(stream),
          made = std::make_shared<Result<std::vector<StepResult>>>(std::move(made)),
-         seconds = seconds_since(start)] { self->steps_made(stream, std::move(*made), seconds); });
+         seconds = time->seconds()] { self->steps_made(stream, std::move(*made), seconds); });
   };
   service_.workers().post(in_queue(), std::move(work));
   is_making_ = true;
 }
 
-void LocalServiceClient::step_begins(const StreamPtr& stream) {
-  const std::chrono::milliseconds limit = service_.options().limits.request_time;
-  if (limit.count() <= 0 || stream != stream_) return;
-  const std::chrono::duration<double> remaining =
-      limit - std::chrono::duration<double>(stream->worker_seconds);
-  stream->worker.set(std::chrono::duration_cast<Clock::duration>(remaining));
+bool LocalServiceClient::is_above_limit(double seconds) const {
+  const std::chrono::duration<double> limit = service_.options().limits.request_time;
+  return limit.count() > 0 && seconds >= limit.count();
 }
 
 void LocalServiceClient::steps_made(const StreamPtr& stream, Result<std::vector<StepResult>> steps,
                                     double seconds) {
   is_making_ = false;
-  stream->worker.clear();
+  stream->step_time.reset();
   client()->admission().observer().step_made(seconds);
   if (stream != stream_) {  // The stream was stopped; a newer one may be waiting.
     make_next_step();
@@ -250,24 +241,21 @@ void LocalServiceClient::run(Work work, std::stop_token left,
   }
   const auto job = std::make_shared<Job>(std::move(left));
   jobs_.insert(job);
+  work.time = job->time;
   // References are posted back, to be released on the executor's thread.
   work.run = [self = shared_from_this(), job, make = std::move(make), done = std::move(done),
               guard = asio::make_work_guard(executor)]() mutable {
     const asio::any_io_executor back = guard.get_executor();
-    multitetra::post(back, [limit = self->service_.options().limits.request_time, job] {
-      if (limit.count() > 0) job->worker.set(limit);
-    });
-    const Clock::time_point start = Clock::now();
     auto made = std::make_shared<Result<T>>(make(job->stop.get_token()));
     make = nullptr;
     multitetra::post(back, [self = std::move(self), job = std::move(job), made = std::move(made),
-                            done = std::move(done), seconds = seconds_since(start)] {
+                            done = std::move(done)] {
       self->jobs_.erase(job);
       if (!*made && job->is_late) {
         self->client()->admission().observer().refused(self->client()->facts(), "request_seconds");
         *made = tl::unexpected(time_limit_error(self->service_.options().limits.request_time));
       }
-      done(std::move(*made), seconds);
+      done(std::move(*made), job->time->seconds());
     });
   };
   service_.workers().post(in_queue(), std::move(work));

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <utility>
 
 #include "common/base/yielding.hpp"
-#include "server/operations/deadline.hpp"
 
 namespace multitetra {
 
@@ -28,15 +28,7 @@ constexpr auto kLongestPause = std::chrono::seconds(2);
 // The kind under which the ratio of actual to forecast times is recorded.
 std::string ratio_of(const std::string& kind) { return kind + " per forecast"; }
 
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 }  // namespace
-
-double Workers::Running::seconds() const {
-  return seconds_since(start) - std::chrono::duration<double>(paused).count();
-}
 
 class Workers::Pauses : public Yields {
  public:
@@ -104,7 +96,8 @@ void Workers::add(const FairQueue::Client& client, Work work, std::optional<doub
                       .is_background = work.is_background,
                       .kind = std::move(work.kind),
                       .expected_seconds = expected,
-                      .forecast_seconds = seconds.value_or(0)});
+                      .forecast_seconds = seconds.value_or(0),
+                      .time = std::move(work.time)});
   work_available_.notify_one();
 }
 
@@ -137,7 +130,7 @@ std::optional<FairQueue::DequeuedJob> Workers::take() {
 void Workers::look_at_running() {
   const Clock::time_point now = Clock::now();
   for (Running& one : running_) {
-    const double seconds = one.seconds();
+    const double seconds = one.taken.job.time->seconds(now);
     const double expected = one.taken.job.expected_seconds;
     if (!one.taken.job.is_long && seconds >= std::max(kOverdueSeconds, 2 * expected)) {
       queue_.overdue(one.taken, seconds);
@@ -154,6 +147,7 @@ void Workers::pause(Running& one) {
   one.should_pause = false;
   if (paused_ >= max_running_ || !queue_.should_pause(one.taken)) return;
   const Clock::time_point start = Clock::now();
+  one.taken.job.time->end();
   queue_.paused(one.taken);
   ++paused_;
   work_available_.notify_one();
@@ -163,9 +157,9 @@ void Workers::pause(Running& one) {
   --paused_;
   queue_.resumed(one.taken);
   one.should_pause = false;  // Noted again during the pause.
-  const Clock::duration paused = Clock::now() - start;
-  one.paused += paused;
-  one.no_pause_before = Clock::now() + std::max<Clock::duration>(kShortestRun, paused);
+  one.taken.job.time->begin();
+  const Clock::time_point end = Clock::now();
+  one.no_pause_before = end + std::max<Clock::duration>(kShortestRun, end - start);
 }
 
 bool Workers::begin_pause(Running& one) {
@@ -210,6 +204,9 @@ void Workers::work() {
     if (!taken) return;
     running_.emplace_back(*std::move(taken), Clock::now());
     const auto one = std::prev(running_.end());
+    std::shared_ptr<WorkTime>& time = one->taken.job.time;
+    if (!time) time = std::make_shared<WorkTime>();
+    time->begin();
     lock.unlock();
     {
       Pauses pauses(*this, *one);
@@ -218,7 +215,8 @@ void Workers::work() {
     }
     one->taken.job.run = nullptr;  // Releases its captures before others wait for them.
     lock.lock();
-    const double seconds = one->seconds();
+    time->end();
+    const double seconds = time->seconds();
     queue_.done(one->taken, seconds);
     record(*one, seconds);
     running_.erase(one);

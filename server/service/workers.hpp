@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <list>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -16,6 +17,7 @@
 
 #include "server/service/fair_queue.hpp"
 #include "server/service/work_costs.hpp"
+#include "server/service/work_time.hpp"
 
 namespace multitetra {
 
@@ -31,6 +33,8 @@ struct Work {
   bool is_long = false;  // Jobs whose kind proved long count as long too.
   // Runs only when no other job can.
   bool is_background = false;
+  // If set, measures the time of `run`, also while it runs.
+  std::shared_ptr<WorkTime> time = {};
   // If set, runs first, in a job of its own. Its result, if known, overrides `is_long`.
   Forecast forecast = {};
 };
@@ -48,7 +52,8 @@ class Workers {
  public:
   // Runs `threads` jobs at the same time, at least 1; all but one of them may be long. Jobs that
   // turn out to be long do not keep others from their places, and between their pieces
-  // (yielding.hpp) long jobs pause for others that are due before them.
+  // (yielding.hpp) long jobs pause for others that are due before them: at most `threads` of them,
+  // which keep their memory meanwhile.
   explicit Workers(std::size_t threads);
   // Runs all waiting jobs before it returns.
   ~Workers();
@@ -67,13 +72,8 @@ class Workers {
   class Pauses;
   struct Running {
     FairQueue::DequeuedJob taken;
-    std::chrono::steady_clock::time_point start;
-    std::chrono::steady_clock::duration paused = {};  // Of the time since then.
-    std::chrono::steady_clock::time_point no_pause_before = start;
+    Clock::time_point no_pause_before;
     std::atomic<bool> should_pause = false;
-
-    // Seconds without the pauses.
-    [[nodiscard]] double seconds() const;
   };
   // Returns the next job, if one more may run.
   [[nodiscard]] std::optional<FairQueue::DequeuedJob> take();

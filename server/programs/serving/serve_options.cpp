@@ -24,7 +24,7 @@ void add_serve_options(Command& command, ServeOptions& o) {
           "Most triangles of a final step; the reply to a larger request states an error that fits")
       ->capture_default_str();
   add_seconds(command, "--max-request-seconds", o.max_request_seconds,
-              "Most worker time of one request");
+              "Most worker time of one request, without its pauses for others");
   add_seconds(command, "--max-waiting-seconds", o.max_waiting_seconds,
               "Most estimated worker time of all waiting requests of an address or token; "
               "rejections have a retry delay");

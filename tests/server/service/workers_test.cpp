@@ -232,19 +232,28 @@ TEST(Workers, PauseALongJobBetweenItsPiecesForAShorterOne) {
   Workers workers(2);
   std::atomic<bool> has_begun = false;
   std::atomic<bool> has_ended = false;
-  std::promise<void> shorter_has_ended;
-  workers.post(alone(0), in_pieces(
-                             60,
-                             [&] {
-                               has_begun = true;
-                               return has_ended.load();
-                             },
-                             [] {}));
+  std::promise<double> paused;
+  Work longer = in_pieces(
+      60,
+      [&] {
+        has_begun = true;
+        return has_ended.load();
+      },
+      [] {});
+  const auto time = longer.time = std::make_shared<WorkTime>();
+  workers.post(alone(0), std::move(longer));
   while (!has_begun) std::this_thread::yield();
   workers.post(alone(1), in_pieces(
-                             1, [] { return true; }, [&] { shorter_has_ended.set_value(); }));
-  EXPECT_EQ(shorter_has_ended.get_future().wait_for(std::chrono::seconds(5)),
-            std::future_status::ready);
+                             1, [] { return true; },
+                             [&] {
+                               const double before = time->seconds();
+                               std::this_thread::sleep_for(std::chrono::milliseconds(20));
+                               paused.set_value(time->seconds() - before);
+                             }));
+  auto shorter = paused.get_future();
+  ASSERT_EQ(shorter.wait_for(std::chrono::seconds(5)), std::future_status::ready);
+  EXPECT_EQ(shorter.get(), 0) << "the pause counts as time of the job";
+  EXPECT_GT(time->seconds(), 0);
   has_ended = true;
   workers.join();
 }
