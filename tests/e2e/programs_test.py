@@ -3,6 +3,7 @@
 Usage: programs_test.py DIRECTORY_OF_PROGRAMS [GROUP...]
 """
 
+import gzip
 import hashlib
 import math
 import pathlib
@@ -473,6 +474,22 @@ def servers_programs_name_what_is_wrong():
     check(report["plot_file"] == "torus.svg", f"the report of plot: {report}")
 
 
+def servers_without_datasets_end():
+    """Also when that is known only after a volume was read, beside datasets that cannot be read."""
+    make("torus")
+    pathlib.Path("cut.mtd").write_bytes(pathlib.Path("torus.mtd").read_bytes()[:2000])
+    for name, side in (("early", 20), ("late", 400)):  # Reading the second takes longer than a server waits before it listens.
+        header = f"NRRD0004\ntype: uint8\ndimension: 3\nsizes: {side} {side} {side}\nencoding: gzip\n\n".encode()
+        pathlib.Path(f"{name}.nrrd").write_bytes(header + gzip.compress(bytes(side**3), 1)[:-20])
+    listener = "--tcp 127.0.0.1:0 --http off"
+    for inputs in ("early.nrrd", "late.nrrd", "cut.mtd early.nrrd", "cut.mtd late.nrrd"):
+        expect_exit(5, "There is no dataset to serve", f"server serve {inputs} {listener}")
+    server = Started(f"server serve torus.mtd late.nrrd {listener}")
+    server.match("(late.nrrd.*)")
+    check(run(f"client list --server {server.url('tcp')}").count("torus"), "a dataset is not served because a volume cannot be read")
+    server.ends_well()
+
+
 def folders_of_datasets_are_verified():
     make("torus")
     check(report_of("server verify torus.mtd")["is_whole"] is True, "the report of verify")
@@ -532,4 +549,5 @@ if __name__ == "__main__":
                clients_name_what_is_wrong, every_kind_is_extracted_without_a_crack, meshes_and_models_are_written,
                raw_files_are_described_by_options, axes_and_units_are_set_by_options, folders_of_volumes_are_prepared,
                volumes_without_a_surface_are_refused, inputs_are_never_overwritten, servers_programs_name_what_is_wrong,
-               folders_of_datasets_are_verified, command_lines_are_completed_and_explained, view_prints_the_address_of_the_page)
+               servers_without_datasets_end, folders_of_datasets_are_verified, command_lines_are_completed_and_explained,
+               view_prints_the_address_of_the_page)

@@ -1,5 +1,6 @@
 #include "server/programs/serving/dataset_server.hpp"
 
+#include <atomic>
 #include <memory>
 #include <utility>
 
@@ -13,16 +14,29 @@
 namespace multitetra {
 namespace {
 
-// Reloads the datasets after SIGHUP. A failure is only logged and counted.
-void rescan_datasets(Server& server, ServedDatasets& datasets) {
+// Reloads the datasets after SIGHUP. A failure is only logged and counted. Returns whether there
+// are none.
+bool rescan_datasets(Server& server, ServedDatasets& datasets) {
   try {
     const CataloguePtr catalogue = datasets.read();
     server.offer(catalogue, datasets.is_complete());
     log_line(LogLevel::kInfo, "datasets reloaded",
              {{"datasets", static_cast<std::uint64_t>(catalogue->size())}});
+    return catalogue->size() == 0;
   } catch (const std::exception& error) {
     server.keep_datasets(error.what());
+    return false;
   }
+}
+
+// The end of a server without datasets.
+ExitError nothing_to_serve(const ServedDatasets& datasets) {
+  if (datasets.is_store_failing()) {
+    return {kFailed, "No dataset can be read from its store; the lines above say why."};
+  }
+  return {kNoDataset,
+          "There is no dataset to serve. What cannot be read is named above; datasets are made of "
+          "volumes with: multitetra-server prepare VOLUME -o FILE.mtd"};
 }
 
 BlockState state_of(const RemoteFiles::Counts& counts) {
@@ -47,14 +61,8 @@ int serve_until_stopped(const ServeOptions& options, const BackgroundTask& besid
   const auto files = std::make_shared<RemoteFiles>(file_options(options));
   ServedDatasets datasets(options.datasets, cache, files, options.readings);
   const CataloguePtr catalogue = datasets.read();
-  if (catalogue->size() == 0 && !options.readings && datasets.is_store_failing()) {
-    throw ExitError(kFailed, "No dataset can be read from its store; the lines above say why.");
-  }
-  if (catalogue->size() == 0 && !options.readings) {
-    throw ExitError(kNoDataset,
-                    "There is no dataset to serve; create one with: multitetra-server prepare "
-                    "VOLUME -o FILE.mtd");
-  }
+  std::atomic<bool> may_be_empty = options.readings != nullptr;
+  if (catalogue->size() == 0 && !may_be_empty) throw nothing_to_serve(datasets);
   server_with.metrics->reloaded("datasets", !datasets.is_complete());
   server_with.service.cache = cache;
   server_with.service.blocks = [files] { return state_of(files->counts()); };
@@ -62,16 +70,28 @@ int serve_until_stopped(const ServeOptions& options, const BackgroundTask& besid
   server_with.when_reloaded = [&rescan_task] { rescan_task->request(); };
   Server server(catalogue, server_with, listeners);
   // Reloading may take long with many datasets or slow disks, so it has its own thread.
-  CoalescingTask rescan([&] { rescan_datasets(server, datasets); });
+  std::atomic<int> code = kOk;
+  CoalescingTask rescan([&] {
+    const bool is_last = !may_be_empty;  // What is requested later is read once more.
+    if (!rescan_datasets(server, datasets) || !is_last) return;
+    const ExitError failure = nothing_to_serve(datasets);
+    log_line(LogLevel::kError, failure.what(), {});
+    code = failure.code();
+    server.stop();
+  });
   rescan_task = &rescan;
   std::shared_ptr<void> work;
   if (beside) {
     work = beside({.urls = server.urls(),
                    .read_again = [&rescan] { rescan.request(); },
-                   .stop = [&server] { server.stop(); }});
+                   .stop_if_empty =
+                       [&] {
+                         may_be_empty = false;
+                         rescan.request();
+                       }});
   }
   serve_with_log(server);
-  return kOk;
+  return code;
 }
 
 }  // namespace multitetra

@@ -17,8 +17,9 @@ struct OpenServer {
   // Reloads the folders of datasets on a separate thread. Callable from any thread, until the
   // background task has ended.
   std::function<void()> read_again;
-  // Ends the server at once. Callable from any thread, until the background task has ended.
-  std::function<void()> stop;
+  // Does the same, after which an empty list of datasets ends the server: no further one is being
+  // read.
+  std::function<void()> stop_if_empty;
 };
 
 // Starts work in the background. Called once, before the first connection is accepted; the result,

@@ -41,16 +41,12 @@ int serve(ServeOptions options) {
   } catch (const VolumeFileError& problem) {
     throw ExitError(kUsage, problem.what());
   }
-  const bool has_others = !options.datasets.empty();
-  const bool reads = queue->begin();
-  if (!reads && !has_others) return kUsage;
+  if (queue->begin()) options.readings = queue->readings();
   const std::vector<std::string>& prepared = queue->datasets();
   options.datasets.insert(options.datasets.end(), prepared.begin(), prepared.end());
-  if (reads) options.readings = queue->readings();
-  const int code = serve_until_stopped(options, [&](const OpenServer& server) {
-    return queue->run_behind(server.read_again, has_others ? std::function([] {}) : server.stop);
+  return serve_until_stopped(options, [&](const OpenServer& server) {
+    return queue->run_behind(server.read_again, server.stop_if_empty);
   });
-  return queue->has_failed() && !has_others ? kUsage : code;
 }
 
 }  // namespace

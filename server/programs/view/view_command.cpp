@@ -74,9 +74,8 @@ int view(const ViewArguments& arguments) {
     throw ExitError(kUsage, problem.what());
   }
   VolumeQueue& volumes = *made;
-  const bool reads = volumes.begin();
-  if (!reads && !volumes.has_datasets()) return kUsage;  // Every problem was printed.
   ServeOptions options;
+  if (volumes.begin()) options.readings = volumes.readings();
   options.listeners.tcp = "off";
   options.listeners.http = arguments.http;
   // The token keeps other users of this machine out, who can find the port.
@@ -89,8 +88,7 @@ int view(const ViewArguments& arguments) {
   options.listeners.ends_on_hangup = true;
   options.threads = arguments.threads;
   options.datasets = volumes.datasets();
-  if (reads) options.readings = volumes.readings();
-  const int code = serve_until_stopped(options, [&](const OpenServer& server) {
+  return serve_until_stopped(options, [&](const OpenServer& server) {
     const std::string address = local(server.urls.front());
     std::cout << "\n   " << styled(Style::kBold, address + "/" + fragment, STDOUT_FILENO) << "\n\n"
               << "   Serving until Ctrl-C." << std::endl;
@@ -98,10 +96,8 @@ int view(const ViewArguments& arguments) {
     if (!arguments.no_browser) {
       open_in_browser(address + std::string(kOpenPath) + opening->code());
     }
-    return volumes.run_behind(server.read_again,
-                              volumes.has_datasets() ? std::function([] {}) : server.stop);
+    return volumes.run_behind(server.read_again, server.stop_if_empty);
   });
-  return volumes.has_failed() && !volumes.has_datasets() ? kUsage : code;
 }
 
 }  // namespace

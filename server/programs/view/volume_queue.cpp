@@ -87,7 +87,6 @@ VolumeQueue::VolumeQueue(std::vector<std::string> inputs, VolumeQueueOptions opt
     : options_(std::move(options)), folders_(std::make_unique<Folders>(options_)) {
   std::vector<std::string> volumes;
   for (std::string& input : inputs) (is_prepared(input) ? datasets_ : volumes).push_back(input);
-  has_datasets_ = !datasets_.empty();
   if (!volumes.empty()) {
     for (PrepareArguments& one : preparations_of(volumes, options_.volume)) {
       one.outside = options_.outside;
@@ -186,7 +185,7 @@ void VolumeQueue::run(const std::stop_token& stop) {
     report([&] {
       has_prepared_all_ = true;
       reading_.reset();
-      if (!first_name_ && failed_) failed_();
+      if (finished_) finished_();
     });
     while (complete_next(stop)) report([] {});
   } catch (const PreparationStopped&) {  // The server has stopped.
@@ -207,11 +206,6 @@ std::optional<std::string> VolumeQueue::first() const {
   return reading_->name;
 }
 
-bool VolumeQueue::has_failed() const {
-  const std::lock_guard lock(mutex_);
-  return has_prepared_all_ && !first_name_;
-}
-
 ReadingsSource VolumeQueue::readings() const {
   return [this]() -> std::vector<DatasetReading> {
     const std::lock_guard lock(mutex_);
@@ -221,12 +215,12 @@ ReadingsSource VolumeQueue::readings() const {
 }
 
 std::shared_ptr<void> VolumeQueue::run_behind(std::function<void()> changed,
-                                              std::function<void()> failed) {
+                                              std::function<void()> finished) {
   const std::lock_guard lock(mutex_);
   changed_ = std::move(changed);
-  failed_ = std::move(failed);
+  finished_ = std::move(finished);
   if (has_news_) changed_();
-  if (has_prepared_all_ && !first_name_) failed_();
+  if (has_prepared_all_) finished_();
   return {this, [](VolumeQueue* queue) {
             queue->thread_.request_stop();
             queue->thread_.join();

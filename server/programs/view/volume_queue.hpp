@@ -48,30 +48,24 @@ class VolumeQueue {
   VolumeQueue(std::vector<std::string> inputs, VolumeQueueOptions options);
   ~VolumeQueue();
 
-  // Returns whether any input was already a dataset.
-  [[nodiscard]] bool has_datasets() const { return has_datasets_; }
-
   // Returns the paths of the datasets, including those not yet prepared.
   [[nodiscard]] const std::vector<std::string>& datasets() const { return datasets_; }
 
   // Begins to prepare samples, and then errors on threads that requests do not need. Returns when
-  // the first dataset is there, or after 0.3 s, so that a page opens soon. Returns false if nothing
-  // could be prepared. Prints failures to stderr.
+  // the first dataset is there, or after 0.3 s, so that a page opens soon. Returns false if every
+  // volume was tried already and none could be prepared. Prints failures to stderr.
   [[nodiscard]] bool begin();
 
   // Returns the first dataset's name, also while it is read; none if it is unknown yet.
   [[nodiscard]] std::optional<std::string> first() const;
 
-  // Returns whether all was tried and nothing could be prepared.
-  [[nodiscard]] bool has_failed() const;
-
   // Returns what is being read, as long as the queue exists.
   [[nodiscard]] ReadingsSource readings() const;
 
-  // Calls `changed` for every further dataset, and `failed` if none could be prepared, until the
-  // result is destroyed; that ends the work.
+  // Calls `changed` for every further dataset, and `finished` once all volumes were tried, until
+  // the result is destroyed; that ends the work.
   [[nodiscard]] std::shared_ptr<void> run_behind(std::function<void()> changed,
-                                                 std::function<void()> failed);
+                                                 std::function<void()> finished);
 
  private:
   class Folders;
@@ -94,7 +88,6 @@ class VolumeQueue {
   std::optional<DatasetInfo> first_;  // The first one prepared.
   std::unique_ptr<Folders> folders_;
   std::vector<std::string> datasets_;
-  bool has_datasets_ = false;
   // The first one is in progress.
   std::deque<PrepareArguments> waiting_;
   std::unique_ptr<Work> work_;
@@ -107,7 +100,7 @@ class VolumeQueue {
   std::optional<std::string> first_name_;  // The first prepared dataset.
   bool has_prepared_all_ = false;          // The samples of all volumes, as far as possible.
   bool has_news_ = false;                  // `changed_` was not called for them.
-  std::function<void()> changed_, failed_;
+  std::function<void()> changed_, finished_;
   std::jthread thread_;  // Ends before what it uses.
 };
 
