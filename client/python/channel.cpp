@@ -108,7 +108,7 @@ asio::awaitable<void> PythonChannel::send_all() {
 
 // An empty reason means that the other end wants no more.
 void PythonChannel::end(const std::string& reason) {
-  if (std::exchange(is_over_, true)) return;
+  if (is_over_.exchange(true)) return;
   channel_->close();
   changed_.notify_all();
   if (!reason.empty()) call(closed_, [&] { return py::str(reason); });
@@ -125,6 +125,7 @@ void define_channel(py::module_& module) {
                            static_cast<std::size_t>(bytes.size * bytes.itemsize)});
            })
       .def("taken", &PythonChannel::taken)
+      .def_property_readonly("is_open", &PythonChannel::is_open)
       .def("close", &PythonChannel::close);
 }
 

@@ -4,6 +4,7 @@
 
 #include <pybind11/pybind11.h>
 
+#include <atomic>
 #include <cstddef>
 #include <deque>
 #include <memory>
@@ -28,6 +29,8 @@ class PythonChannel {
   void send(std::string content);
   void taken(std::size_t bytes);
   void close();
+  // False when it was closed, or its connection has ended.
+  [[nodiscard]] bool is_open() const { return !is_over_; }
 
  private:
   static constexpr std::size_t kMostUntaken = std::size_t{8} << 20;
@@ -41,10 +44,10 @@ class PythonChannel {
   asio::io_context io_{1};
   std::unique_ptr<MessageChannel> channel_;
   AsyncEvent changed_;
+  std::atomic<bool> is_over_ = false;
   // In the thread alone:
   std::deque<std::string> outgoing_;
   std::size_t untaken_ = 0;
-  bool is_over_ = false;
   std::thread thread_;
 };
 

@@ -88,6 +88,7 @@ class Viewer(_Widget):
             for shown in self._shown_at:
                 shown.update(self._last_picture(), raw=True)
         elif kind == "open":
+            self._channels = {other: channel for other, channel in self._channels.items() if channel.is_open}
             self._channels[number] = _client.Channel(
                 self._address, self._ca or "", False,
                 lambda message: self.send({"channel": number, "kind": "message"}, [message]),

@@ -101,6 +101,9 @@ class ViewerOfNotebooks(unittest.TestCase):
             viewer._heard({"channel": 1, "kind": "message"}, [b"\xff" * 9])  # No message: the server says so, and ends.
             with has_changed:
                 self.assertTrue(has_changed.wait_for(lambda: any(content["kind"] == "closed" for content, _ in sent), 60), sent)
+            viewer._heard({"channel": 1, "kind": "taken", "bytes": 9}, [])  # Of a connection that has ended.
+            viewer._heard({"channel": 2, "kind": "open"}, [])
+            self.assertEqual(list(viewer._channels), [2], "those that have ended are kept")
         self.assertEqual({content["channel"] for content, _ in sent}, {1})
         folder = viewer._server._folder.name
         viewer.close()
