@@ -27,7 +27,7 @@ import { FileBlocks } from "../../../client/web/src/static/file_blocks";
 import { FileConversation } from "../../../client/web/src/static/file_conversation";
 import { unpacked } from "../../../client/web/src/static/packed_brick";
 import { PageDatasets } from "../../../client/web/src/static/page_datasets";
-import { openPrepared } from "../../../client/web/src/static/prepared_file";
+import { openPrepared, sectionChecksum } from "../../../client/web/src/static/prepared_file";
 import { RangedFile } from "../../../client/web/src/static/ranged_file";
 import { Assembler } from "../../../client/web/src/stream/assembler";
 import { manifestTile, shellModeOf } from "../../../client/web/src/stream/step_checks";
@@ -290,6 +290,35 @@ describe("StaticFiles", () => {
     expect(failureOf(old)).toBe('"old.mtd" is not a prepared dataset (.mtd) of release 1.');
   });
 
+  // A hostile file has the right checksums: what cannot be used is refused in a sentence, and nothing takes long.
+  test("SurviveForgedSections", async () => {
+    const checksum = await sectionChecksum();
+    const random = randomNumbers(11);
+    let refused = 0;
+    for (let round = 0; round < 120; ++round) {
+      const name = ["padded", "masked"][round % 2];
+      const bytes = forged(golden(`page_${name}.mtd`), random, checksum);
+      const address = serve(`forged${round}.mtd`, bytes);
+      const { messages, end } = conversation(address, 1 << 24);
+      const found = (await new PageDatasets(address).list().catch(() => []))[0]?.name ?? name;
+      const common = { requestId: 1n, dataset: found, coordinates: CoordinateSystem.INDEX };
+      await end.receive({ case: "openStream", value: create(OpenStreamSchema, { ...common, request: request(0.1) }) });
+      await end.receive({
+        case: "slice",
+        value: create(SliceSchema, { ...common, right: [1, 0, 0], down: [0, 1, 0], origin: [0, 0, 1], width: 40, height: 40 }),
+      });
+      await end.receive({ case: "probe", value: create(ProbeSchema, { ...common, places: [1, 1, 1] }) });
+      const errors = messages.flatMap((message) => (message.case === "error" ? [message.value.text] : []));
+      for (const text of errors)
+        expect(text).toMatch(
+          /^("forged\d+\.mtd" (is damaged|is not a prepared|ends too early|has a section)|Every eighth|The samples of a tile cannot be marched: some are infinite)/,
+        );
+      for (const text of errors) expect(text).not.toMatch(/undefined|Invalid|buffer|bounds|BigInt|length of/);
+      if (errors.length > 0) ++refused;
+    }
+    expect(refused).toBeGreaterThan(40);
+  });
+
   // A hostile file has the right checksums.
   test("SurviveDamagedFrames", async () => {
     const { offset, size, bytes } = firstFrame(golden("page_padded.mtd"));
@@ -315,4 +344,35 @@ function firstFrame(file: Uint8Array): { offset: number; size: number; bytes: nu
     (at) => file[at] === 2 && file[at + 1] === 1 && file[at + 3] === 2 && view.getUint32(at + 4, true) === 8192,
   )!;
   return { offset: found, size: view.getUint32(found + 12, true), bytes: view.getUint32(found + 4, true) };
+}
+
+function randomNumbers(seed: number): (below: number) => number {
+  let state = seed;
+  return (below) => (state = (state * 48271) % 0x7fffffff) % below;
+}
+
+// Changes a section, or where the table says that it lies, and corrects the checksums of both.
+function forged(file: Uint8Array, random: (below: number) => number, checksum: (bytes: Uint8Array) => bigint): Uint8Array {
+  const view = new DataView(file.buffer);
+  const end = 24 + 40 * view.getUint32(12, true);
+  const entry = 24 + 40 * random(view.getUint32(12, true));
+  const [offset, size] = [Number(view.getBigUint64(entry + 16, true)), Number(view.getBigUint64(entry + 24, true))];
+  const isMetadata = file[entry] === "m".charCodeAt(0);
+  if (random(3) === 0) {
+    const huge = [0n, 1n, 1n << 20n, 1n << 40n, (1n << 52n) + 1n, (1n << 64n) - 1n][random(6)];
+    view.setBigUint64(16, 1n << 53n, true); // The length of the file.
+    view.setBigUint64(entry + [16, 24][random(2)], huge, true);
+  } else if (isMetadata) {
+    const text = new TextDecoder().decode(file.subarray(offset, offset + size));
+    const numbers = [...text.matchAll(/-?\d+(\.\d+)?/g)];
+    const { index, 0: number } = numbers[random(numbers.length)];
+    const other = ["0", "-1", "1e9", "524289", "1e308", "null", '"x"', "[]"][random(8)].slice(0, number.length).padEnd(number.length);
+    file.set(new TextEncoder().encode(other), offset + index);
+  } else {
+    for (let i = 0; i < 3; ++i) file[offset + random(size)] ^= 1 + random(255);
+  }
+  const named = ["offset", "size"].map((_, i) => Number(view.getBigUint64(entry + 16 + 8 * i, true)));
+  view.setBigUint64(entry + 32, checksum(file.subarray(named[0], named[0] + named[1])), true);
+  view.setBigUint64(end, checksum(file.subarray(0, end)), true);
+  return file;
 }

@@ -9,7 +9,7 @@ import { cellExtent, coarseExtent, sizeOf } from "./level_extents";
 import { entryOf, unpacked } from "./packed_brick";
 import { RangedFile } from "./ranged_file";
 import { type SampleArray, sampleBytes, samplesOf } from "./sample_array";
-import { SampleBricks } from "./sample_bricks";
+import { indexBytes, SampleBricks } from "./sample_bricks";
 
 // What a surface is made from.
 export interface PreparedVolume {
@@ -34,6 +34,7 @@ const maxSections = 64;
 const maxMetadataBytes = 1 << 20;
 const pieceBytes = 1 << 18;
 const maxSamples = 2 ** 31; // Of `coarse` or `ranges`.
+const wrongSize = "it has another size than the metadata requires";
 const known = ["metadata", "bins", "specidx", "coarse", "ranges", "spectrum", "samples", "smplidx"];
 
 // Opens a dataset in two or three requests. Rejects with one sentence.
@@ -42,7 +43,13 @@ export async function openPrepared(address: string, store: BlockStore | null = n
   const blocks = new FileBlocks(file, store);
   const head = await file.read(0, firstBytes);
   blocks.add(0, head);
-  return new Opening(file, blocks, head, await createXXHash3()).open();
+  return new Opening(file, blocks, head, await sectionChecksum()).open();
+}
+
+// Returns the function for the checksums of the format.
+export async function sectionChecksum(): Promise<(bytes: Uint8Array) => bigint> {
+  const hash = await createXXHash3();
+  return (bytes) => BigInt(`0x${hash.init().update(bytes).digest("hex")}`);
 }
 
 class Opening {
@@ -54,19 +61,22 @@ class Opening {
     private readonly file: RangedFile,
     private readonly blocks: FileBlocks,
     private readonly head: Uint8Array,
-    private readonly hash: Awaited<ReturnType<typeof createXXHash3>>,
+    private readonly checksum: (bytes: Uint8Array) => bigint,
   ) {}
 
   async open(): Promise<PreparedVolume> {
     this.readTable();
     this.info = await this.readInfo();
-    await this.require("coarse", "ranges", "smplidx");
     const { info, file } = this;
-    const coarse = await this.readPieces("coarse", sizeOf(coarseExtent(info)));
-    const ranges = await this.readPieces("ranges", 2 * sizeOf(cellExtent(info)));
+    const [coarseSamples, rangeSamples] = [sizeOf(coarseExtent(info)), 2 * sizeOf(cellExtent(info))];
+    this.checkPieces("coarse", coarseSamples);
+    this.checkPieces("ranges", rangeSamples);
+    if (this.sections.get("smplidx")!.size !== indexBytes(info)) throw this.damaged("smplidx", wrongSize);
+    await this.require("coarse", "ranges", "smplidx");
+    const coarse = await this.readPieces("coarse", coarseSamples);
+    const ranges = await this.readPieces("ranges", rangeSamples);
     const index = this.readSection("smplidx");
-    const checksum = (bytes: Uint8Array) => this.checksum(bytes);
-    const bricks = new SampleBricks(info, this.sections.get("samples")!, index, this.blocks, checksum, (what) => this.damaged("samples", what));
+    const bricks = new SampleBricks(info, this.sections.get("samples")!, index, this.blocks, this.checksum, (what) => this.damaged("samples", what));
     return { info, coarse, ranges, bricks, file };
   }
 
@@ -133,12 +143,17 @@ class Opening {
     return bytes;
   }
 
+  // Before it is fetched: the table may state any size.
+  private checkPieces(name: string, samples: number): void {
+    const total = samples * sampleBytes(this.info.type);
+    const isLarge = this.sections.get(name)!.size > total + 4 * Math.ceil(total / pieceBytes);
+    if (samples > maxSamples || isLarge) throw this.damaged(name, wrongSize);
+  }
+
   private async readPieces(name: string, samples: number): Promise<SampleArray> {
     const { type } = this.info;
     const total = samples * sampleBytes(type);
     const packed = this.readSection(name);
-    if (samples > maxSamples || packed.length > total + 4 * Math.ceil(total / pieceBytes))
-      throw this.damaged(name, "it has another size than the metadata requires");
     const all = new Uint8Array(total);
     let at = 0;
     for (let done = 0; done < total; done += pieceBytes) {
@@ -152,10 +167,6 @@ class Opening {
     }
     if (at !== packed.length) throw this.damaged(name, "it has bytes after its last piece");
     return samplesOf(type, all);
-  }
-
-  private checksum(bytes: Uint8Array): bigint {
-    return BigInt(`0x${this.hash.init().update(bytes).digest("hex")}`);
   }
 
   private damaged(section: string, what: string): Error {

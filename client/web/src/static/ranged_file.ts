@@ -58,7 +58,12 @@ export class RangedFile {
   }
 
   get name(): string {
-    return `"${decodeURIComponent(new URL(this.address).pathname.split("/").at(-1)!)}"`;
+    const name = new URL(this.address).pathname.split("/").at(-1)!;
+    try {
+      return `"${decodeURIComponent(name)}"`;
+    } catch {
+      return `"${name}"`; // It has a percent sign alone.
+    }
   }
 
   private get host(): string {

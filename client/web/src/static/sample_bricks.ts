@@ -15,12 +15,22 @@ interface Place {
   checksum: number;
 }
 
+function brickCounts({ dims }: DatasetInfo): Vec3 {
+  return dims.map((n) => Math.ceil(n / brickSide)) as Vec3;
+}
+
+// Of the section that says where the bricks are.
+export function indexBytes(info: DatasetInfo): number {
+  const [x, y, z] = brickCounts(info);
+  return 8 * x * y * z;
+}
+
 export class SampleBricks {
   readonly counts: Vec3;
   private readonly places: Place[];
   private readonly unpacked = new Map<number, SampleArray>(); // The least recently required ones first.
 
-  // `index`: the bytes of its section. `damaged` makes an error.
+  // `index`: indexBytes() bytes. `damaged` makes an error.
   constructor(
     private readonly info: DatasetInfo,
     section: { offset: number; size: number },
@@ -29,9 +39,7 @@ export class SampleBricks {
     private readonly checksum: (bytes: Uint8Array) => bigint,
     private readonly damaged: (what: string) => Error,
   ) {
-    this.counts = info.dims.map((n) => Math.ceil(n / brickSide)) as Vec3;
-    const [x, y, z] = this.counts;
-    if (index.length !== 8 * x * y * z) throw damaged("their index has another size than the metadata requires");
+    this.counts = brickCounts(info);
     this.places = placesOf(this.counts, section, index);
     const last = this.places.reduce((end, { offset, size }) => Math.max(end, offset + size), section.offset);
     if (last !== section.offset + section.size) throw damaged("they do not fill it");
