@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # A mixed soak test of a server, and of a gateway in front of two servers. Good clients, whose meshes are all checked,
 # and readers of slices, values, 3D Tiles and sample shells run together with all kinds of misbehaving clients, while
-# tokens are revoked, certificates and tokens reloaded, datasets replaced, and servers killed and restarted. Fails when
-# a good client fails, when a process ends by itself, when there are more open files or threads at the end than halfway
+# tokens are revoked, certificates and tokens reloaded, datasets replaced, and servers killed and restarted. Another
+# server reads its dataset from a web server and keeps blocks in a folder, which others damage; one client's connections
+# are cut. Fails when a good client fails, when a process ends by itself, when there are more open files or threads at the end than halfway
 # (with caches already full), or when memory grows in the second half: the mean over the last quarter of the rounds is
 # compared with that over the quarter before. Prints a row of a table. Run it on an otherwise idle machine.
 #
@@ -16,7 +17,7 @@ programs=
 while [ $# -gt 0 ]; do
   case "$1" in
     --programs) programs=$(realpath "${2:?--programs needs a folder}"); shift ;;
-    -h | --help) sed -n '2,10s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    -h | --help) sed -n '2,12s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
     *[!0-9.]*) echo "Unknown word $1; see --help." >&2; exit 2 ;;
     *) minutes=$1 ;;
   esac
@@ -52,7 +53,7 @@ grep -v '^eve ' tokens >tokens.without
 limits=(--max-connections 400 --max-connections-per-address 350 --mesh-cache-bytes 16MiB --handshake-seconds 3
   --write-seconds 5 --log-level warning)
 limits_of_workers=(--queue-bytes 128MiB --cache-bytes 64MiB --max-waiting-seconds 120)
-a_port=$(free_port) b_port=$(free_port) gateway_port=$(free_port) http_port=$(free_port)
+a_port=$(free_port) b_port=$(free_port) gateway_port=$(free_port) http_port=$(free_port) remote_port=$(free_port)
 serve() { start "$1" "$server" serve served --tcp "127.0.0.1:$2" --http "$3" --tokens tokens "${limits[@]}" \
   "${limits_of_workers[@]}"; }
 serve steady "$(free_port)" "127.0.0.1:$http_port"; steady=$pid
@@ -61,11 +62,20 @@ serve b "$b_port" off; b=$pid
 start gateway "$programs/multitetra-gateway" --upstream "tcp://127.0.0.1:$a_port" --upstream "tcp://127.0.0.1:$b_port" \
   --tcp off --http "127.0.0.1:$gateway_port" "${limits[@]}"
 gateway=$pid
+mkdir stored
+cp served/head.mtd stored/
+start store python3 "$project/tests/support/serve_folder.py" stored
+until [ -s store.log ]; do sleep 0.1; done
+start remote "$server" serve "$(cut -d ' ' -f 1 store.log)/head.mtd" --cache-dir blocks --brick-bytes 256KiB --cache-bytes 1MiB \
+  --tcp off --http "127.0.0.1:$remote_port" --tokens tokens "${limits[@]}"
+remote=$pid
 is_there() {
   for _ in $(seq 600); do curl -sf "http://127.0.0.1:$1/readyz" >/dev/null && return; sleep 0.1; done
   fail "no server is ready at port $1"
 }
-is_there "$http_port"; is_there "$gateway_port"
+is_there "$http_port"; is_there "$gateway_port"; is_there "$remote_port"
+start proxy python3 "$project/tests/faults/cutting_proxy.py" "127.0.0.1:$http_port" --cuts 1000000000 --largest 8000 --count cuts
+proxy=$(url_of proxy tcp)
 
 # --- one round
 
@@ -127,6 +137,25 @@ if first.exists():
 first.write_text(found)
 EOF
 }
+# Writes one wrong byte into some of the cached blocks.
+damage() {
+  local i file
+  for i in $(seq 8); do
+    for file in $(find blocks -type f -size +9c | shuf -n 4); do
+      printf '\252' | dd of="$file" bs=1 seek=$((RANDOM * RANDOM % $(stat -c %s "$file"))) conv=notrunc status=none 2>/dev/null || true
+    done
+    sleep 1
+  done
+}
+# Fetches a surface over connections that are cut, and without cuts.
+over_cuts() {
+  local way isovalue=$((300 + RANDOM % 600))
+  for way in "ws://${proxy#tcp://}" "ws://127.0.0.1:$http_port"; do
+    "$programs/multitetra-client" fetch --server "$way" --token-file alice.token --dataset head --isovalue "$isovalue" --error 1 \
+      --retries 1000 --quiet -o cut.ply --report "cut_${way##*:}.json" || return 1
+  done
+  [ "$(value "cut_${proxy##*:}.json" steps -1 content_digest)" = "$(value "cut_$http_port.json" steps -1 content_digest)" ]
+}
 shake() {
   sleep 2
   kill -HUP "$steady" "$a" "$b" "$gateway"
@@ -169,6 +198,9 @@ while [ "$(date +%s)" -lt "$end" ] || [ "$round" -lt 2 ]; do
   jobs_of_round=()
   good good_steady "$http_port" & steady_good=$!
   good good_gateway "$gateway_port" & gateway_good=$!
+  good good_remote "$remote_port" & remote_good=$!
+  damage & jobs_of_round+=($!)
+  over_cuts >cut.log 2>&1 & cutting=$!
   for kind in stalled slow leaving garbage; do bad $kind "$http_port" 10 & jobs_of_round+=($!); done
   bad greedy "$http_port" 20 & jobs_of_round+=($!)
   bad hoarding "$http_port" 20 & jobs_of_round+=($!)
@@ -182,16 +214,18 @@ while [ "$(date +%s)" -lt "$end" ] || [ "$round" -lt 2 ]; do
   wait "$shaking" || fail "round $round: tokens or datasets could not be replaced"
   wait "$steady_good" || { fail "round $round: a client of the server failed"; cat good_steady.json good_steady.errors >&2; }
   wait "$gateway_good" || { fail "round $round: a client of the gateway failed"; cat good_gateway.json good_gateway.errors >&2; }
+  wait "$remote_good" || { fail "round $round: a client of the remote dataset failed"; cat good_remote.json good_remote.errors >&2; }
+  wait "$cutting" || { fail "round $round: a fetch over cut connections"; cat cut.log >&2; }
   wait "$reading" || { fail "round $round: slices, values or cells of HTTP"; cat readers.log >&2; }
   [ -z "$showing" ] || wait "$showing" || { fail "round $round: sample shells"; cat shells.log >&2; }
   for job in "${jobs_of_round[@]}"; do wait "$job" || true; done  # Their results do not matter.
-  for name in steady a b gateway; do
+  for name in steady a b gateway remote; do
     kill -0 "${!name}" 2>/dev/null || { fail "round $round: $name ended"; tail -50 $name.log >&2; }
   done
   [ "$failed" = 0 ] || exit 1
-  streams=$((streams + $(value good_steady.json streams complete) + $(value good_gateway.json streams complete)))
+  streams=$((streams + $(value good_steady.json streams complete) + $(value good_gateway.json streams complete) + $(value good_remote.json streams complete)))
   rest
-  for name in steady gateway; do
+  for name in steady gateway remote; do
     now=$(state_of "${!name}")
     echo "${now%% *}" >>"$name.memory"
     if [ -z "${before[$name]:-}" ] || [ "$(date +%s)" -lt "$halfway" ]; then before[$name]=$now; fi
@@ -213,7 +247,7 @@ late_means() {
 growth=1.05 slack=4
 if [ "$round" -lt 24 ] || grep -qE "MULTITETRA_SANITIZE:[A-Z]*=." "$programs/../CMakeCache.txt" 2>/dev/null; then growth=1.5 slack=64; fi
 
-for name in steady gateway; do
+for name in steady gateway remote; do
   read -r _ files threads <<<"$(state_of "${!name}")"
   read -r _ files_before threads_before <<<"${before[$name]}"
   read -r third last <<<"$(late_means $name)"
@@ -223,13 +257,13 @@ for name in steady gateway; do
   [ "$files" -le $((files_before + 16)) ] || fail "$name: $files open files, $files_before halfway"
   [ "$threads" -le $((threads_before + 2)) ] || fail "$name: $threads threads, $threads_before halfway"
 done
-for name in steady a b gateway; do
+for name in steady a b gateway remote; do
   grep -qE 'ERROR: AddressSanitizer|runtime error:|WARNING: ThreadSanitizer' $name.log &&
     { fail "$name: a sanitizer complains"; grep -A30 -E 'Sanitizer|runtime error:' $name.log | head -60 >&2; }
   ends_well $name "${!name}"
 done
 echo "$round rounds, $streams surfaces of good clients, every one checked."
 echo
-echo "| minutes | rounds | surfaces, all checked | server: MiB in the third quarter, in the last | gateway | failures |"
-echo "| --- | --- | --- | --- | --- | --- |"
-echo "| $minutes | $round | $streams | ${memory[steady]} | ${memory[gateway]} | $failed |"
+echo "| minutes | rounds | surfaces, all checked | server: MiB in the third quarter, in the last | gateway | remote dataset | cuts | failures |"
+echo "| --- | --- | --- | --- | --- | --- | --- | --- |"
+echo "| $minutes | $round | $streams | ${memory[steady]} | ${memory[gateway]} | ${memory[remote]} | $(cat cuts) | $failed |"
