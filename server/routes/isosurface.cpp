@@ -152,11 +152,17 @@ Result<RequestedFile> requested_file(const ResourceRequest& request) {
       .tag = {}};
   wanted.key = key_of_file(wanted.info, wanted.requests, wanted.form);
   bool is_known = wanted.info.content_id != 0;
-  if (wanted.scalars) {
-    const auto field = client_access.describe(wanted.scalars->dataset);
-    if (!field) return tl::unexpected(field.error());
-    const auto fits = check_same_world(*wanted.scalars, wanted.info, *field);
-    if (!fits) return tl::unexpected(fits.error());
+  std::optional<DatasetInfo> field;
+  for (const IsosurfaceRequest& one : wanted.requests) {
+    // The file may be cached for clients with other rights.
+    const auto accepted = client_access.accept(OpenStream{.dataset = wanted.info.name,
+                                                          .request = one,
+                                                          .steps = StepPolicy::kFinalOnly,
+                                                          .scalars = wanted.scalars});
+    if (!accepted) return tl::unexpected(accepted.error());
+    if (accepted->scalars) field = accepted->scalars->info();
+  }
+  if (field) {
     wanted.key += key_of_colors(wanted.form.colors, range_for(*wanted.scalars, *field), *field);
     is_known = is_known && field->content_id != 0;
   }

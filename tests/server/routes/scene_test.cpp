@@ -185,5 +185,24 @@ TEST_F(SceneTest, NamesInvalidParameters) {
   expect_refused("isovalue=1&color_by=height&colors=jet", "viridis");
 }
 
+// A file that was made for one client is cached for all.
+TEST(SceneRights, HoldForFilesThatAreCached) {
+  AccessRights meshes_alone("bob", {"*"});
+  meshes_alone.allow_surfaces_only();
+  auto access = std::make_shared<AccessList>();
+  access->add({.digest = digest_of_token("all"), .rights = AccessRights("alice", {"*"})});
+  access->add({.digest = digest_of_token("meshes"), .rights = meshes_alone});
+  RunningHttpServer server(ball_and_height(), {}, {.admission = {.access = access}});
+  HttpClient client(server.http());
+  const std::string file = "/v1/datasets/ball/isosurface?isovalue=0&error=0.5&color_by=height";
+  const auto made = client.get(file, "Authorization: Bearer all\r\n");
+  ASSERT_EQ(made.result_int(), 200U) << made.body();
+  const std::string mine = "Authorization: Bearer meshes\r\n";
+  EXPECT_EQ(client.get(file, mine).result_int(), 403U);
+  const std::string tag = std::string(made["ETag"]);
+  ASSERT_FALSE(tag.empty());
+  EXPECT_EQ(client.get(file, mine + "If-None-Match: " + tag + "\r\n").result_int(), 403U);
+}
+
 }  // namespace
 }  // namespace multitetra
