@@ -74,7 +74,7 @@ is_there() {
   fail "no server is ready at port $1"
 }
 is_there "$http_port"; is_there "$gateway_port"; is_there "$remote_port"
-start proxy python3 "$project/tests/faults/cutting_proxy.py" "127.0.0.1:$http_port" --cuts 1000000000 --largest 8000 --count cuts
+start proxy python3 "$project/tests/faults/cutting_proxy.py" "127.0.0.1:$http_port" --cuts 1000000000 --largest 30000 --count cuts
 proxy=$(url_of proxy tcp)
 
 # --- one round
