@@ -180,16 +180,15 @@ std::optional<CellBox> nonconstant_cells(const DatasetInfo& info,
     return nonconstant_box<Sample>(info, ranges);
   });
   if (!box) return std::nullopt;
-  const auto& [least, greatest, elsewhere] = *box;
-  if (info.outside && *info.outside != static_cast<double>(elsewhere)) return std::nullopt;
+  if (info.outside && *info.outside != static_cast<double>(box->elsewhere)) return std::nullopt;
   const CellBox all = spectrum_cells(info);
   const auto begin = [&](std::size_t axis, std::int32_t first_cell) {
     // The last grid step of a cell is the first one of the next cell.
-    const std::int32_t step = std::max(0, least[axis] + info.margin - kSpectrumReach - 1);
+    const std::int32_t step = std::max(0, box->least[axis] + info.margin - kSpectrumReach - 1);
     return std::max(first_cell, step / kSpectrumSpacing);
   };
   const auto end = [&](std::size_t axis, std::int32_t last_cell) {
-    const std::int32_t step = greatest[axis] + info.margin + kSpectrumReach;
+    const std::int32_t step = box->greatest[axis] + info.margin + kSpectrumReach;
     return std::min(last_cell, step / kSpectrumSpacing + 1);
   };
   return CellBox{.begin = {begin(0, all.begin.x), begin(1, all.begin.y), begin(2, all.begin.z)},
