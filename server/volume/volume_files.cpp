@@ -69,8 +69,9 @@ void make_rectangular(const fs::path& file, bool resample, StoredVolume& volume)
   volume.resampled = straighten(volume.header);
   volume.notices.push_back(
       "'" + without_password(file.string()) +
-      "': its axes are not at right angles to each other; it is resampled to " +
-      sides_text(volume.resampled->dims) + " samples on a rectangular grid.");
+      "': its axes are not at right angles to each other; --resample makes it a rectangular grid "
+      "of " +
+      sides_text(volume.resampled->dims) + " samples.");
 }
 
 // Returns the header of a volume after resampling.
@@ -175,6 +176,13 @@ StoredVolume open_stored(const fs::path& path, const std::optional<RawLayout>& r
   const VolumeFormat* const format = raw ? nullptr : &format_of(path);
   StoredVolume volume = raw ? open_raw(path, *raw) : format->open(path, choice);
   check_choice(path, format, choice, volume);
+  if (volume.header.components > 1 && !volume.component_of_time) {
+    const std::string count = std::to_string(volume.header.components);
+    volume.contents.entries.push_back({.kind = "components",
+                                       .name = count,
+                                       .detail = {},
+                                       .option = "--component, from 0, magnitude or luminance"});
+  }
   return volume;
 }
 

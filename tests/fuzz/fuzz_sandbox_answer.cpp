@@ -31,11 +31,11 @@ void read_header(std::string_view bytes) {
 }
 
 void read_contents(std::string_view bytes) {
-  const auto contents = checked_contents_from(bytes);
+  const auto contents = contents_from(bytes);
   if (!contents) return;
   const auto count = static_cast<std::size_t>(contents->times.count);
   require(contents->times.at.empty() || contents->times.at.size() == count);
-  require(checked_contents_from(contents_text(*contents)) == contents);
+  require(contents_from(contents_text(*contents)) == contents);
 }
 
 void read_answers(std::string_view bytes) {

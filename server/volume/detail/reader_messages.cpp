@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <set>
+#include <utility>
 
 #include "common/base/utf8.hpp"
 #include "common/dataset/physical_meaning.hpp"
@@ -90,16 +90,14 @@ std::optional<VolumeHeader> header_from(std::string_view bytes) {
   return is_whole && is_valid(header) ? std::optional(std::move(header)) : std::nullopt;
 }
 
-std::optional<VolumeContents> checked_contents_from(std::string_view text) {
-  try {
-    VolumeContents contents = contents_from(text);
-    SourceTimes& times = contents.times;
-    if (times.at.size() != static_cast<std::uint64_t>(times.count)) times.at.clear();
-    if (is_valid(contents)) return contents;
-  } catch (const std::exception&) {
-    return std::nullopt;
-  }
-  return std::nullopt;
+std::string contents_text(const VolumeContents& contents) { return packed_values(contents); }
+
+std::optional<VolumeContents> contents_from(std::string_view bytes) {
+  VolumeContents contents;
+  if (!unpack_all(bytes, contents)) return std::nullopt;
+  SourceTimes& times = contents.times;
+  if (times.at.size() != static_cast<std::uint64_t>(times.count)) times.at.clear();
+  return is_valid(contents) ? std::optional(std::move(contents)) : std::nullopt;
 }
 
 }  // namespace multitetra

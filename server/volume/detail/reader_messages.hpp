@@ -15,8 +15,9 @@ namespace multitetra {
 // Returns a header with all values in their ranges; nullopt for all other bytes.
 [[nodiscard]] std::optional<VolumeHeader> header_from(std::string_view bytes);
 
+[[nodiscard]] std::string contents_text(const VolumeContents& contents);
 // Returns contents as documented: times for each of them, labels of their own values, all names
 // valid; nullopt for all other bytes.
-[[nodiscard]] std::optional<VolumeContents> checked_contents_from(std::string_view text);
+[[nodiscard]] std::optional<VolumeContents> contents_from(std::string_view bytes);
 
 }  // namespace multitetra

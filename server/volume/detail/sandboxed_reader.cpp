@@ -181,7 +181,7 @@ class SandboxedVolume : public VolumeSource {
   }
 
   void take_contents(std::string_view text) {
-    auto contents = checked_contents_from(text);
+    auto contents = contents_from(text);
     if (!contents) refuse_answer();
     contents_ = *std::move(contents);
   }

@@ -112,7 +112,8 @@ NiftiHeader header_in(const std::string& beginning) {
     }
     header.type = bytes.at<std::int16_t>(70);
     header.offset = std::abs(static_cast<double>(bytes.at<float>(108)));
-    header.units = 2;  // mm
+    header.slope = static_cast<double>(bytes.at<float>(112));  // Of SPM; unused by others.
+    header.units = 2;                                          // mm
     header.in_two_files = true;
   } else if (is_version_1(beginning)) {
     const HeaderBytes bytes(beginning, *endian_of(beginning, kVersion1Bytes));
@@ -327,6 +328,11 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
     header.slope = nifti.slope;
     header.intercept = nifti.intercept;
     header.values.scaling = Basis::kStated;
+    if (is_analyze(beginning) && nifti.slope != 1) {
+      header.contradictions.push_back({Fact::kScaling, "its Analyze header has the scale factor " +
+                                                           rounded_text(nifti.slope) +
+                                                           ", as SPM writes it; it is applied"});
+    }
   }
   place(nifti, choice.resample, header);
   for (const std::int64_t dimension : {6, 7}) {

@@ -107,16 +107,7 @@ class NpyArrays : public ArrayContainer {
       all_["/" + path.stem().string()] = array_with(path, beginning);
       return;
     }
-    const std::unique_ptr<ObjectStore> archive = zip_store(path);
-    for (const std::string& name : archive->names("")) {
-      if (!name.ends_with(".npy") || all_.size() == kMaxSourceMembers) continue;
-      const auto bytes = archive->get_range(name, 0, kMaxHeaderBytes);
-      if (!bytes) continue;  // A folder.
-      NpyArray array = array_with(
-          path / name, std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size()));
-      array.entry = name;
-      all_["/" + name.substr(0, name.size() - 4)] = std::move(array);
-    }
+    add_entries(*zip_store(path), "", 0);
   }
 
   [[nodiscard]] const NpyArray& at(const std::string& name) const {
@@ -163,6 +154,24 @@ class NpyArrays : public ArrayContainer {
   }
 
  private:
+  // Adds the arrays of a folder in an archive.
+  void add_entries(ObjectStore& archive, const std::string& folder, int depth) {
+    constexpr int kDeepest = 8;
+    for (const std::string& inside : archive.names(folder)) {
+      const std::string name = folder + inside;
+      const bool is_array = name.ends_with(".npy") && all_.size() < kMaxSourceMembers;
+      const auto bytes = is_array ? archive.get_range(name, 0, kMaxHeaderBytes) : std::nullopt;
+      if (bytes) {
+        NpyArray array = array_with(
+            path_ / name, std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size()));
+        array.entry = name;
+        all_["/" + name.substr(0, name.size() - 4)] = std::move(array);
+      } else if (depth < kDeepest) {
+        add_entries(archive, name + "/", depth + 1);
+      }
+    }
+  }
+
   fs::path path_;
   std::map<std::string, NpyArray> all_;
 };

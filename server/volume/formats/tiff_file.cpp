@@ -13,6 +13,7 @@
 
 #include "common/base/text.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/plain_slices.hpp"
 #include "server/volume/formats/detail/tiff_description.hpp"
 #include "server/volume/formats/detail/tiff_pages.hpp"
 #include "server/volume/formats/endian.hpp"
@@ -70,35 +71,18 @@ class TiffSlices : public StoredSlices {
   ImageHeader header_;
 };
 
-// Images that follow each other in the file without directories of their own.
-class ImagesInOneDirectory : public StoredSlices {
- public:
-  ImagesInOneDirectory(const fs::path& path, std::uint64_t offset, Endian endian,
-                       std::vector<PageOfFile> images, const ImageHeader& header)
-      : file_(path), offset_(offset), endian_(endian), images_(std::move(images)), header_(header) {
-    const std::size_t last = std::ranges::max(images_, {}, &PageOfFile::page).page;
-    const std::uint64_t end = offset_ + (last + 1) * header_.slice_bytes();
-    if (end <= file_.size()) return;
-    fail_incomplete(path, "it ends too early: its images end at byte " + std::to_string(end) +
-                              ", but it has " + std::to_string(file_.size()) + " bytes");
+// The slices of images that follow each other in the file without directories of their own.
+std::unique_ptr<StoredSlices> images_in_one_directory(const fs::path& path, const TiffPages& tiff,
+                                                      const std::vector<PageOfFile>& images,
+                                                      const ImageHeader& header) {
+  SampleParts samples{.part_bytes = header.slice_bytes(),
+                      .endian = tiff.is_big_endian() ? Endian::kBig : Endian::kLittle};
+  for (const PageOfFile& image : images) {
+    samples.parts.push_back(
+        {.file = path, .offset = *tiff.plain_offset() + image.page * header.slice_bytes()});
   }
-
-  void read(std::size_t first, std::size_t count, std::byte* into) override {
-    const std::size_t slice = header_.slice_bytes();
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::span<std::byte> image(into + i * slice, slice);
-      file_.read(offset_ + images_[first + i].page * slice, image);
-      to_host_order(image, bytes_of(header_.type), endian_);
-    }
-  }
-
- private:
-  InputFile file_;
-  std::uint64_t offset_;
-  Endian endian_;
-  std::vector<PageOfFile> images_;  // The image of each slice.
-  ImageHeader header_;
-};
+  return slices_in_parts(std::move(samples), header);
+}
 
 TiffDescription plain_pages(std::int64_t count) {
   TiffDescription pages{.slices = count};
@@ -162,8 +146,30 @@ void place_pages(const TiffPages& tiff, const TiffDescription& description, Imag
       units[axis] = "mm";
     }
   }
-  set_box_axes(header, kNotStated, spacing);
+  StatedNumbers origin = kNotStated;
+  for (std::size_t axis = 0; axis < 3 && description.origin_sample; ++axis) {
+    if (spacing[axis]) origin[axis] = 0 - (*description.origin_sample)[axis] * *spacing[axis];
+  }
+  set_box_axes(header, origin, spacing);
   set_units_of_axes(header, units);
+}
+
+// Sets the values that numbers stand for, as ImageJ or GDAL state it.
+void scale_pages(const TiffPages& tiff, const TiffDescription& description, ImageHeader& header) {
+  const TiffPages::Scaling& by_tags = tiff.scaling();
+  if (header.type == StoredType::kF32 || header.type == StoredType::kF64) return;
+  if (const auto slope = description.slope ? description.slope : by_tags.slope) {
+    header.slope = *slope;
+    header.intercept = description.slope ? description.intercept : by_tags.intercept;
+    header.meaning.value_unit = description.value_unit;
+    header.values.scaling = Basis::kStated;
+  }
+  if (description.unread_function.empty() && !by_tags.differs) return;
+  header.contradictions.push_back(
+      {Fact::kScaling,
+       by_tags.differs ? "its channels have scales of their own (GDAL); they are read as stored"
+                       : "its values are calibrated by function " + description.unread_function +
+                             " of ImageJ, which is not read; its numbers are read as stored"});
 }
 
 std::vector<SourceField> fields_of_channels(const TiffDescription& description) {
@@ -238,10 +244,19 @@ StoredVolume open_pages(const fs::path& path, DescriptionText described, const V
     described.file = named_data_file(path, beside, choice.allow_external_files);
     described.text = ome_text_in(described.file);
   }
-  const TiffDescription description =
-      description_of(path, described.text, tiff, header, choice.series, is_slice, volume.notices);
+  const auto describe = [&] {
+    return description_of(path, described.text, tiff, header, choice.series, is_slice,
+                          volume.notices);
+  };
+  TiffDescription description = describe();
+  // Images after the first may be of another size and type.
+  if (description.image > 0 && description.files.empty() && description.pages[0] < tiff.count()) {
+    header = tiff.header(description.pages[0]);
+    description = describe();
+  }
   header.dims[2] = description.slices;
   place_pages(tiff, description, header);
+  scale_pages(tiff, description, header);
   check_header(path, header);
   volume.contents = {.times = description.times, .fields = fields_of_channels(description)};
   offer_images(path, "image", description.images, choice, volume);
@@ -265,9 +280,7 @@ StoredVolume open_pages(const fs::path& path, DescriptionText described, const V
           "its only page has " + std::to_string(all) + " images, which are compressed or in tiles",
           "Save it with a page for each image, or without compression");
     }
-    volume.slices = std::make_unique<ImagesInOneDirectory>(
-        path, *tiff.plain_offset(), tiff.is_big_endian() ? Endian::kBig : Endian::kLittle,
-        std::move(pages), header);
+    volume.slices = images_in_one_directory(path, tiff, pages, header);
     return volume;
   }
   for (const auto& [file, page] : pages) {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "common/dataset/display_window.hpp"
@@ -90,9 +91,19 @@ inline constexpr std::size_t kMaxSourceMembers = 32'768;  // Maximum members of 
 
 [[nodiscard]] bool have_layers(const std::vector<SourceLabel>& labels);
 
-// Convert contents to a text for another process, and back. contents_from() requires a result of
-// contents_text().
-[[nodiscard]] std::string contents_text(const VolumeContents& contents);
-[[nodiscard]] VolumeContents contents_from(std::string_view text);
+// For packed.hpp.
+inline auto fields(Label& label) { return std::tie(label.value, label.name, label.color); }
+inline auto fields(SourceTimes& times) { return std::tie(times.count, times.at, times.unit); }
+inline auto fields(SourceField& field) {
+  return std::tie(field.name, field.array, field.channel, field.components, field.color);
+}
+inline auto fields(SourceLabel& label) { return std::tie(label.label, label.stored, label.layer); }
+inline auto fields(SourceEntry& entry) {
+  return std::tie(entry.kind, entry.name, entry.detail, entry.option);
+}
+inline auto fields(VolumeContents& contents) {
+  return std::tie(contents.times, contents.fields, contents.labels, contents.entries,
+                  contents.unnamed, contents.recommended_isovalue, contents.display_window);
+}
 
 }  // namespace multitetra

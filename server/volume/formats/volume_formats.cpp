@@ -180,7 +180,7 @@ constexpr std::array kFormats = {
     VolumeFormat{.name = "HDF5",
                  .files = ".h5:/path, .mnc, .vtkhdf, .nxs, .emd",
                  .notes = "plain, MINC 2, VTKHDF, NXdata, EMD, openPMD, axistags, BigDataViewer, "
-                          "DREAM.3D; the filters of libhdf5, and LZF; --time, --channel",
+                          "DREAM.3D, ITK; the filters of libhdf5, and LZF; --time, --channel",
                  .open = open_hdf5,
                  .is_beginning = is_hdf5,
                  .suffixes = ".h5 .hdf5 .nc",

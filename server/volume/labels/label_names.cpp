@@ -7,7 +7,6 @@
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include "common/base/open_file.hpp"
@@ -19,8 +18,6 @@
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
-
-inline auto fields(Label& label) { return std::tie(label.value, label.name, label.color); }
 
 namespace {
 

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <iostream>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <string>
@@ -169,10 +170,25 @@ void expect_read(const Fields& fields) {
       volume.samples);
 }
 
+// "dims=8:1:1": that many bytes at the end of the file.
+std::optional<RawLayout> layout_from(const std::string& path, const std::string& options) {
+  const std::size_t at = options.find("dims=");
+  if (at == std::string::npos) return std::nullopt;
+  const Vec3 dims = vector_from(options.substr(at + 5, options.find(',', at) - at - 5));
+  RawLayout layout{.header_bytes = fs::file_size(path)};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    layout.dims[axis] = static_cast<std::int32_t>(dims[axis]);
+  }
+  layout.header_bytes -= static_cast<std::uint64_t>(dims[0] * dims[1] * dims[2]);
+  return layout;
+}
+
 // Returns the reason why a volume is not read; empty if it is.
 std::string refusal(const std::string& path, const std::string& options) {
   try {
-    (void)read_volume(path, {.choice = choice_from(options), .placement = placement_from(options)});
+    (void)read_volume(path, {.raw = layout_from(path, options),
+                             .choice = choice_from(options),
+                             .placement = placement_from(options)});
     return {};
   } catch (const VolumeFileError& problem) {
     return problem.what();
@@ -200,6 +216,7 @@ std::string with_remedies(const std::string& reason, std::string options) {
       {"--spacing", "spacing=1:1:1"},
       {"--origin", "origin=0:0:0"},
       {"--length-unit", "unit=mm"},
+      {"--dims", "dims=2:2:2"},
       {"--allow-loss", "loss"},
       {"--subtract",
        "subtract=" + reason.substr(std::min(reason.find("--subtract") + 11, reason.size()))},

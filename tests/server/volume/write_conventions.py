@@ -21,6 +21,17 @@ def hdf5_file(name):
     return h5py.File(folder / name, "w")
 
 
+def itk():
+    """As ITK's HDF5ImageIO writes images: a row of Directions for each axis."""
+    cosines = numpy.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
+    for name, data in (("itk", volume), ("itk-vectors", numpy.stack([volume * 0, volume], axis=-1))):
+        with hdf5_file(f"{name}.h5") as file:
+            image = file.create_group("ITKImage/0")
+            image["VoxelData"], image["Directions"], image["Spacing"], image["Origin"] = data, cosines * 1.0, [0.5, 1.5, 2.0], [1.0, 2.0, 3.0]
+        read(name, folder / f"{name}.h5", volume, origin=(1, 2, 3), steps=((0, 0.5, 0), (0, 0, 1.5), (2, 0, 0)),
+             options="component=1" if data is not volume else "")
+
+
 def minc():
     """MINC 2 by h5py and, if there is minc-tools, MINC 1 and 2 by rawtominc."""
     lps = {"origin": (10, 20, -30), "steps": ((-0.5, 0, 0), (0, -1.5, 0), (0, 0, 2)), "unit": "mm"}
@@ -451,7 +462,7 @@ def n5():
     read("n5-only-array", folder / "group.n5", volume, steps=diagonal(0.5, 1.5, 2))
 
 
-run_with_packages(minc, vtkhdf, nexus, emd, openpmd, axistags, big_data_viewer, dream3d, netcdf)
+run_with_packages(itk, minc, vtkhdf, nexus, emd, openpmd, axistags, big_data_viewer, dream3d, netcdf)
 xarray()
 ome()
 n5()

@@ -131,7 +131,7 @@ def bits():
     def run_lengths(i, data):
         stored(15, 1, packed << 4 | 5)(i, data)
         data.compress("1.2.840.10008.1.2.5")
-    refuse("bits-rle", slices("bits-rle", run_lengths), "Decompress it first")
+    read("bits-rle", slices("bits-rle", run_lengths), signed, **PLACE)
 
 
 def ultrasound():
@@ -157,6 +157,18 @@ def ultrasound():
     unknown = {**place, "steps": diagonal(1, 1, 2)}
     read("us-two", one_file("us-two", frames(plane, region(0.1, 0.1)), kind), volume, notice="several distances", **unknown)
     read("us-motion", one_file("us-motion", frames(motion), kind), volume, notice="no distances in a plane", **unknown)
+    # Frames with places in a space of the volume, which is not that of a patient.
+    def enhanced(data):
+        from pydicom.sequence import Sequence
+        data.Modality, data.UltrasoundAcquisitionGeometry = "US", "APEX"
+        del data.PixelSpacing
+        data.SharedFunctionalGroupsSequence = items(
+            PixelMeasuresSequence=items(PixelSpacing=[1.5, 0.5], SliceThickness=9),
+            PlaneOrientationVolumeSequence=items(ImageOrientationVolume=[0.0, 1.0, 0.0, 0.0, 0.0, 1.0]))
+        data.PerFrameFunctionalGroupsSequence = Sequence(
+            items(PlanePositionVolumeSequence=items(ImagePositionVolume=[10.0 + 2 * i, 20.0, 30.0]))[0] for i in range(5))
+    read("us-enhanced", one_file("us-enhanced", enhanced, "1.2.840.10008.5.1.4.1.1.6.2"), volume, origin=(10, 20, 30),
+         steps=((0, 0.5, 0), (0, 0, 1.5), (2, 0, 0)), unit="mm", notice="!no positions")
     read("us-both", one_file("us-both", frames(region(0.1, 0.1), PixelSpacing=[1.5, 0.5]), kind), volume, notice="than PixelSpacing", **place)
 
 

@@ -42,6 +42,10 @@ def tiff():
     refuse("ome-third", path, "it has no image 3", options="series=3", remedy="series=1")
     path = ome_file("follow.ome.tif", [(title, size, "<TiffData/>") for title, size, _ in images], both)
     read("ome-follow", path, second, options="series=2", **place)
+    with tifffile.TiffWriter(folder / "types.ome.tif") as out:  # The second image has another size and type.
+        for data in (volume, second.astype("<f4")[:3, :4]):
+            out.write(data, metadata={"axes": "ZYX"})
+    read("ome-other-type", folder / "types.ome.tif", second[:3, :4], options="series=2")
     for name, depth in (("missing", ""), ("zero", 'PhysicalSizeZ="0"'), ("nan", 'PhysicalSizeZ="NaN"')):
         path = ome_file(f"{name}.ome.tif", [("", f'PhysicalSizeX="0.3" PhysicalSizeY="0.4" {depth}', "<TiffData/>")], volume)
         read(f"ome-z-{name}", path, volume, notice="states no spacing along z", steps=diagonal(0.3, 0.4, 1), unit="µm")
@@ -59,6 +63,20 @@ def tiff():
     path = folder / "negative.tif"
     tifffile.imwrite(path, volume, imagej=True, resolution=(2, 2), metadata={"spacing": -3.0, "unit": "um", "axes": "ZYX"})
     read("imagej-negative", path, volume, steps=diagonal(0.5, 0.5, 3), unit="µm")
+
+    calibration = {"axes": "ZYX", "spacing": 3.0, "unit": "um", "cf": 0, "c0": -1000.0, "c1": 0.5, "vunit": "HU", "xorigin": 3, "zorigin": 1}
+    path = folder / "calibrated.tif"
+    tifffile.imwrite(path, volume, imagej=True, resolution=(2, 2), metadata=calibration)
+    read("imagej-calibrated", path, volume * 0.5 - 1000, origin=(-1.5, 0, -3), steps=diagonal(0.5, 0.5, 3), unit="µm")
+    path = folder / "function.tif"
+    tifffile.imwrite(path, volume, imagej=True, metadata={"axes": "ZYX", "cf": 8, "c0": 1, "c1": 2})
+    read("imagej-function", path, volume, notice="function 8 of ImageJ, which is not read")
+    items = '<GDALMetadata><Item name="SCALE" sample="0" role="scale">0.25</Item><Item name="OFFSET" sample="0" role="offset">7</Item>{}</GDALMetadata>'
+    for name, more, expected, notice in (("one", "", volume * 0.25 + 7, ""),
+                                         ("two", '<Item sample="1" role="scale">2</Item>', volume, "scales of their own (GDAL)")):
+        path = folder / f"scale-{name}.tif"
+        tifffile.imwrite(path, volume, metadata=None, photometric="minisblack", extratags=[(42112, "s", 0, items.format(more), True)])
+        read(f"gdal-scale-{name}", path, expected, notice=notice)
 
     # One directory, followed by the samples of all images.
     hyper = numpy.stack([volume, second], axis=1)  # Z, C, Y, X
@@ -93,7 +111,7 @@ def tiff():
     refuse("tiff-other-compression", folder / "codec.tif", "not implemented). Save it with another compression")
     path = stk("short.stk.tif", volume)
     path.write_bytes(path.read_bytes()[:-1])
-    refuse("metamorph-short", path, "its images end at byte")
+    refuse("metamorph-short", path, "it ends too early")
     data = bytearray(stk("unknown.tif", numpy.tile(volume, (12, 1, 1)), unit="pixel").read_bytes())
     at = data.index(struct.pack("<HH", 33629, 5))
     data[at:at + 4] = struct.pack("<HH", 65000, 5)  # Another tag.
@@ -237,7 +255,7 @@ def mrc():
                 high = min(low + 1, 7)
                 rows[k, :, i] = stack[k, :, low] + (at - low) * (stack[k, :, high] - stack[k, :, low])
     read("mrc-oblique-resampled", path, rows, options="resample", origin=(-2, 0, 0), steps=diagonal(1, 1, math.sqrt(0.75)), unit="Å",
-         notice="resampled")
+         notice="--resample makes")
 
 
 # ---- VTK

@@ -73,7 +73,7 @@ def dicom():
     filled = volume.astype("f4").copy()
     filled[3] = (filled[2] + filled[4]) / 2
     read("enhanced-gap-resampled", enhanced("gap", [0, 1, 2, 4, 5]), filled, options="resample",
-         notice="resampled to 6 slices", **place)
+         notice="--resample makes them 6 slices", **place)
 
     # One image per file.
     def slices(name, places, kind=None, syntax=LITTLE, pack=None):
@@ -274,9 +274,12 @@ def npy():
         read(f"npz-one-{name}", folder / f"one-{name}.npz", volume)
         save(folder / f"two-{name}.npz", a=volume, b=numpy.stack([volume * 0, volume.astype(">i4")]))
         path = folder / f"two-{name}.npz"
-        refuse(f"npz-two-{name}", path, "it has 2 arrays: /a, /b", remedy="array=a")
+        refuse(f"npz-two-{name}", path, "it has 3 arrays: /a, /b, /group/inner/c", remedy="array=/group/inner/c")
         read(f"npz-time-{name}", path, volume, options="array=b,time=1")
-        refuse(f"npz-third-{name}", path, "Its arrays are a, b", options="array=c")
+        with zipfile.ZipFile(path, "a") as archive:
+            archive.write(folder / "c.npy", "group/inner/c.npy")
+        read(f"npz-group-{name}", path, volume, options="array=group/inner/c")
+        refuse(f"npz-third-{name}", path, "Its arrays are a, b, group/inner/c", options="array=c")
     refuse("npz-type", folder / "one-stored.npz", "'<c16'", options="array=complex")
     data = (folder / "two-stored.npz").read_bytes()
     at = data.index(volume.tobytes())
@@ -386,6 +389,9 @@ def small_ones():
     read("counts-gz", write("counts.dat.gz", gzip.compress(counts + high.tobytes())), high)
     read("counts-before-gz", write("before.dat", counts + gzip.compress(high.tobytes())), high)
 
+    refuse("raw-unknown", write("unknown.raw", bytes(range(200))), "the layout of raw samples with --dims")
+    refuse("raw-other-size", write("raw_8x6x5_uint8.raw", bytes(200)), "Give the layout with --dims")
+
     # Analyze and two-file NIfTI, opened by the samples' file.
     for name, mark in (("analyze", b""), ("pair", b"ni1\0")):
         hdr = bytearray(348)
@@ -400,6 +406,10 @@ def small_ones():
         write(f"{name}.img", volume.tobytes())
         for suffix in ("hdr", "img"):
             read(f"{name}-{suffix}", folder / f"{name}.{suffix}", volume, steps=diagonal(1, 2, 3), unit="mm")
+        struct.pack_into("<f", hdr, 112, 0.25)  # Of SPM and NIfTI.
+        path = write(f"scaled-{name}.hdr", bytes(hdr))
+        write(f"scaled-{name}.img", volume.tobytes())
+        read(f"{name}-scaled", path, volume * 0.25, steps=diagonal(1, 2, 3), unit="mm", notice="" if mark else "scale factor 0.25")
 
     lines = "NRRD0004\ntype: int16\ndimension: 3\nsizes: 9 7 6\nencoding: {}\nendian: little\n\n"
     packed = gzip.compress(volume.tobytes())

@@ -57,7 +57,7 @@ def dicom_series():
             step = heights[-1] / intervals
             values = numpy.apply_along_axis(
                 lambda line: numpy.interp(numpy.arange(intervals + 1) * step, heights, line), 0, values)
-            notice = "resampled to"
+            notice = "--resample makes"
         expect_read(v.name, folder / v.name, values, origin, [row * sx, column * sy, normal * step], "mm", notice, "resample")
 
 

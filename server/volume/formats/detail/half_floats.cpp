@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstring>
-#include <limits>
 #include <utility>
 
 namespace multitetra {
@@ -31,33 +29,21 @@ class SlicesOfHalves : public StoredSlices {
 }  // namespace
 
 float float_from_half(std::uint16_t half) {
-  const int exponent = half >> 10 & 31;
-  const int fraction = half & 1023;
-  float size = 0;
-  if (exponent == 31) {
-    size = fraction == 0 ? std::numeric_limits<float>::infinity()
-                         : std::numeric_limits<float>::quiet_NaN();
-  } else if (exponent == 0) {
-    size = std::ldexp(static_cast<float>(fraction), -24);
-  } else {
-    size = std::ldexp(static_cast<float>(fraction + 1024), exponent - 25);
-  }
-  return (half & 0x8000) != 0 ? -size : size;
+  // The exponents of halves are biased by 15, those of floats by 127.
+  const std::uint32_t bits = (half & 0x7FFFU) << 13;
+  const bool is_finite = (half & 0x7C00U) != 0x7C00U;
+  const float size =
+      is_finite ? std::bit_cast<float>(bits) * 0x1p112F : std::bit_cast<float>(bits | 0x7F800000U);
+  return (half & 0x8000U) != 0 ? -size : size;
 }
 
 std::vector<std::byte> floats_from_halves(std::span<const std::byte> halves) {
-  static const std::vector<float> kFloats = [] {
-    std::vector<float> all(65536);
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      all[i] = float_from_half(static_cast<std::uint16_t>(i));
-    }
-    return all;
-  }();
   std::vector<std::byte> floats(halves.size() * 2);
   for (std::size_t i = 0; i < halves.size() / 2; ++i) {
     std::uint16_t half = 0;
     std::memcpy(&half, halves.data() + 2 * i, sizeof(half));
-    std::memcpy(floats.data() + 4 * i, &kFloats[half], sizeof(float));
+    const float number = float_from_half(half);
+    std::memcpy(floats.data() + 4 * i, &number, sizeof(number));
   }
   return floats;
 }

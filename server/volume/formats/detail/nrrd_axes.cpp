@@ -34,10 +34,12 @@ std::optional<std::size_t> time_axis(const NrrdHeader& header, bool has_componen
     if (!may_be_time || (has_components && kind != "time")) return std::nullopt;
     others.push_back(axis);
   }
-  if (others.empty()) {
-    const std::vector<std::string> directions = header.axis_words("space directions", 4);
-    for (std::size_t axis = 0; axis < directions.size(); ++axis) {
-      if (directions[axis] == "none") others.push_back(axis);
+  for (const auto& [field, word] :
+       {std::pair{"space directions", "none"}, std::pair{"spacings", "nan"}}) {
+    if (!others.empty()) break;
+    const std::vector<std::string> words = header.axis_words(field, 4);
+    for (std::size_t axis = 0; axis < words.size(); ++axis) {
+      if (lower_case(words[axis]) == word) others.push_back(axis);
     }
   }
   if (others.empty()) others.push_back(3);

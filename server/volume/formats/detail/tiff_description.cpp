@@ -193,6 +193,34 @@ std::vector<std::string> files_of(const XmlElement& ome) {
   return {names.begin(), names.end()};
 }
 
+// ImageJ's calibration: a line (0), no function (20), or others.
+void set_calibration(const Values& values, TiffDescription& description) {
+  const std::string function = text_of_value(values, "cf");
+  const auto slope = finite_number(text_of_value(values, "c1"));
+  const auto intercept = finite_number(text_of_value(values, "c0"));
+  if (function.empty() || function == "20") return;
+  if (function == "0" && slope && intercept && *slope != 0 && text_of_value(values, "c2").empty()) {
+    description.slope = slope;
+    description.intercept = *intercept;
+    description.value_unit = unit_from(text_of_value(values, "vunit"));
+  } else {
+    description.unread_function = function;
+  }
+}
+
+// In samples; what is not stated is 0.
+std::optional<Vec3> imagej_origin(const Values& values) {
+  Vec3 origin{};
+  bool is_stated = false;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto number =
+        finite_number(text_of_value(values, std::string(1, "xyz"[axis]) + "origin"));
+    is_stated = is_stated || number;
+    origin[axis] = number.value_or(0);
+  }
+  return is_stated ? std::optional(origin) : std::nullopt;
+}
+
 }  // namespace
 
 Result<TiffDescription> parse_imagej_description(std::string_view text) {
@@ -221,6 +249,8 @@ Result<TiffDescription> parse_imagej_description(std::string_view text) {
   // ImageJ uses the absolute value.
   const std::optional<double> spacing = finite_number(text_of_value(values, "spacing"));
   if (spacing && *spacing != 0) description.spacing[2] = std::abs(*spacing);
+  description.origin_sample = imagej_origin(values);
+  set_calibration(values, description);
   if (const auto done = order_pages(description, "CZT"); !done) return tl::unexpected(done.error());
   return description;
 }

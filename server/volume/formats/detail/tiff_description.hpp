@@ -30,6 +30,14 @@ struct TiffDescription {
   std::array<std::string, 3> units = {};              // Of the axes; empty if unknown.
   // The resolution counts pixels per unit.
   bool resolution_is_spacing = false;
+  // The sample at the world's origin, counted in samples along x, y, z.
+  std::optional<Vec3> origin_sample = std::nullopt;
+  // value = slope * stored + intercept, in this unit.
+  std::optional<double> slope = std::nullopt;
+  double intercept = 0;
+  std::string value_unit = {};
+  // The function of a calibration that is not a line; empty if there is none.
+  std::string unread_function = {};
   std::vector<TiffChannel> described_channels = {};  // Empty, or one per channel.
   // Slice z, channel c and time t are page pages[(t * channels + c) * slices + z].
   std::vector<std::size_t> pages = {};

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstring>
 #include <limits>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -17,6 +18,7 @@
 #include "server/volume/formats/detail/half_floats.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/detail/numbered_files.hpp"
+#include "server/volume/formats/detail/xml_document.hpp"
 #include "server/volume/formats/endian.hpp"
 
 namespace multitetra {
@@ -172,6 +174,12 @@ bool has_type(TIFF* tiff, std::uint32_t tag, TIFFDataType type) {
   return field != nullptr && TIFFFieldDataType(field) == type;
 }
 
+std::string text_of_tag(TIFF* tiff, std::uint32_t tag) {
+  if (!has_type(tiff, tag, TIFF_ASCII)) return {};
+  const std::span<const char> text = values_of<char>(tiff, tag);
+  return std::string(text.begin(), std::find(text.begin(), text.end(), '\0'));
+}
+
 // MetaMorph: pairs of a kind and a value, which is an offset for fractions and texts; three
 // fractions for each image of a stack, of which the first is a distance.
 constexpr std::uint32_t kUic1Tag = 33628;
@@ -228,11 +236,31 @@ void add_geotiff(TIFF* tiff, TiffPages::Placement& placement) {
       placement.spacing[axis] = stated_spacing(scale[axis]);
     }
   }
-  if (!has_type(tiff, kNoDataTag, TIFF_ASCII)) return;
-  const std::span<const char> text = values_of<char>(tiff, kNoDataTag);
-  placement.missing =
-      finite_number(trimmed(std::string_view(text.data(), text.size())
-                                .substr(0, std::string_view(text.data(), text.size()).find('\0'))));
+  placement.missing = finite_number(trimmed(text_of_tag(tiff, kNoDataTag)));
+}
+
+// GDAL: <Item name="SCALE" sample="0" role="scale">0.5</Item>
+TiffPages::Scaling gdal_scaling(TIFF* tiff) {
+  constexpr std::uint32_t kMetadataTag = 42112;
+  TiffPages::Scaling scaling;
+  const std::string text = text_of_tag(tiff, kMetadataTag);
+  const Result<XmlElement> xml = text.empty() ? Result<XmlElement>() : parse_xml(text);
+  if (!xml) return scaling;
+  std::set<std::pair<std::string, std::string>> numbers;
+  for (const XmlElement* const item : xml->all("Item")) {
+    const std::string role = item->attribute("role");
+    const auto number = finite_number(item->text);
+    if ((role != "scale" && role != "offset") || !number) continue;
+    numbers.emplace(role, item->text);
+    if (role == "offset") scaling.intercept = *number;
+    if (role == "scale" && *number != 0) scaling.slope = number;
+  }
+  if (!numbers.empty() && !scaling.slope) scaling.slope = 1;
+  if (numbers.size() > 2 ||
+      (numbers.size() == 2 && numbers.begin()->first == numbers.rbegin()->first)) {
+    scaling = {.differs = true};
+  }
+  return scaling;
 }
 
 // MetaMorph's tag UIC2 has as many entries as the stack has images, of which the strips are the
@@ -277,6 +305,7 @@ TiffPages::TiffPages(std::filesystem::path file) : file_(std::move(file)) {
   resolution_.unit_mm = unit == RESUNIT_INCH ? 25.4 : unit == RESUNIT_CENTIMETER ? 10 : 0;
   add_metamorph(InputFile(file_), tiff, placement_);
   add_geotiff(tiff, placement_);
+  scaling_ = gdal_scaling(tiff);
   plain_offset_ = plain_offset_of(tiff);
   images_in_first_ = images_in_directory(tiff);
   std::uint16_t count = 0;

@@ -47,6 +47,13 @@ class TiffPages {
     std::optional<double> missing = std::nullopt;
   };
   [[nodiscard]] const Placement& placement() const { return placement_; }
+  // value = slope * stored + intercept, by GDAL.
+  struct Scaling {
+    std::optional<double> slope = std::nullopt;
+    double intercept = 0;
+    bool differs = false;  // Each component has its own.
+  };
+  [[nodiscard]] const Scaling& scaling() const { return scaling_; }
   // Images that the first directory has by its tags: of MetaMorph stacks, or its ImageDepth.
   [[nodiscard]] std::int64_t images_in_first() const { return images_in_first_; }
   // Whether the file has directories that are not pages: reduced copies, or those of other tags.
@@ -67,6 +74,7 @@ class TiffPages {
   std::string description_;
   Resolution resolution_;
   Placement placement_;
+  Scaling scaling_;
   std::optional<std::uint64_t> plain_offset_;
   std::int64_t images_in_first_ = 1;
   bool has_other_directories_ = false;

@@ -410,7 +410,9 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
   header.dims = {first.size[0], first.size[1], static_cast<std::int64_t>(stack.size())};
   header.type = rescale ? StoredType::kF32 : first.type;
   header.components = first.components;
-  header.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = first.value_unit};
+  header.meaning = {.space = first.is_in_own_space ? WorldSpace::kUnnamed : WorldSpace::kLps,
+                    .length_unit = "mm",
+                    .value_unit = first.value_unit};
   header.values.scaling = first.has_rescale ? Basis::kStated : Basis::kAssumed;
   if (first.has_value_table) {
     header.contradictions.push_back({Fact::kScaling,

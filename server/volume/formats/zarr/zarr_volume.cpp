@@ -5,15 +5,17 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "common/base/json.hpp"
+#include "server/store/http_store.hpp"
 #include "server/volume/formats/arrays/array_volume.hpp"
+#include "server/volume/formats/detail/zip_store.hpp"
 #include "server/volume/formats/zarr/detail/chunked_slices.hpp"
 #include "server/volume/formats/zarr/detail/n5_placement.hpp"
 #include "server/volume/formats/zarr/detail/ome_image.hpp"
-#include "server/volume/formats/zarr/detail/volume_objects.hpp"
 #include "server/volume/formats/zarr/detail/zarr_container.hpp"
 #include "server/volume/formats/zarr/detail/zarr_contents.hpp"
 
@@ -124,12 +126,20 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
   return stored;
 }
 
+// Opens the files below a folder, in a zip archive, or below an address.
+std::shared_ptr<ObjectStore> objects_of(const std::string& place, bool allow_external_files) {
+  if (is_address(place)) return http_store(place, {.allow_other_hosts = allow_external_files});
+  std::error_code error;
+  if (std::filesystem::is_directory(place, error)) return folder_store(place, allow_external_files);
+  return zip_store(place);
+}
+
 bool has_metadata(ObjectStore& store) {
   std::exception_ptr refusal;
   for (const char* key : {"zarr.json", ".zarray", ".zgroup", ".zattrs", "attributes.json"}) {
     try {
       if (text_of(store, key)) return true;
-    } catch (const InaccessibleObject&) {
+    } catch (const StoreAccessDenied&) {
       if (!refusal) refusal = std::current_exception();
     }
   }
@@ -140,24 +150,28 @@ bool has_metadata(ObjectStore& store) {
 }  // namespace
 
 bool is_zarr(const std::string& place, bool allow_external_files) {
-  return has_metadata(*volume_objects(place, allow_external_files));
+  try {
+    return has_metadata(*objects_of(place, allow_external_files));
+  } catch (const StoreError& problem) {
+    throw VolumeFileError(problem.what());
+  }
 }
 
 StoredVolume open_zarr(const std::string& place, const VolumeChoice& choice) {
-  std::shared_ptr<ObjectStore> store = volume_objects(place, choice.allow_external_files);
-  if (!has_metadata(*store)) {
-    fail_reading(place,
-                 "there is no zarr.json, .zattrs, .zgroup, .zarray or attributes.json below it",
-                 "Give the address of an OME-Zarr image or of a Zarr or N5 array, and the required "
-                 "credentials");
-  }
-  const std::filesystem::path array = store->place(choice.array);
   try {
-    return open_checked(std::move(store), choice);
+    std::shared_ptr<ObjectStore> store = objects_of(place, choice.allow_external_files);
+    if (has_metadata(*store)) return open_checked(std::move(store), choice);
   } catch (const Json::exception& problem) {  // A field has an unexpected type.
-    fail_damaged(array, std::string("a field of its metadata has another type than expected: ") +
-                            problem.what());
+    fail_damaged(
+        std::filesystem::path(place) / choice.array,
+        std::string("a field of its metadata has another type than expected: ") + problem.what());
+  } catch (const StoreError& problem) {
+    throw VolumeFileError(problem.what());
   }
+  fail_reading(place,
+               "there is no zarr.json, .zattrs, .zgroup, .zarray or attributes.json below it",
+               "Give the address of an OME-Zarr image or of a Zarr or N5 array, and the required "
+               "credentials");
 }
 
 }  // namespace multitetra

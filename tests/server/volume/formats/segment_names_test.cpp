@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "server/volume/detail/reader_messages.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -37,7 +39,7 @@ TEST(SegmentNames, NumberSegmentsOfSeveralLayers) {
   EXPECT_EQ(found[2], (SourceLabel{.label = {.value = 3, .name = "spleen"}, .stored = 2}));
   EXPECT_EQ(segments_in("Segment0_LabelValue:=3\nSegment1_LabelValue:=4\nSegment1_Layer:=1\n", 1),
             (std::vector<SourceLabel>{{.label = {.value = 3}, .stored = 3}}));
-  EXPECT_EQ(contents_from(contents_text({.labels = found})).labels, found);
+  EXPECT_EQ(contents_from(contents_text({.labels = found}))->labels, found);
 }
 
 }  // namespace

@@ -509,6 +509,10 @@ TEST(LabelMap, KeepsTheVolumeOfSheetsAndBalls) {
     return x + y == 22 && std::min({x, y, z}) >= 4 && z < 20;
   });
   EXPECT_NEAR(oblique.in_surface, 1, 0.05);
+  const Kept diagonal = kept_of([](int x, int y, int z) {
+    return x + y + z == 33 && std::min({x, y, z}) >= 4 && std::max({x, y, z}) < 20;
+  });
+  EXPECT_NEAR(diagonal.in_surface, 1, 0.05);
   for (const int radius : {2, 3, 4, 5, 6, 7, 8}) {
     const Kept kept = kept_of(
         [&](int x, int y, int z) { return std::hypot(x - 12.3, y - 12.6, z - 12.1) < radius; });
@@ -563,6 +567,17 @@ TEST(LabelMap, KeepsTheVolumesOfThinLabelsThatTouch) {
     const auto samples = static_cast<double>(found.samples);
     EXPECT_NEAR(volume_in(surface_of(map, found.value)) / samples, 1, 0.05) << found.value;
     EXPECT_NEAR(found.surface_samples / samples, 1, 0.05) << found.value;
+  }
+}
+
+TEST(LabelMap, KeepsMostOfLabelsThatChangeFromSampleToSample) {
+  const TemporaryFolder folder;
+  const LabelMap map =
+      map_of(labels_of<std::uint8_t>({16, 16, 16},
+                                     [](int x, int y, int z) { return 1 + (x + y + z) % 3; }),
+             folder);
+  for (const LabelSummary& found : map.labels()) {
+    EXPECT_NEAR(found.surface_samples / static_cast<double>(found.samples), 1, 0.16);
   }
 }
 

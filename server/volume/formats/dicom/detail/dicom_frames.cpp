@@ -81,7 +81,7 @@ std::span<const std::byte> DicomFrames::tile_of_mosaic(const DicomImage& image) 
 void DicomFrames::load(const DicomImage& image) {
   if (loaded_ == image.file) return;
   loaded_.clear();
-  if (image.element != 0x0010 || image.has_bits || (image.unused_bits > 0 && !image.is_jpeg)) {
+  if (image.element != 0x0010 || image.has_bits) {
     load_element(image);
   } else {
     load_by_gdcm(image);
@@ -97,7 +97,12 @@ void DicomFrames::load_by_gdcm(const DicomImage& image) {
     fail_reading(image.file, "GDCM cannot read its image",
                  "Decompress it first, for example with gdcmconv --raw or dcmdjpeg");
   }
-  const gdcm::Image& pixels = reader.GetImage();
+  gdcm::Image& pixels = reader.GetImage();
+  if (image.unused_bits > 0 && !image.is_jpeg) {  // GDCM would drop the highest bits.
+    gdcm::PixelFormat all_bits = pixels.GetPixelFormat();
+    all_bits.SetBitsStored(all_bits.GetBitsAllocated());
+    pixels.SetPixelFormat(all_bits);
+  }
   const std::size_t needed = image.file_bytes();
   if (pixels.GetBufferLength() != needed || dicom_type(pixels.GetPixelFormat()) != image.type) {
     fail_reading(image.file,
@@ -112,7 +117,7 @@ void DicomFrames::load_by_gdcm(const DicomImage& image) {
   }
 }
 
-// Loads an element that GDCM takes for no image, or drops bits of.
+// Loads an element that GDCM takes for no image.
 void DicomFrames::load_element(const DicomImage& image) {
   gdcm::Reader reader;
   reader.SetFileName(image.file.c_str());

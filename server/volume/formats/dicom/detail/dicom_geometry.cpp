@@ -106,6 +106,20 @@ void apply_groups(const gdcm::DataSet& item, const gdcm::DataSet& file, bool has
     image.row = vector_in(orientation, 0);
     image.column = vector_in(orientation, 3);
   });
+  // Those of enhanced ultrasound are in a space of its volume.
+  with_item(item, Tag(0x0020, 0x930E), [&](const gdcm::DataSet& plane) {
+    const auto position = binary_at<double>(plane, Tag(0x0020, 0x9301));
+    if (position.size() != 3) return;
+    image.position = vector_in(position, 0);
+    image.has_own_place = image.has_origin = true;
+    image.is_in_own_space = true;
+  });
+  with_item(item, Tag(0x0020, 0x930F), [&](const gdcm::DataSet& plane) {
+    const auto orientation = binary_at<double>(plane, Tag(0x0020, 0x9302));
+    if (orientation.size() != 6) return;
+    image.row = vector_in(orientation, 0);
+    image.column = vector_in(orientation, 3);
+  });
   with_item(item, Tag(0x0028, 0x9110),
             [&](const gdcm::DataSet& measures) { set_spacing(measures, image); });
   with_item(item, Tag(0x0028, 0x9145), [&](const gdcm::DataSet& rescale) {

@@ -135,15 +135,14 @@ DicomGrid dicom_grid(const fs::path& place, const std::vector<DicomImage>& stack
   }
   grid = even_grid(place, stack, is_tilted);
   const std::array<std::int64_t, 3>& dims = grid.resampled->dims;
-  notices.push_back("'" + place.string() + "': its " + std::to_string(stack.size()) + " slices " +
-                    (is_even ? "" : "are not evenly spaced; they ") +
-                    (is_tilted
-                         ? (is_even ? "are shifted against each other (a tilted gantry); they "
-                                    : "and their tilt ")
-                         : "") +
-                    "are resampled to " + std::to_string(dims[2]) + " slices of " +
-                    std::to_string(dims[0]) + " x " + std::to_string(dims[1]) + " samples, " +
-                    rounded_text(length(grid.steps[2])) + " mm apart.");
+  const std::string shifted = "shifted against each other (a tilted gantry)";
+  const std::string what = is_even     ? shifted
+                           : is_tilted ? "not evenly spaced, and " + shifted
+                                       : "not evenly spaced";
+  notices.push_back("'" + place.string() + "': its " + std::to_string(stack.size()) +
+                    " slices are " + what + "; --resample makes them " + std::to_string(dims[2]) +
+                    " slices of " + std::to_string(dims[0]) + " x " + std::to_string(dims[1]) +
+                    " samples, " + rounded_text(length(grid.steps[2])) + " mm apart.");
   return grid;
 }
 

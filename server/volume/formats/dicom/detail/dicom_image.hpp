@@ -66,6 +66,7 @@ struct DicomImage {
   bool has_position = false;
   bool has_origin = false;                             // The file states a position, of any frame.
   bool has_own_place = false;                          // The file gives each frame a position.
+  bool is_in_own_space = false;                        // Positions are not those of a patient.
   Vec3 spacing = {1, 1, 1};                            // Columns, rows and slices apart; > 0.
   SpacingSource plane_spacing = SpacingSource::kNone;  // Of columns and rows.
   SpacingSource slice_spacing = SpacingSource::kNone;

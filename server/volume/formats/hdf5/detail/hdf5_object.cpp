@@ -227,29 +227,6 @@ std::vector<double> hdf5_numbers(hid_t object, const char* name, std::size_t mos
   return numbers;
 }
 
-std::string hdf5_text(hid_t object, const char* name) {
-  constexpr std::size_t kMaxTextBytes = 4096;
-  if (H5Aexists(object, name) <= 0) return {};
-  const Hdf5Id attribute(H5Aopen(object, name, H5P_DEFAULT), &H5Aclose);
-  const Hdf5Id type(H5Aget_type(attribute.get()), &H5Tclose);
-  const Hdf5Id space(H5Aget_space(attribute.get()), &H5Sclose);
-  const hssize_t count = H5Sget_simple_extent_npoints(space.get());
-  if (H5Tget_class(type.get()) != H5T_STRING || count < 1) return {};
-  if (H5Tis_variable_str(type.get()) > 0) {
-    char* text = nullptr;
-    if (count != 1 || H5Aread(attribute.get(), type.get(), &text) < 0 || text == nullptr) return {};
-    std::string result(text);
-    H5free_memory(text);
-    return result;
-  }
-  const std::size_t size = H5Tget_size(type.get());
-  if ((count != 1 && size != 1) || static_cast<std::size_t>(count) * size > kMaxTextBytes)
-    return {};
-  std::string text(static_cast<std::size_t>(count) * size, '\0');
-  if (H5Aread(attribute.get(), type.get(), text.data()) < 0) return {};
-  return text.substr(0, text.find('\0'));
-}
-
 std::vector<std::string> hdf5_texts(hid_t object, const char* name) {
   constexpr hssize_t kMaxTexts = 1024;
   constexpr std::size_t kMaxTextBytes = std::size_t{1} << 16;
@@ -279,6 +256,12 @@ std::vector<std::string> hdf5_texts(hid_t object, const char* name) {
     texts.push_back(text.substr(0, text.find('\0')));
   }
   return texts;
+}
+
+std::string hdf5_text(hid_t object, const char* name) {
+  std::string text;
+  for (const std::string& part : hdf5_texts(object, name)) text += part;
+  return text;
 }
 
 Hdf5Id open_hdf5_object(const fs::path& file, hid_t in, const std::string& name,

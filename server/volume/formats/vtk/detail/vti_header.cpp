@@ -9,6 +9,8 @@
 #include <memory>
 #include <sstream>
 
+#include "server/volume/formats/detail/xml_document.hpp"
+
 namespace multitetra {
 namespace {
 
@@ -318,46 +320,26 @@ class VtiParser {
 }  // namespace
 
 Result<PvtiHeader> parse_pvti(std::string_view text) {
-  struct Found {
-    PvtiHeader header;
-    bool is_whole = false;
-    bool is_parallel = false;
-  } found;
-  const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(
-      XML_ParserCreate(nullptr), &XML_ParserFree);
-  XML_SetUserData(parser.get(), &found);
-  XML_SetStartElementHandler(
-      parser.get(), [](void* into, const XML_Char* name, const XML_Char** attributes) {
-        auto& result = *static_cast<Found*>(into);
-        const std::string_view tag(name);
-        for (const XML_Char** at = attributes; *at != nullptr; at += 2) {
-          const std::string_view key(at[0]);
-          if (tag == "VTKFile" && key == "type") {
-            result.is_parallel = std::string_view(at[1]) == "PImageData";
-          }
-          if (tag == "PImageData" && key == "WholeExtent") {
-            result.is_whole = read_numbers(std::string(at[1]), result.header.extent);
-          }
-          if (tag == "Piece" && key == "Source") result.header.pieces.emplace_back(at[1]);
-        }
-      });
-  XML_SetEntityDeclHandler(
-      parser.get(),
-      [](void* into, const XML_Char*, int, const XML_Char*, int, const XML_Char*, const XML_Char*,
-         const XML_Char*, const XML_Char*) { static_cast<Found*>(into)->header.pieces.clear(); });
-  const auto state = XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), XML_TRUE);
-  if (state != XML_STATUS_OK) return fail(ErrorCode::kDamagedData, "its XML is damaged");
+  const Result<XmlElement> xml = parse_xml(text);
+  if (!xml) return tl::unexpected(xml.error());
+  PvtiHeader header;
+  const XmlElement* const image = xml->child("PImageData");
+  bool is_whole = xml->attribute("type") == "PImageData" && image != nullptr &&
+                  read_numbers(image->attribute("WholeExtent"), header.extent);
   constexpr std::int64_t kFar = std::int64_t{1} << 40;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t low = found.header.extent[2 * axis];
-    const std::int64_t high = found.header.extent[2 * axis + 1];
-    found.is_whole = found.is_whole && low <= high && low >= -kFar && high <= kFar;
+    const std::int64_t low = header.extent[2 * axis];
+    const std::int64_t high = header.extent[2 * axis + 1];
+    is_whole = is_whole && low <= high && low >= -kFar && high <= kFar;
   }
-  if (!found.is_parallel || !found.is_whole) {
+  if (!is_whole) {
     return fail(ErrorCode::kInvalidArgument,
                 "it is not a PImageData with an extent of six integers");
   }
-  return found.header;
+  for (const XmlElement* const piece : image->all("Piece")) {
+    header.pieces.push_back(piece->attribute("Source"));
+  }
+  return header;
 }
 
 Result<VtiHeader> parse_vti(const NextBytes& next, VtkDataKind kind) {

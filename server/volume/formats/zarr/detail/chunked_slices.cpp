@@ -189,9 +189,13 @@ class ChunkedSlices : public StoredSlices {
     const std::vector<std::array<std::int64_t, 2>> columns = columns_by_shard();
     std::atomic<std::uint64_t> missing = 0;
     // Not a thread pool, which would not survive a fork.
-    on_threads(chunks_.parallel_requests(), columns.size(), [&](std::size_t i) {
-      if (!place({columns[i][0], columns[i][1], layer}, new_end)) ++missing;
-    });
+    try {
+      on_threads(chunks_.parallel_requests(), columns.size(), [&](std::size_t i) {
+        if (!place({columns[i][0], columns[i][1], layer}, new_end)) ++missing;
+      });
+    } catch (const StoreError& problem) {
+      throw VolumeFileError(problem.what());
+    }
     const auto number = static_cast<std::size_t>(layer);
     if (!is_counted_[number]) {
       is_counted_[number] = true;

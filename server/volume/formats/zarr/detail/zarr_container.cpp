@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "server/volume/formats/zarr/detail/chunked_slices.hpp"
-#include "server/volume/formats/zarr/detail/volume_objects.hpp"
 #include "server/volume/formats/zarr/detail/zarr_json.hpp"
 
 namespace multitetra {
@@ -20,7 +19,7 @@ constexpr std::size_t kMaxArrays = 10'000;
 bool refuses_what_is_missing(ObjectStore& store) {
   try {
     return text_of(store, "multitetra/nonexistent").has_value();
-  } catch (const InaccessibleObject&) {
+  } catch (const StoreAccessDenied&) {
     return true;
   }
 }
@@ -45,7 +44,7 @@ std::string key_prefix_of(const std::string& path) {
 std::optional<std::string> ZarrContainer::text_at(const std::string& key) const {
   try {
     return text_of(*store_, key);
-  } catch (const InaccessibleObject&) {
+  } catch (const StoreAccessDenied&) {
     if (refuses_what_is_missing(*store_)) return std::nullopt;
     throw;
   }
