@@ -64,6 +64,9 @@ void save_mesh(const std::string& path, const Rows<double>& vertices,
     raise(PyExc_ValueError, "There must be one normal and one scalar for each vertex.");
   }
   mesh.rounding_limits = rounding_limits(mesh);
+  for (const std::string& notice : left_out_notices(mesh, *format)) {
+    if (PyErr_WarnEx(PyExc_UserWarning, notice.c_str(), 1) != 0) throw py::error_already_set();
+  }
   try {
     const std::string bytes = mesh_file(mesh, *format);
     if (!mesh.triangles.empty()) {

@@ -120,6 +120,9 @@ void finish(OutputPart& part, const LatticeMesh& mesh, const SurfaceArguments& a
   part.add_notices(missing_values_notice(mesh.scalars, report.color_by));
   part.surface = output_surface(mesh, arguments, info);
   paint(part.surface.mesh, report.colors, arguments.query.colors);
+  if (const auto format = mesh_format_from(std::filesystem::path(part.file).extension().string())) {
+    part.add_notices(left_out_notices(part.surface.mesh, *format));
+  }
   const std::string removed = removed_text(part.surface);
   if (!removed.empty())
     part.add_notices({std::string("The ") + part.product + " has " + removed + "."});

@@ -35,15 +35,20 @@ struct FormatRow {
   std::string_view suffix;
   std::string_view media_type;
   bool holds_several = false;
+  bool holds_colors = false;
+  bool holds_normals = true;  // Of vertices.
 };
 constexpr std::array<FormatRow, 7> kFormats = {{
-    {"ply", "application/ply"},
-    {"stl", "model/stl"},
-    {"obj", "model/obj"},
-    {"glb", "model/gltf-binary", true},
-    {"drc", "application/vnd.draco"},
-    {"vtp", "application/vnd.vtk.polydata+xml"},
-    {"3mf", "model/3mf", true},
+    {.suffix = "ply", .media_type = "application/ply", .holds_colors = true},
+    {.suffix = "stl", .media_type = "model/stl", .holds_normals = false},
+    {.suffix = "obj", .media_type = "model/obj"},
+    {.suffix = "glb",
+     .media_type = "model/gltf-binary",
+     .holds_several = true,
+     .holds_colors = true},
+    {.suffix = "drc", .media_type = "application/vnd.draco"},
+    {.suffix = "vtp", .media_type = "application/vnd.vtk.polydata+xml", .holds_colors = true},
+    {.suffix = "3mf", .media_type = "model/3mf", .holds_several = true, .holds_normals = false},
 }};
 
 // A millionth of the longest side.
@@ -190,6 +195,20 @@ std::string_view media_type(MeshFormat format) {
 
 bool holds_several(MeshFormat format) {
   return kFormats[static_cast<std::size_t>(format)].holds_several;
+}
+
+std::vector<std::string> left_out_notices(const PositionedMesh& mesh, MeshFormat format) {
+  const FormatRow& row = kFormats[static_cast<std::size_t>(format)];
+  const std::string files = "." + std::string(row.suffix) + " files have no ";
+  std::vector<std::string> notices;
+  if (!mesh.scalars.empty() && !row.holds_colors) {
+    notices.push_back(files +
+                      "values and colors of vertices; .ply, .glb and .vtp files have them.");
+  }
+  if (!mesh.normals.empty() && !row.holds_normals) {
+    notices.push_back(files + "normals of vertices; all others but .stl and .3mf have them.");
+  }
+  return notices;
 }
 
 std::string mesh_file(const PositionedMesh& mesh, MeshFormat format, const MeshFileFacts& facts) {

@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "common/dataset/physical_meaning.hpp"
 #include "common/dataset/surface_name.hpp"
@@ -53,6 +54,9 @@ enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc, kVtp, k3mf };
 [[nodiscard]] std::string_view media_type(MeshFormat format);
 // Returns whether a file can have several surfaces: GLB, 3MF.
 [[nodiscard]] bool holds_several(MeshFormat format);
+// Returns a notice for what the mesh has and files of this format do not: colors, normals.
+[[nodiscard]] std::vector<std::string> left_out_notices(const PositionedMesh& mesh,
+                                                        MeshFormat format);
 
 // Returns the bytes of the file. Empty meshes give a valid file without triangles (GLB: a scene
 // without a mesh), except DRC, which has no such form and gives no bytes. All formats but STL,

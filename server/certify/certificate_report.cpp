@@ -311,6 +311,15 @@ std::string digests_text(const CertifiedFiles& files) {
   return rows.empty() ? "" : "\n" + text_table(rows);
 }
 
+// Distances are to the surface of the samples as they were read.
+std::string volume_notices_text(const CertifiedFiles& files) {
+  std::string text = files.volume_notices.empty() ? "" : "\nOf the volume as it was read:\n";
+  for (const std::string& notice : files.volume_notices) {
+    text += "  " + printable(notice, /*keeps_lines=*/false) + "\n";
+  }
+  return text;
+}
+
 // "partly (spacing along z is assumed)"; null: unknown.
 Json geometry_json(const PhysicalMeaning& meaning) {
   const std::string text = geometry_text(meaning);
@@ -332,8 +341,8 @@ std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
   return std::string(headline(certificate)) + printable(files.mesh) + ", for the surface of " +
          printable(files.volume) + " at isovalue " + shortest_text(options.isovalue) + ".\n" +
          text_table(rows) + "\n" + distances_text(certificate, lengths) + "\n" +
-         topology_text(certificate) + digests_text(files) + left_out_text(certificate, options) +
-         hint(certificate, options, lengths);
+         topology_text(certificate) + digests_text(files) + volume_notices_text(files) +
+         left_out_text(certificate, options) + hint(certificate, options, lengths);
 }
 
 Json json_of(const Certificate& certificate, const CertifiedFiles& files,
@@ -355,6 +364,7 @@ Json json_of(const Certificate& certificate, const CertifiedFiles& files,
       {"volume_sha256", digest_json(files.volume_sha256)},
       {"isovalue", options.isovalue},
       {"geometry", geometry_json(certificate.grid.meaning)},
+      {"volume_notices", files.volume_notices},
       {"error", error_json(certificate, options, voxel)},
       {"topology_kept", certificate.keeps_topology()},
       {"orientation_kept", certificate.faults.reversed == 0},

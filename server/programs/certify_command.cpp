@@ -4,6 +4,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/base/address_text.hpp"
@@ -109,12 +110,16 @@ Volume volume_of_dataset(const CertifyArguments& arguments, CertifyOptions& opti
   return volume;
 }
 
-Volume volume_of(const CertifyArguments& arguments, CertifyOptions& options, Progress& progress) {
+Volume volume_of(const CertifyArguments& arguments, CertifyOptions& options, Progress& progress,
+                 std::vector<std::string>& notices) {
   if (is_dataset(arguments.volume)) return volume_of_dataset(arguments, options);
   options.outside = outside_from(arguments.outside.empty() ? "void" : arguments.outside);
   options.margin = arguments.margin.value_or(0);
   VolumeFileOptions source = arguments.source.parsed();
-  source.notice = [&](const std::string& sentence) { progress.print_above_bar(sentence); };
+  source.notice = [&](const std::string& sentence) {
+    progress.print_above_bar(sentence);
+    notices.push_back(sentence);
+  };
   return read_volume(arguments.volume, source);
 }
 
@@ -138,7 +143,8 @@ int run_certify(const CertifyArguments& arguments) {
   if (!options.lattice) options.lattice = mesh.lattice;
   options.min_component = arguments.min_component.value_or(mesh.min_component);
   progress.begin("volume");
-  const Volume volume = volume_of(arguments, options, progress);
+  std::vector<std::string> notices;
+  const Volume volume = volume_of(arguments, options, progress, notices);
   const Affine map = mesh_to_world(arguments, volume);
   options.within = box_of(arguments, map);
   for (Vec3& vertex : mesh.vertices) vertex = map(vertex);
@@ -151,7 +157,8 @@ int run_certify(const CertifyArguments& arguments) {
   const CertifiedFiles files{.mesh = arguments.mesh,
                              .volume = without_password(arguments.volume),
                              .mesh_sha256 = sha256_of_file(arguments.mesh),
-                             .volume_sha256 = sha256_of_file(arguments.volume)};
+                             .volume_sha256 = sha256_of_file(arguments.volume),
+                             .volume_notices = std::move(notices)};
   if (arguments.json) {
     Json report = json_of(certificate, files, options);
     report["seconds"] = progress.seconds();

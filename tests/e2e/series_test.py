@@ -387,6 +387,7 @@ def fields_are_colored_by_others_at_the_same_time():
     extract = "server extract run/run.pressure.t0001.mtd"
     expect_exit(0, "Colors between vertices may be off by up to", f"{extract} --error 0.5 --color-by run/run.hot_cold.t0001.mtd "
                 "--color-range -30,10 -o extracted.ply --report extracted.json")
+    expect_exit(0, "files have no values and colors", f"{extract} --error 2 --color-by run/run.hot_cold.t0001.mtd -o colored.stl")
     names, fetched = vertices_of("fetched.ply")
     check("scalar" in names and "red" in names, f"no colors: {names}")
     check((names, fetched) == vertices_of("extracted.ply"), "extract colors otherwise than fetch")

@@ -142,6 +142,9 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
     all.components_written += output.components;
     add_removal_notices(header, output);
     paint(output.mesh, surface.scalars, form.colors);
+    for (const auto& text : left_out_notices(output.mesh, form.format)) {
+      add_field(header, "Multitetra-Notice", text);
+    }
     if (form.codec == MeshCodec::kMeshopt && form.is_in_world) {
       rounding = std::max(rounding, position_rounding(output.mesh));
     }

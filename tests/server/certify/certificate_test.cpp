@@ -591,11 +591,17 @@ TEST(CertificateReport, StartsWithTheVerdictAndContainsTheNumbers) {
       extracted(make_dataset(volume, "balls"), {.isovalue = 0.0, .error = 0.5});
   CertifyOptions options{
       .isovalue = 0, .error = 0.5, .lattice = 5, .count_self_intersections = true};
-  const CertifiedFiles files{.mesh = "balls.ply", .volume = "balls.nrrd"};
+  const CertifiedFiles files{.mesh = "balls.ply",
+                             .volume = "balls.nrrd",
+                             .volume_notices = {"samples of type f64 become f32."}};
   const Certificate kept = certify(mesh, volume, options);
   EXPECT_TRUE(text_of(kept, files, options).starts_with("Certified: balls.ply"))
       << text_of(kept, files, options);
+  EXPECT_NE(text_of(kept, files, options)
+                .find("Of the volume as it was read:\n  samples of type f64 become f32.\n"),
+            std::string::npos);
   const auto json = json_of(kept, files, options);
+  EXPECT_EQ(json["volume_notices"][0], files.volume_notices[0]);
   EXPECT_EQ(json["kept"], true);
   EXPECT_EQ(json["error"]["proven"], true);
   EXPECT_EQ(json["topology_kept"], true);

@@ -110,6 +110,14 @@ TEST_F(SceneTest, ColorsASurfaceByAField) {
   EXPECT_EQ(gray, color_at(ColorMap::kGray, std::log(scalar) / std::log(100.0))[0]);
   EXPECT_NE(get("isovalue=0&error=0.5&color_by=height&format=vtp").body().find("Scalars="),
             std::string::npos);
+  for (const std::string format : {"stl", "3mf", "obj", "drc"}) {
+    const auto response = get("isovalue=0&error=0.5&color_by=height&format=" + format);
+    EXPECT_EQ(response["Multitetra-Notice"],
+              "." + format +
+                  " files have no values and colors of vertices; .ply, .glb and .vtp files have "
+                  "them.");
+  }
+  EXPECT_EQ(get("isovalue=0&error=0.5&format=stl")["Multitetra-Notice"], "");
 }
 
 TEST_F(SceneTest, ABudgetOfBytesIsOneOfTheFile) {
