@@ -41,7 +41,7 @@ const isFrame = window.parent !== window;
 const early = isFrame ? await firstSight(window.parent) : []; // A browser draws only a few scenes at a time.
 const view = app.appendChild(h("main"));
 const viewer = viewerIn(view);
-const { settings, surfaces, notices } = viewer;
+const { settings, surfaces, queries, notices } = viewer;
 const address = new AddressSync(viewer, token, location.hash);
 const changes = new History();
 const bookmarks = new Bookmarks(persistentValues);
@@ -111,7 +111,7 @@ const actions = {
   stepTime: (steps: number) => viewer.stepTime(steps),
   roll: (radians: number) => viewer.roll(radians),
   toggleSlices: () => {
-    if (!surfaces.datasets.get().permitsSamples) return notices.announce(noSamples, true);
+    if (!queries.datasets.get().permitsSamples) return notices.announce(noSamples, true);
     viewer.set({ layout: viewer.get().layout === "four" ? "surface" : "four" });
   },
 };
@@ -139,7 +139,7 @@ installKeyboard(viewer, actions);
 // ---- reactions to changes
 
 surfaces.sizes.watch(({ expected }) => panel.showExpected(expected));
-surfaces.datasets.watch(({ list, permitsSamples }) => {
+queries.datasets.watch(({ list, permitsSamples }) => {
   if (!list) return;
   datasets.show(entries());
   panel.showDatasets(list, permitsSamples);
@@ -198,7 +198,7 @@ function upOf(info: DatasetInfo): Settings["up"] {
 }
 
 function entries(): Entry[] {
-  return entriesOf(surfaces.datasets.get().list ?? []);
+  return entriesOf(queries.datasets.get().list ?? []);
 }
 
 function applyTheme(theme: Settings["theme"]): void {

@@ -1,36 +1,13 @@
-import {
-  type ClientKind,
-  create,
-  ErrorCode,
-  ErrorReplySchema,
-  type ServerKind,
-  type Slice,
-  SliceReplySchema,
-  WelcomeSchema,
-} from "../../../client/web/src/protocol/messages";
+import { create, ErrorCode, ErrorReplySchema, type ServerKind, type Slice, SliceReplySchema, WelcomeSchema } from "../../../client/web/src/protocol/messages";
 import { DatasetQueries } from "../../../client/web/src/stream/dataset_queries";
-import type { LinkEvents } from "../../../client/web/src/stream/link";
+import { dataset, messages, request } from "./golden_stream";
+import { link } from "./mocked_link";
 
-// A link whose other end is the test.
-const link = vi.hoisted(() => ({ events: null as LinkEvents | null, sent: [] as ClientKind[], waits: [] as number[] }));
-vi.mock("../../../client/web/src/stream/link", () => ({
-  Link: class {
-    constructor(_address: string, events: LinkEvents) {
-      link.events = events;
-    }
-    connect() {}
-    connectIn(milliseconds: number) {
-      link.waits.push(milliseconds);
-    }
-    close() {}
-    send(message: ClientKind) {
-      link.sent.push(message);
-    }
-  },
-}));
+vi.mock("../../../client/web/src/stream/link", () => import("./mocked_link"));
+vi.stubGlobal("window", globalThis); // Provides its timers.
 
 const grid = { origin: [0, 0, 0] as const, right: [1, 0, 0] as const, down: [0, 1, 0] as const, width: 1, height: 1 };
-const send = (message: ServerKind) => link.events!.received(message);
+const send = (message: ServerKind) => link.all.at(-1)!.received(message);
 const welcome = () => send({ case: "welcome", value: create(WelcomeSchema, { version: 1 }) });
 const fail = (code: ErrorCode) =>
   send({ case: "error", value: create(ErrorReplySchema, { requestId: 0n, code, text: "The first message did not arrive in time." }) });
@@ -38,37 +15,32 @@ const slices = () => link.sent.filter((one) => one.case === "slice").map(({ valu
 
 function withQueries() {
   link.sent.length = link.waits.length = 0;
-  const notices: string[] = [];
-  const queries = new DatasetQueries(
-    "ws://server/v1/stream",
-    () => "",
-    (text) => notices.push(text),
-  );
+  const queries = new DatasetQueries("ws://server/v1/stream", () => "");
+  queries.connect();
   const slice = queries.slice("head", { ...grid, origin: [...grid.origin], right: [...grid.right], down: [...grid.down] });
-  return { queries, slice, notices };
+  return { queries, slice };
 }
 
 describe("DatasetQueries", () => {
   test("AreRepeatedAfterALateHello", async () => {
-    const { slice, notices } = withQueries();
+    const { slice } = withQueries();
     fail(ErrorCode.UNAVAILABLE); // The page was too busy to send it.
-    expect([link.waits, notices]).toEqual([[500], []]);
-    link.events!.opened();
+    expect(link.waits).toEqual([500]);
+    link.all.at(-1)!.opened();
     welcome();
     const [{ requestId }] = slices();
     send({ case: "sliceReply", value: create(SliceReplySchema, { requestId, width: 1, height: 1, sampleSpacing: 1, values: new Uint8Array(4) }) });
     expect((await slice).values).toEqual(new Float32Array([0]));
   });
 
-  test("AreRepeatedAfterLostConnectionsAndAnnounced", () => {
-    const { notices } = withQueries();
+  test("AreRepeatedAfterLostConnections", () => {
+    withQueries();
     welcome();
     expect(slices().length).toBe(1);
-    link.events!.closed();
-    link.events!.closed();
+    link.all.at(-1)!.closed();
+    link.all.at(-1)!.closed();
     welcome();
     expect([slices().length, link.waits]).toEqual([2, [500, 1000]]);
-    expect(notices).toEqual(["The server did not answer; trying again."]);
   });
 
   test("FailIfEachReplyEndsTheConnection", async () => {
@@ -76,10 +48,10 @@ describe("DatasetQueries", () => {
     const failed = expect(slice).rejects.toThrow("connection was lost each time");
     for (let attempt = 0; attempt < 5; ++attempt) {
       welcome();
-      link.events!.closed();
+      link.all.at(-1)!.closed();
     }
     await failed;
-    expect([slices().length, link.waits.length]).toEqual([5, 4]);
+    expect(slices().length).toBe(5);
   });
 
   test("FailIfTheTokenIsRefused", async () => {
@@ -87,5 +59,30 @@ describe("DatasetQueries", () => {
     fail(ErrorCode.UNAUTHENTICATED);
     await expect(slice).rejects.toThrow("first message");
     expect(link.waits).toEqual([]);
+  });
+
+  test("ListDatasetsInPages", () => {
+    const { queries } = withQueries();
+    welcome();
+    const [, list] = messages() as { value: object }[];
+    const page = (name: string, next: string) => send({ ...list, value: { ...list.value, datasets: [{ ...dataset(), name }], next } } as ServerKind);
+    page("head", "head");
+    expect(link.sent.at(-1)).toMatchObject({ case: "listDatasets", value: { inPages: true, after: "head" } });
+    page("tooth", "");
+    expect(queries.datasets.get().list).toMatchObject([{ name: "head" }, { name: "tooth" }]);
+    page("head", "other");
+    expect(queries.connection.state.get().failure?.text).toContain("does not end");
+  });
+
+  test("EstimateSizes", async () => {
+    const { queries } = withQueries();
+    welcome();
+    const size = queries.estimate("head", request());
+    const { requestId } = link.sent.at(-1)!.value as { requestId: bigint };
+    send({ case: "estimateReply", value: { requestId, triangles: 12n, bytes: 34n, errorBoundWorld: 0.5 } } as ServerKind);
+    expect(await size).toMatchObject({ triangles: 12n, bytes: 34n, errorBoundWorld: 0.5 });
+    const refused = queries.estimate("head", request());
+    send({ case: "error", value: create(ErrorReplySchema, { requestId: requestId + 1n, text: "Too many." }) });
+    await expect(refused).rejects.toThrow("Too many.");
   });
 });

@@ -15,14 +15,16 @@ describe("ExpectedSizes", () => {
     expect(sizes.isWanted(request(0.1), false)).toBe(true);
     expect(sizes.isWanted(request(0.1), false)).toBe(false);
     expect(sizes.isWanted(request(0.1, 0), true)).toBe(true);
-    sizes.forget();
-    expect(sizes.isWanted(request(0.1, 0), false)).toBe(true);
+    const failed = request(0.2);
+    expect(sizes.isWanted(failed, false)).toBe(true);
+    sizes.forget(failed);
+    expect(sizes.isWanted(failed, false)).toBe(true);
   });
 
   test("AreUnknownWhileDraggingTheIsovalue", () => {
     const sizes = new ExpectedSizes();
     sizes.isWanted(request(0.1), false);
-    sizes.record({ kind: "size", request: request(0.1), triangles: 10, bytes: 20, errorWorld: 1 });
+    sizes.record(request(0.1), { triangles: 10n, bytes: 20n, errorBoundWorld: 1 });
     expect(sizes.get().expected?.triangles).toBe(10);
     expect(sizes.isWanted(request(0.2), true)).toBe(false);
     expect(sizes.get().expected).toBeNull();

@@ -1,7 +1,7 @@
 import { missingValues, scalarAttribute } from "../../../client/web/src/mesh/scalars";
 import { noteOf } from "../../../client/web/src/panel/field_section";
 import type { ServerKind, StepBegin } from "../../../client/web/src/protocol/messages";
-import { Conversation, type Effect } from "../../../client/web/src/stream/conversation";
+import { ResumableStream, type StreamEffect } from "../../../client/web/src/stream/resumable_stream";
 import { dataset, messages, request } from "./golden_stream";
 
 describe("ScalarAttribute", () => {
@@ -33,23 +33,20 @@ describe("MissingValues", () => {
 });
 
 describe("AssemblerScalars", () => {
-  const [welcome, list, begin] = messages();
+  const [, , begin] = messages();
   const step = begin.value as StepBegin;
 
   function colored() {
-    const conversation = new Conversation({ part: "test", token: () => "", cachedTiles: () => [] });
-    conversation.opened();
-    conversation.received(welcome);
-    conversation.received(list);
-    const effects = conversation.request({ info: dataset(), isosurface: request(), scalars: { dataset: "dose", low: -1, high: 3 } });
-    const opened = effects.find((e) => e.kind === "send" && e.message.case === "openStream");
+    const stream = new ResumableStream({ cachedTiles: () => [] });
+    stream.request({ info: dataset(), isosurface: request(), scalars: { dataset: "dose", low: -1, high: 3 } });
+    const [opened] = stream.open(1n);
     expect(opened).toMatchObject({ message: { value: { scalars: { dataset: "dose", low: -1, high: 3 } } } });
     const range = { low: -1, high: 3, bits: 16 };
-    conversation.received({ case: "stepBegin", value: { ...step, requestId: 1n, scalars: range } } as ServerKind);
-    return (change: object): Effect[] => {
+    stream.received({ case: "stepBegin", value: { ...step, requestId: 1n, scalars: range } } as ServerKind);
+    return (change: object): StreamEffect[] => {
       const codes = new Uint8Array(2 * step.tiles[1].vertices);
       const value = { requestId: 1n, step: 0, index: 1, codes, largestDeviation: 0.25, ...change };
-      return conversation.received({ case: "tileScalars", value } as ServerKind);
+      return stream.received({ case: "tileScalars", value } as ServerKind);
     };
   }
 
@@ -61,7 +58,7 @@ describe("AssemblerScalars", () => {
 
   test("AreRejectedIfTheyContradictTheManifest", () => {
     for (const change of [{ index: 99 }, { step: 1 }, { codes: new Uint8Array(3) }]) {
-      expect(colored()(change)).toMatchObject([{ kind: "stream", effect: { kind: "failed" } }]);
+      expect(colored()(change)).toMatchObject([{ kind: "failed" }]);
     }
     expect(colored()({ requestId: 0n })).toEqual([]);
   });

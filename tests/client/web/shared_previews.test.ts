@@ -1,5 +1,4 @@
 import {
-  type ClientKind,
   create,
   type DatasetInfo,
   ErrorReplySchema,
@@ -15,27 +14,12 @@ import {
   WelcomeSchema,
 } from "../../../client/web/src/protocol/messages";
 import { writtenDefaults } from "../../../client/web/src/state/settings";
-import type { LinkEvents } from "../../../client/web/src/stream/link";
 import { isosurfaceRequest } from "../../../client/web/src/stream/request";
-import { SharedPreviews } from "../../../client/web/src/stream/shared_previews";
+import { SharedPreviews, sharedRequestId } from "../../../client/web/src/stream/shared_previews";
 import { plain } from "./made_datasets";
+import { link } from "./mocked_link";
 
-// A link whose other end is the test.
-const link = vi.hoisted(() => ({ events: null as LinkEvents | null, sent: [] as ClientKind[], attempts: 0 }));
-vi.mock("../../../client/web/src/stream/link", () => ({
-  Link: class {
-    constructor(_address: string, events: LinkEvents) {
-      link.events = events;
-    }
-    connect() {
-      ++link.attempts;
-    }
-    close() {}
-    send(message: ClientKind) {
-      link.sent.push(message);
-    }
-  },
-}));
+vi.mock("../../../client/web/src/stream/link", () => import("./mocked_link"));
 
 function labelOf(value: number, side: number): DatasetInfo {
   const box = [0, 0, 0, side - 1, side - 1, side - 1];
@@ -46,18 +30,15 @@ function labelOf(value: number, side: number): DatasetInfo {
 function surfaceOf(previews: SharedPreviews, value: number, side: number) {
   const received: string[] = [];
   const client = {
-    receive: ({ case: kind, value: message }: ServerKind) => {
+    received: ({ case: kind, value: message }: ServerKind) => {
       const { requestId, step = 0 } = message as { requestId: bigint; step?: number };
       received.push(`${kind} ${requestId} ${step}`);
     },
     requestAlone: () => void received.push("alone"),
   };
   const info = labelOf(value, side);
-  previews.request(
-    client,
-    { info, isosurface: isosurfaceRequest(info, { ...writtenDefaults, isovalue: 0.5, shading: "facets" }, null), steps: "coarse" },
-    BigInt(100 + value),
-  );
+  const isosurface = isosurfaceRequest(info, { ...writtenDefaults, isovalue: 0.5, shading: "facets" }, null);
+  previews.request(client, { info, isosurface, steps: "coarse" });
   return { client, received };
 }
 
@@ -66,7 +47,7 @@ const welcome = (codecs = [PayloadCodec.DRACO_LATTICE, PayloadCodec.SAMPLE_SHELL
   case: "welcome",
   value: create(WelcomeSchema, { version: 1, codecs }),
 });
-const send = (...messages: ServerKind[]) => messages.forEach((message) => link.events!.received(message));
+const send = (...messages: ServerKind[]) => messages.forEach((message) => link.all.at(-1)!.received(message));
 const stepOf = (requestId: bigint, step: number): ServerKind[] => [
   { case: "stepBegin", value: create(StepBeginSchema, { requestId, step }) },
   { case: "tile", value: create(TileSchema, { requestId, step }) },
@@ -80,7 +61,7 @@ async function three() {
   const previews = new SharedPreviews("ws://server/v1/stream", () => "token");
   const all = [surfaceOf(previews, 1, 16), surfaceOf(previews, 2, 40), surfaceOf(previews, 3, 16)];
   await Promise.resolve();
-  link.events!.opened();
+  link.all.at(-1)!.opened();
   send(welcome());
   return { previews, all };
 }
@@ -97,9 +78,7 @@ describe("SharedPreviews", () => {
       resumedPreviews: [{ finestSpacing: 4, shell: { levelsPerOctave: 2 } }],
     });
     send(...stepOf(2n, 0), ...stepOf(2n, 1), endOf(2n));
-    for (const [i, { received }] of all.entries()) {
-      expect(received).toEqual(["stepBegin", "tile", "stepEnd", "streamEnd"].map((kind) => `${kind} ${101 + i} 0`));
-    }
+    for (const { received } of all) expect(received).toEqual(["stepBegin", "tile", "stepEnd", "streamEnd"].map((kind) => `${kind} ${sharedRequestId} 0`));
   });
 
   test("RefusedPreviewsAreRequestedAlone", async () => {
@@ -112,12 +91,12 @@ describe("SharedPreviews", () => {
 
   test("LetClientsRequestAloneWithoutConnectionOrShells", async () => {
     const { all } = await three();
-    link.events!.closed();
+    link.all.at(-1)!.closed();
     expect(all.map(({ received }) => received)).toEqual([["alone"], ["alone"], ["alone"]]);
     const previews = new SharedPreviews("ws://server/v1/stream", () => "");
     const { received } = surfaceOf(previews, 1, 16);
     await Promise.resolve();
-    link.events!.opened();
+    link.all.at(-1)!.opened();
     send(welcome([PayloadCodec.DRACO_LATTICE]));
     expect(received).toEqual(["alone"]);
   });

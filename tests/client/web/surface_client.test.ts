@@ -1,6 +1,6 @@
 import {
-  type ClientKind,
   type DatasetInfo,
+  type EstimateReply,
   type OpenStream,
   Priority,
   type ServerKind,
@@ -14,9 +14,10 @@ import type { StepFacts } from "../../../client/web/src/state/progress";
 import { type WrittenSettings, writtenDefaults } from "../../../client/web/src/state/settings";
 import { ConnectionPool } from "../../../client/web/src/stream/connection_pool";
 import { applied, inverse, latticeToWorld } from "../../../client/web/src/stream/dataset";
-import type { LinkEvents } from "../../../client/web/src/stream/link";
+import type { DatasetQueries } from "../../../client/web/src/stream/dataset_queries";
 import { isosurfaceRequest } from "../../../client/web/src/stream/request";
-import type { SharedPreviews } from "../../../client/web/src/stream/shared_previews";
+import { ServerConnection } from "../../../client/web/src/stream/server_connection";
+import type { PreviewClient, SharedPreviews } from "../../../client/web/src/stream/shared_previews";
 import { StepSpeed } from "../../../client/web/src/stream/step_speed";
 import type { StreamRequest } from "../../../client/web/src/stream/stream_request";
 import { Prefetcher } from "../../../client/web/src/surfaces/prefetcher";
@@ -25,31 +26,18 @@ import { SurfaceClient } from "../../../client/web/src/surfaces/surface_client";
 import type { TilePool } from "../../../client/web/src/workers/tile_pool";
 import type { DrawnTiles, Selection } from "../../../client/web/src/workers/worker_messages";
 import { dataset, messages } from "./golden_stream";
+import { link } from "./mocked_link";
 
-const [welcome, list, begin] = messages();
+const [welcome, , begin] = messages();
 
-// A link whose remote end is the test.
-const link = vi.hoisted(() => ({ events: null as LinkEvents | null, sent: [] as ClientKind[], attempts: 0 }));
-vi.mock("../../../client/web/src/stream/link", () => ({
-  Link: class {
-    constructor(_address: string, events: LinkEvents) {
-      link.events = events;
-    }
-    connect() {
-      ++link.attempts;
-    }
-    connectIn() {}
-    close() {}
-    send(message: ClientKind) {
-      link.sent.push(message);
-    }
-  },
-}));
+vi.mock("../../../client/web/src/stream/link", () => import("./mocked_link"));
 
 vi.stubGlobal("window", globalThis); // Provides its timers.
 
-function partsOf(token = "") {
-  const nothing = () => {};
+const nothing = () => {};
+const silent = { offer: nothing, withdraw: nothing, shown: nothing, settled: nothing };
+
+function partsOf() {
   const surface = {
     budget: 100,
     ids: () => [],
@@ -62,16 +50,16 @@ function partsOf(token = "") {
   const pool = { cancelJobs: nothing, select: (drawn: DrawnTiles) => selections.of(drawn) } as unknown as TilePool;
   const stepCache = new StepCache(() => true);
   const sharedPreviews = { request: nothing, cancel: nothing } as unknown as SharedPreviews;
-  const address = "ws://server/v1/stream";
-  return { number: 1, address, token: () => token, pool, surface, stepCache, connectionPool: new ConnectionPool(2), sharedPreviews, speed: new StepSpeed() };
+  const queries = { estimate: vi.fn(() => Promise.reject(new Error("Not estimated."))) } as unknown as DatasetQueries;
+  const connections = new ConnectionPool(() => new ServerConnection("ws://server/v1/stream", () => "", ""), 2);
+  return { number: 1, pool, surface, stepCache, queries, connections, sharedPreviews, speed: new StepSpeed(), isFirst: () => true };
 }
 
-function clientOf(token = "", parts = partsOf(token)) {
-  const nothing = () => {};
-  const client = new SurfaceClient(parts, { offer: (_, show) => show(), withdraw: nothing, shown: nothing, settled: nothing });
-  client.makeFirst();
-  return client;
+function clientOf(parts = partsOf()) {
+  return new SurfaceClient(parts, { ...silent, offer: (_, show) => show() });
 }
+
+const lastLink = () => link.all.at(-1)!;
 
 const time = { scene: "gyroid", time: null };
 const settings = { ...writtenDefaults, isovalue: 0.1, error: 0.5 };
@@ -81,21 +69,18 @@ function openStream(): OpenStream | undefined {
   return link.sent.filter(({ case: kind }) => kind === "openStream").at(-1)?.value as OpenStream | undefined;
 }
 
-// Accepts the connection and lists datasets; returns the kinds of the client's next messages.
+// Accepts the connection; returns the kinds of the client's next messages.
 function accept(): string[] {
   link.sent.length = 0;
-  link.events!.opened();
-  link.events!.received(welcome);
-  link.events!.received(list);
+  lastLink().opened();
+  lastLink().received(welcome);
   return link.sent.map(({ case: kind }) => String(kind));
 }
 
 function streaming() {
   const client = clientOf();
-  client.connect();
-  accept();
   client.request(dataset(), settings, null, { time });
-  link.events!.received(begin);
+  accept();
   return client;
 }
 
@@ -110,86 +95,64 @@ function selectionOf(shown: number): Selection {
 }
 
 describe("SurfaceClient", () => {
-  test("IsNotStreamingWithoutConnection", () => {
+  test("RepeatsLostStreams", () => {
     const client = streaming();
-    expect(client.progress.get()).toMatchObject({ phase: "ready", isStreaming: true });
-    link.events!.closed();
-    expect(client.progress.get()).toMatchObject({ phase: "lost", isStreaming: false });
-    expect(client.progress.get().retryAt).toBeGreaterThan(performance.now());
+    expect(client.progress.get()).toMatchObject({ isStreaming: true, failure: null });
+    lastLink().closed();
+    expect(client.progress.get().isStreaming).toBe(false);
+    expect(accept()).toEqual(["hello", "openStream"]);
+    expect(client.progress.get().isStreaming).toBe(true);
   });
 
-  test("RepeatsLostStreamsAndSizeRequests", () => {
-    const client = streaming();
-    link.events!.closed();
-    expect(accept()).toEqual(["hello", "listDatasets", "openStream", "estimate"]);
-    expect(client.progress.get()).toMatchObject({ phase: "ready", isStreaming: true });
+  test("ReplacesTooLargeSurfacesByOnesOfASafeSize", async () => {
+    const parts = partsOf();
+    vi.mocked(parts.queries.estimate).mockResolvedValue({ triangles: 9_000_000n, bytes: 10n, errorBoundWorld: 1 } as EstimateReply);
+    const client = clientOf(parts);
+    client.request(dataset(), settings, null, { time });
+    accept();
+    await vi.waitFor(() => expect(client.progress.get().sizeToConfirm).toMatchObject({ triangles: 9_000_000 }));
+    expect(openStream()?.request?.maxTriangles).toBe(2_000_000n);
+    client.confirmSize();
+    expect(openStream()?.request?.maxTriangles).toBe(0n);
   });
 
   test("RequestsNoSizesOfSmallLabels", () => {
-    const sentFor = (samples: bigint) => {
-      const nothing = () => {};
-      const client = new SurfaceClient(partsOf(), { offer: nothing, withdraw: nothing, shown: nothing, settled: nothing });
+    const requests = (samples: bigint) => {
+      const parts = { ...partsOf(), isFirst: () => false };
       const info = { ...dataset(), member: { label: { value: 1, samples } } } as unknown as DatasetInfo;
-      client.request(info, settings, null, { time });
-      link.sent.length = 0;
-      link.events!.opened();
-      link.events!.received(welcome);
-      return link.sent.map(({ case: kind }) => String(kind));
+      clientOf(parts).request(info, settings, null, { time });
+      return vi.mocked(parts.queries.estimate).mock.calls.length;
     };
-    expect(sentFor(1000n)).toEqual(["hello", "openStream"]);
-    expect(sentFor(1_000_000_000n)).toEqual(["hello", "openStream", "estimate"]);
+    expect([requests(1000n), requests(1_000_000_000n)]).toEqual([0, 1]);
   });
 
   test("RequestsMissingSharedPreviewsAlone", () => {
-    const nothing = () => {};
     const wanted: StreamRequest[] = [];
-    const sharedPreviews = { cancel: nothing, request: (_: unknown, request: StreamRequest) => wanted.push(request) } as unknown as SharedPreviews;
-    const client = new SurfaceClient({ ...partsOf(), sharedPreviews }, { offer: nothing, withdraw: nothing, shown: nothing, settled: nothing });
+    const previewed: PreviewClient[] = [];
+    const request = (one: PreviewClient, of: StreamRequest) => void [previewed.push(one), wanted.push(of)];
+    const sharedPreviews = { cancel: nothing, request } as unknown as SharedPreviews;
+    const client = clientOf({ ...partsOf(), sharedPreviews, isFirst: () => false });
     const info = { ...dataset(), member: { label: { value: 1, samples: 100n, box: [0, 0, 0, 9, 9, 9] } } } as unknown as DatasetInfo;
     const attempts = link.attempts;
     client.request(info, { ...settings, shading: "field" }, null, { time, steps: "coarse" });
     expect(wanted).toMatchObject([{ info, isosurface: { normals: 0 } }]);
     expect([client.isPreviewing, link.attempts]).toEqual([true, attempts]);
-    client.requestAlone();
+    previewed[0].requestAlone();
     expect(link.attempts).toBe(attempts + 1);
     accept();
     expect(openStream()).toMatchObject({ request: { normals: 8 }, steps: StepPolicy.PREVIEWS_ONLY });
   });
 
-  test("RepeatsItsStreamAfterManualReconnection", () => {
-    const client = streaming();
-    client.connect();
-    expect(client.progress.get()).toMatchObject({ phase: "connecting", isStreaming: false });
-    expect(accept()).toContain("openStream");
-  });
-
-  test("ReconnectsAfterFatalErrorsOnlyManually", () => {
-    const client = clientOf("mt_wrong");
-    client.connect();
-    link.events!.opened();
-    const refusal = { requestId: 0n, code: 13, text: "The token is none that this server knows." };
-    link.events!.received({ case: "error", value: refusal } as ServerKind);
-    link.events!.closed();
-    const refused = client.progress.get();
-    expect(refused.failure).toEqual({ text: refusal.text, isFatal: true, needsToken: true });
-    expect(refused.retryAt).toBe(0);
-    const { attempts } = link;
-    client.connect();
-    expect(link.attempts).toBe(attempts + 1);
-    expect(client.progress.get()).toMatchObject({ phase: "connecting", failure: null });
-  });
-
   test("RequestsPreviewsFirstAmongSeveralSurfaces", () => {
     const client = clientOf();
-    client.connect();
-    accept();
     client.request(dataset(), settings, null, { time, steps: "previews" });
+    accept();
     expect(openStream()?.steps).toBe(StepPolicy.PREVIEWS_ONLY);
     expect(client.isPreviewing).toBe(true);
     const { requestId, request } = openStream()!;
     const preview = { ...(begin.value as StepBegin), requestId, request, isFinal: false };
-    link.events!.received({ case: "stepBegin", value: preview } as ServerKind);
-    link.events!.received({ case: "streamEnd", value: { requestId, outcome: StreamOutcome.COMPLETE, steps: 1 } } as ServerKind);
+    lastLink().received({ case: "stepBegin", value: preview } as ServerKind);
+    lastLink().received({ case: "streamEnd", value: { requestId, outcome: StreamOutcome.COMPLETE, steps: 1 } } as ServerKind);
     expect(client.progress.get().failure).toBeNull();
     expect([client.isPreviewed, client.isBusy]).toEqual([true, false]);
     client.finish();
@@ -199,23 +162,22 @@ describe("SurfaceClient", () => {
 
   test("CompletesWhileDragging", () => {
     const client = clientOf();
-    client.connect();
-    accept();
     client.request(dataset(), settings, null, { time, steps: "all", isDragging: true });
+    accept();
     expect(openStream()?.steps).toBe(StepPolicy.PROGRESSIVE);
     client.close();
   });
 
   test("ShowsCachedStepsImmediately", () => {
     const parts = partsOf();
-    const client = clientOf("", parts);
-    client.connect();
-    accept();
+    const client = clientOf(parts);
+    link.sent.length = 0;
     parts.stepCache.keep(requestOf(dataset()), frameOf(dataset()));
     client.request(dataset(), settings, null, { time });
     expect(openStream()).toBeUndefined();
     expect(client.shown?.info.name).toBe(dataset().name);
     client.request(dataset(), { ...settings, isovalue: 0.2 }, null, { time });
+    accept();
     expect(openStream()).toBeDefined();
   });
 
@@ -274,7 +236,7 @@ function keptAndWanted(wanted: WrittenSettings) {
   parts.surface.show = (_, selection) => shows.push(selection ?? null);
   parts.stepCache.keep(requestOf(dataset()), frameOf(dataset()));
   let settled = 0;
-  const client = new SurfaceClient(parts, { offer: (_, show) => show(), withdraw: () => {}, shown: () => {}, settled: () => ++settled });
+  const client = new SurfaceClient(parts, { ...silent, offer: (_, show) => show(), settled: () => ++settled });
   client.request(dataset(), wanted, null, { time });
   return { client, shows, settles: () => settled };
 }
@@ -289,7 +251,7 @@ describe("Prefetcher", () => {
     accept();
     expect(openStream()).toMatchObject({ dataset: "gyroid.t1", steps: StepPolicy.FINAL_ONLY, priority: Priority.BACKGROUND });
     expect(prefetcher.has({ info: times[0] }, settings, null)).toBe(false);
-    link.events!.received({ case: "error", value: { requestId: 1n, code: 3, text: "No." } } as ServerKind);
+    lastLink().received({ case: "error", value: { requestId: 1n, code: 3, text: "No." } } as ServerKind);
     expect(prefetcher.has({ info: times[0] }, settings, null)).toBe(true); // It will have none.
     expect(openStream()?.dataset).toBe("gyroid.t2");
     prefetcher.close();

@@ -1,4 +1,3 @@
-import { ConnectionPool, type IdleConnection } from "../../../client/web/src/stream/connection_pool";
 import { SwapGroup } from "../../../client/web/src/surfaces/swap_group";
 import { neighboringTime, type PlaybackRate, type PlaybackState, TimePlayer, timesAhead } from "../../../client/web/src/viewer/time_player";
 
@@ -194,42 +193,5 @@ describe("SwapGroup", () => {
     offer("a", 5, "head");
     expect(drawn).toEqual(["a5", "|"]);
     expect(open()).toBe("a");
-  });
-});
-
-describe("ConnectionPool", () => {
-  function holder(name: string, calls: string[]) {
-    const connection = { name } as unknown as IdleConnection;
-    const grantConnection = (given: IdleConnection | null) => calls.push(`+${name}${given ? ` by ${(given as unknown as { name: string }).name}` : ""}`);
-    const revokeConnection = () => {
-      calls.push(`-${name}`);
-      return connection;
-    };
-    return { isBusy: true, grantConnection, revokeConnection };
-  }
-
-  test("MovesConnectionsFromIdleToActiveClients", () => {
-    const calls: string[] = [];
-    const connectionPool = new ConnectionPool(2);
-    const [a, b, c] = ["a", "b", "c"].map((name) => holder(name, calls));
-    for (const one of [a, b, c, c]) connectionPool.request(one);
-    expect(calls).toEqual(["+a", "+b"]);
-    b.isBusy = false;
-    connectionPool.distribute();
-    expect(calls).toEqual(["+a", "+b", "-b", "+c by b"]);
-    connectionPool.request(b);
-    connectionPool.release(a);
-    expect(calls.slice(4)).toEqual(["+b"]);
-  });
-
-  test("KeepsIdleConnectionsWithoutDemand", () => {
-    const calls: string[] = [];
-    const connectionPool = new ConnectionPool(1);
-    const a = holder("a", calls);
-    connectionPool.request(a);
-    a.isBusy = false;
-    connectionPool.distribute();
-    connectionPool.request(a);
-    expect(calls).toEqual(["+a"]);
   });
 });

@@ -40,8 +40,8 @@ export class AddressSync {
   // Returns the settings for the address, always with the dataset's name, and with labels in short form.
   settingsForAddress(): Settings {
     const now = this.viewer.get();
-    const { info, surfaces } = this.viewer;
-    return withShortLabels(surfaces.datasets.get().list ?? [], now.dataset || !info ? now : { ...now, dataset: info.name });
+    const { info, queries } = this.viewer;
+    return withShortLabels(queries.datasets.get().list ?? [], now.dataset || !info ? now : { ...now, dataset: info.name });
   }
 
   private addressOf(settings: Settings): string {
@@ -57,7 +57,7 @@ export class AddressSync {
     this.historyStep = null; // The browser has already made a history entry.
     if (hash.slice(1) === this.addressOf(this.settingsForAddress())) return;
     const { dataset, ...now } = afterEdit(written(this.viewer.get()), hash);
-    const { list } = this.viewer.surfaces.datasets.get();
+    const { list } = this.viewer.queries.datasets.get();
     this.viewer.set({ ...fromWritten(defaults, now), dataset: dataset || this.settingsForAddress().dataset });
     const isUnknown = dataset !== "" && list !== null && findByName(list, dataset) === null;
     if (!isUnknown) this.reportIgnored(hash);

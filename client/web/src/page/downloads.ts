@@ -77,7 +77,7 @@ export class Downloads {
   private requireTime(time: number): void {
     const { info, surfaces } = this.viewer;
     const isWhole = surfaces.shownTiles(this.viewer.get()).every(({ shown }) => shown.facts.isFinal && isAtTime(shown.info, time));
-    const { failure } = surfaces.progress.get();
+    const { failure } = surfaces.progressOf(0);
     if (info && isAtTime(info, time) && isAtTime(surfaces.firstShown?.info ?? info, time) && isWhole && failure === null) return;
     throw new Error(`the surface at ${timeText(time, info?.member?.timeUnit ?? "", this.viewer.times?.all ?? [])} was not received.`);
   }
@@ -180,7 +180,7 @@ export class Downloads {
       ),
     );
     const shown = tiles.map((one) => one.shown.info);
-    const labels = only ? shown : withLabelsBeside(viewer.surfaces.datasets.get().list ?? [], shown);
+    const labels = only ? shown : withLabelsBeside(viewer.queries.datasets.get().list ?? [], shown);
     const rows = labels.map((info): MeasuredLabel => {
       const label = info.member!.label!;
       return {

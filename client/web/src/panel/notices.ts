@@ -6,7 +6,7 @@
 
 import { h } from "../shared/elements";
 import { inBytes, inTriangleRange } from "../shared/quantities";
-import type { Progress } from "../state/progress";
+import type { ServedProgress } from "../state/progress";
 import { TokenForm } from "./token_form";
 
 export interface NoticeActions {
@@ -25,7 +25,7 @@ export class Notices {
   private isTemporary = false;
   private timer = 0;
   private countdown = 0;
-  private progress: Progress | null = null;
+  private progress: ServedProgress | null = null;
   private empty: string | null = null;
   private blank: string | null = null;
   private kind: Kind = "nothing"; // The kind being shown; its elements are reused while it is the same.
@@ -54,7 +54,7 @@ export class Notices {
   }
 
   // `empty`: the reason if the surface has no triangles.
-  show(progress: Progress, empty: string | null): void {
+  show(progress: ServedProgress, empty: string | null): void {
     this.progress = progress;
     if (empty !== null && empty !== this.empty && this.isTemporary) this.announced = null;
     this.empty = empty;
@@ -107,7 +107,7 @@ export class Notices {
     return form;
   }
 
-  private drawPostponed({ text, until }: NonNullable<Progress["postponed"]>): void {
+  private drawPostponed({ text, until }: NonNullable<ServedProgress["postponed"]>): void {
     this.countDown("Retrying", until);
     this.words.textContent = `${text} `;
     this.showKind("later", () => [h("b", {}, "The server is busy. "), this.words, this.seconds]);
@@ -119,7 +119,7 @@ export class Notices {
     this.countdown = window.setTimeout(() => this.draw(), 500);
   }
 
-  private drawLost(progress: Progress): void {
+  private drawLost(progress: ServedProgress): void {
     this.countDown("Retrying", progress.retryAt);
     const permission = this.isElsewhere ? ` and allows this page (--allow-origin ${location.origin})` : "";
     this.words.textContent = progress.shown ? "The picture stays; the missing parts follow. " : `Check that the server is running${permission}. `;

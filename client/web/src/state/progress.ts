@@ -50,11 +50,23 @@ export interface SurfaceSize {
   errorVoxels: number;
 }
 
-export type ConnectionPhase = "connecting" | "greeting" | "ready" | "lost";
+// One sentence for the user, and its severity.
+export interface Failure {
+  text: string;
+  isFatal: boolean;
+  needsToken: boolean;
+}
+
+export interface ConnectionState {
+  phase: "connecting" | "greeting" | "ready" | "lost";
+  retryAt: number; // performance.now() of the next attempt, while lost; 0: none.
+  failure: Failure | null;
+  permitsSamples: boolean; // Slices of samples and not only surfaces.
+}
+
+export const noConnection: ConnectionState = { phase: "lost", retryAt: 0, failure: null, permitsSamples: true };
 
 export interface Progress {
-  phase: ConnectionPhase;
-  retryAt: number; // performance.now() of the next attempt, while lost; 0: none.
   isStreaming: boolean;
   // The current or latest stream.
   step: number; // The step being received.
@@ -73,9 +85,11 @@ export interface Progress {
   // A second field on the shown surface: the range of its values, and the largest difference between the field and the
   // interpolated colors; the vertices, and those without a value.
   scalars: { low: number; high: number; deviation: number; vertices: number; missing: number } | null;
-  // One sentence for the user, and its severity.
-  failure: { text: string; isFatal: boolean; needsToken: boolean } | null;
+  failure: Failure | null;
 }
+
+// The progress of a surface, and the state of the connection to the server.
+export type ServedProgress = Progress & Pick<ConnectionState, "phase" | "retryAt">;
 
 export interface DrawnSurface {
   number: number; // Counted from 1, as in the list of surfaces.
@@ -86,15 +100,13 @@ export interface DrawnSurface {
 
 // All visible surfaces.
 export interface SurfacesStatus {
-  progress: Progress; // The progress of the first visible surface, or else of the first one.
+  progress: ServedProgress; // The progress of the first visible surface, or else of the first one.
   drawn: DrawnSurface[];
   done: number; // Surfaces that have a final step or will never have one.
   visible: number; // Visible surfaces.
 }
 
 export const noProgress: Progress = {
-  phase: "connecting",
-  retryAt: 0,
   isStreaming: false,
   step: 0,
   tilesToCome: 0,

@@ -1,52 +1,57 @@
-// A few connections shared by many surfaces. A holder keeps its connection, even when idle, until another client needs
-// it, so that not each of a thousand labels has to connect.
-import type { Channel } from "./channel";
-
-// An idle connection and the last request id used on it.
-export interface IdleConnection {
-  channel: Channel;
-  lastRequestId: bigint;
-}
-
-export interface PoolClient {
-  readonly isBusy: boolean; // Whether it needs its connection now.
-  grantConnection: (connection: IdleConnection | null) => void; // Null: it must connect.
-  revokeConnection: () => IdleConnection | null; // Null: the connection is lost or not yet open.
-}
+// A few connections shared by many surfaces, so that not each of a thousand labels has to connect. They stay open while
+// no surface uses them.
+import type { ConnectionUser, ServerConnection } from "./server_connection";
 
 export class ConnectionPool {
-  private readonly holders = new Set<PoolClient>(); // Roughly by idle time, longest first.
-  private readonly queue: PoolClient[] = [];
+  private readonly connections: ServerConnection[] = [];
+  private readonly users = new Map<ConnectionUser, ServerConnection | null>(); // In order of their requests; null: waiting.
 
-  constructor(private readonly maxConnections: number) {}
+  constructor(
+    private readonly create: () => ServerConnection,
+    private readonly maxConnections: number,
+  ) {}
 
-  request(one: PoolClient): void {
-    if (this.holders.has(one) || this.queue.includes(one)) return;
-    this.queue.push(one);
+  // Calls the user's ready() as soon as there is a connection for it, until release().
+  request(user: ConnectionUser): void {
+    if (this.users.has(user)) return;
+    this.users.set(user, null);
     this.distribute();
   }
 
-  // Releases the client's connection or request.
-  release(one: PoolClient): void {
-    this.holders.delete(one);
-    const at = this.queue.indexOf(one);
-    if (at >= 0) this.queue.splice(at, 1);
+  release(user: ConnectionUser): void {
+    const connection = this.users.get(user);
+    this.users.delete(user);
+    connection?.use(null);
     this.distribute();
   }
 
-  // Call when a holder may have become idle.
-  distribute(): void {
-    while (this.queue.length > 0) {
-      let connection: IdleConnection | null = null;
-      if (this.holders.size >= this.maxConnections) {
-        const idle = [...this.holders].find(({ isBusy }) => !isBusy);
-        if (!idle) return;
-        this.holders.delete(idle);
-        connection = idle.revokeConnection();
-      }
-      const next = this.queue.shift()!;
-      this.holders.add(next);
-      next.grantConnection(connection);
+  // Connects now, at least once: the first user need not wait for it.
+  connect(): void {
+    if (this.connections.length === 0) this.connections.push(this.create());
+    for (const connection of this.connections) connection.connect();
+  }
+
+  close(): void {
+    this.users.clear();
+    for (const connection of this.connections) connection.close();
+  }
+
+  private distribute(): void {
+    for (const [user, connection] of this.users) {
+      if (connection) continue;
+      const next = this.free();
+      if (!next) return;
+      this.users.set(user, next);
+      next.use(user);
     }
+  }
+
+  private free(): ServerConnection | null {
+    const free = this.connections.filter(({ isFree }) => isFree);
+    const found = free.find(({ isReady }) => isReady) ?? free[0];
+    if (found || this.connections.length >= this.maxConnections) return found ?? null;
+    const created = this.create();
+    this.connections.push(created);
+    return created;
   }
 }

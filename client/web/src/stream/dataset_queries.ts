@@ -1,12 +1,29 @@
-// Queries for samples: a slice, or the field at places. They use a connection of their own, opened with the first
-// query, so that tiles do not delay replies. Queries without a reply are repeated after a lost connection, also if the
+// Queries about datasets: their list, the size of a surface, a slice, or the field at places. They use a connection of their
+// own, so that tiles do not delay replies. Queries without a reply are repeated after a lost connection, also if the
 // server closed it because the page was too busy to send its first message in time.
-import { CoordinateSystem, create, Interpolation, type ProbedPlace, ProbeSchema, type ServerKind, SliceDetail, SliceSchema } from "../protocol/messages";
-import { firstRetry, isTemporary, maxRetry } from "./conversation";
+import {
+  type ClientKind,
+  CoordinateSystem,
+  create,
+  type DatasetInfo,
+  type DatasetList,
+  type EstimateReply,
+  EstimateSchema,
+  Interpolation,
+  type IsosurfaceRequest,
+  ListDatasetsSchema,
+  PingSchema,
+  type ProbedPlace,
+  ProbeSchema,
+  type ServerKind,
+  SliceDetail,
+  SliceSchema,
+} from "../protocol/messages";
+import { noDatasets, noFailure, type ServedDatasets } from "../state/progress";
+import { Store } from "../state/store";
 import type { Vec3 } from "./dataset";
-import { helloFrom } from "./hello";
-import { Link } from "./link";
 import { unpackedSamples } from "./packed_samples";
+import { type ConnectionUser, ServerConnection } from "./server_connection";
 
 // Pixels of a plane, in world coordinates.
 export interface SliceGrid {
@@ -30,49 +47,54 @@ export interface SliceValues {
   sampleSpacing: number; // 1; or 8: from every eighth sample.
 }
 
-type Answer = Extract<ServerKind, { case: "sliceReply" | "probeReply" }>;
+type ReplyKind = "sliceReply" | "probeReply" | "estimateReply";
+type ReplyOf<Kind extends ReplyKind> = Extract<ServerKind, { case: Kind }>["value"];
 
 interface PendingQuery {
-  send: () => void;
-  resolve: (answer: Answer) => void;
+  message: ClientKind;
+  reply: ReplyKind; // The expected one.
+  resolve: (reply: ReplyOf<ReplyKind>) => void;
   reject: (error: Error) => void;
   attempts: number; // How often it was sent.
 }
 
+const listInterval = 3000; // Milliseconds between checks for a changed list of datasets.
+const maxDatasets = 1 << 20;
 const maxAttempts = 5; // A reply that ends the connection each time would end it for ever.
 const coarseStep = 8; // The distance of the samples that datasets store as an overview.
 const maxConcurrent = 4; // The server's limit per connection.
+const listId = 1n; // The request id of lists.
+const otherReply = "The server sent a reply to another query.";
 
-export class DatasetQueries {
-  private readonly link: Link;
+export class DatasetQueries implements ConnectionUser {
+  readonly connection: ServerConnection;
+  readonly datasets = new Store<ServedDatasets>(noDatasets);
   private readonly running = new Map<bigint, PendingQuery>();
-  private waiting: { id: bigint; query: PendingQuery }[] = [];
-  private lastId = 0n;
-  private phase: "none" | "greeting" | "ready" = "none";
-  private failures = 0; // Connections lost since the last reply.
+  private waiting: [bigint, PendingQuery][] = [];
+  private lastId = listId;
+  private listed: DatasetInfo[] = []; // The pages of an unfinished list.
+  private listTimer = 0;
 
-  // `retrying` is called when a repeated attempt has failed, too.
-  constructor(
-    address: string,
-    private readonly token: () => string,
-    private readonly retrying: (text: string) => void = () => {},
-  ) {
-    this.link = new Link(address, {
-      opened: () => this.sendHello(),
-      received: (message) => this.receive(message),
-      closed: () => this.reconnect(),
-      blocked: () => this.failAll("Cannot connect to the server."),
-    });
+  constructor(address: string, token: () => string) {
+    this.connection = new ServerConnection(address, token, "queries");
+  }
+
+  // Connects and follows the list of datasets; connects again if it has done so.
+  connect(): void {
+    this.listTimer ||= window.setInterval(() => document.hidden || this.checkList(), listInterval);
+    if (this.connection.isFree) this.connection.use(this);
+    else this.connection.connect();
+  }
+
+  // Requests the list of datasets if it has changed.
+  checkList(): void {
+    if (this.connection.isReady && this.datasets.get().list) this.connection.send({ case: "ping", value: create(PingSchema) });
   }
 
   // Rejects with a one-sentence error.
   async slice(dataset: string, grid: SliceGrid): Promise<SliceValues> {
-    const answer = await this.query((requestId) => {
-      const value = create(SliceSchema, { requestId, dataset, ...grid });
-      this.link.send({ case: "slice", value });
-    });
-    if (answer.case !== "sliceReply") throw new Error("The server sent a reply to another query.");
-    const { width, height, sampleSpacing, values } = answer.value;
+    const query = (requestId: bigint) => ({ case: "slice" as const, value: create(SliceSchema, { requestId, dataset, ...grid }) });
+    const { width, height, sampleSpacing, values } = await this.query("sliceReply", query);
     if (width !== grid.width || height !== grid.height || values.length !== 4 * width * height) {
       throw new Error(`The server's slice has ${width} by ${height} pixels and ${values.length} bytes.`);
     }
@@ -92,95 +114,106 @@ export class DatasetQueries {
       detail: step < coarseStep ? SliceDetail.FULL : SliceDetail.AUTO,
       acceptsPacked: true,
     };
-    const answer = await this.query((requestId) => this.link.send({ case: "slice", value: create(SliceSchema, { requestId, ...wanted }) }));
-    if (answer.case !== "sliceReply") throw new Error("The server sent a reply to another query.");
-    return unpackedSamples(answer.value.packedType, answer.value.values, width * height * layers);
+    const query = (requestId: bigint) => ({ case: "slice" as const, value: create(SliceSchema, { requestId, ...wanted }) });
+    const { packedType, values } = await this.query("sliceReply", query);
+    return unpackedSamples(packedType, values, width * height * layers);
   }
 
   async probe(dataset: string, place: Vec3): Promise<ProbedPlace> {
-    const answer = await this.query((requestId) => {
-      const value = create(ProbeSchema, { requestId, dataset, places: place });
-      this.link.send({ case: "probe", value });
-    });
-    if (answer.case !== "probeReply" || answer.value.places.length !== 1) {
-      throw new Error("The server sent a reply to another query.");
-    }
-    return answer.value.places[0];
+    const query = (requestId: bigint) => ({ case: "probe" as const, value: create(ProbeSchema, { requestId, dataset, places: place }) });
+    const { places } = await this.query("probeReply", query);
+    if (places.length !== 1) throw new Error(otherReply);
+    return places[0];
+  }
+
+  // Returns the estimated size of a surface.
+  estimate(dataset: string, request: IsosurfaceRequest): Promise<EstimateReply> {
+    return this.query("estimateReply", (requestId) => ({ case: "estimate", value: create(EstimateSchema, { requestId, dataset, request }) }));
   }
 
   close(): void {
-    this.link.close();
+    clearInterval(this.listTimer);
+    this.connection.use(null);
+    this.connection.close();
     this.failAll("Cancelled.");
   }
 
-  private query(send: (id: bigint) => void): Promise<Answer> {
+  // ----
+
+  ready(): void {
+    const { permitsSamples } = this.connection.state.get();
+    this.datasets.set({ permitsSamples });
+    this.requestList();
+    this.sendNext();
+  }
+
+  received(message: ServerKind): void {
+    switch (message.case) {
+      case "datasetList":
+        return this.receivePage(message.value);
+      case "pong":
+        return message.value.hasNewList ? this.requestList() : undefined;
+      case "sliceReply":
+      case "probeReply":
+      case "estimateReply":
+      case "error": {
+        const query = this.running.get(message.value.requestId);
+        this.running.delete(message.value.requestId);
+        if (message.case === query?.reply) query.resolve(message.value);
+        else query?.reject(new Error(message.case === "error" ? message.value.text : otherReply));
+        this.sendNext();
+      }
+    }
+  }
+
+  // Queries without a reply are repeated, except if the server refuses the connection.
+  lost(): void {
+    const { failure } = this.connection.state.get();
+    if (failure?.isFatal) return this.failAll(failure.text);
+    for (const [id, query] of [...this.running].reverse()) {
+      if (query.attempts < maxAttempts) this.waiting.unshift([id, query]);
+      else query.reject(new Error("The connection was lost each time the server answered."));
+    }
+    this.running.clear();
+  }
+
+  private requestList(): void {
+    this.listed = [];
+    this.requestPage("");
+  }
+
+  private requestPage(after: string): void {
+    this.connection.send({ case: "listDatasets", value: create(ListDatasetsSchema, { requestId: listId, inPages: true, after }) });
+  }
+
+  // Each page must continue the list, so that it ends.
+  private receivePage({ datasets, next }: DatasetList): void {
+    this.listed = [...this.listed, ...datasets];
+    if (next === "") this.datasets.set({ list: this.listed });
+    else if (next === datasets.at(-1)?.name && this.listed.length < maxDatasets) this.requestPage(next);
+    else this.connection.state.set({ failure: { ...noFailure, text: "The server's list of datasets does not end." } });
+  }
+
+  // Rejects with one sentence.
+  private query<Kind extends ReplyKind>(reply: Kind, message: (requestId: bigint) => ClientKind): Promise<ReplyOf<Kind>> {
     const id = ++this.lastId;
     return new Promise((resolve, reject) => {
-      this.waiting.push({ id, query: { send: () => send(id), resolve, reject, attempts: 0 } });
-      if (this.phase === "none") {
-        this.phase = "greeting";
-        this.link.connect();
-      }
+      this.waiting.push([id, { reply, message: message(id), resolve: resolve as PendingQuery["resolve"], reject, attempts: 0 }]);
       this.sendNext();
     });
   }
 
   private sendNext(): void {
-    while (this.phase === "ready" && this.waiting.length > 0 && this.running.size < maxConcurrent) {
-      const { id, query } = this.waiting.shift()!;
+    while (this.connection.isReady && this.waiting.length > 0 && this.running.size < maxConcurrent) {
+      const [id, query] = this.waiting.shift()!;
       this.running.set(id, query);
       query.attempts += 1;
-      query.send();
+      this.connection.send(query.message);
     }
   }
 
-  private sendHello(): void {
-    this.link.send({ case: "hello", value: helloFrom("queries", this.token(), false) });
-  }
-
-  private receive(message: ServerKind): void {
-    switch (message.case) {
-      case "welcome":
-        this.phase = "ready";
-        break;
-      case "sliceReply":
-      case "probeReply":
-        this.failures = 0;
-        this.running.get(message.value.requestId)?.resolve(message);
-        this.running.delete(message.value.requestId);
-        break;
-      case "error": {
-        const { requestId, code, text } = message.value;
-        if (requestId === 0n) {
-          this.link.close();
-          return isTemporary(code) ? this.reconnect() : this.failAll(text);
-        }
-        this.failures = 0;
-        this.running.get(requestId)?.reject(new Error(text));
-        this.running.delete(requestId);
-        break;
-      }
-    }
-    this.sendNext();
-  }
-
-  // Repeats the queries without a reply; without any, the next query connects.
-  private reconnect(): void {
-    for (const [id, query] of [...this.running].reverse()) {
-      if (query.attempts < maxAttempts) this.waiting.unshift({ id, query });
-      else query.reject(new Error("The connection was lost each time the server answered."));
-    }
-    this.running.clear();
-    this.phase = this.waiting.length > 0 ? "greeting" : "none";
-    if (this.phase === "none") return;
-    this.link.connectIn(Math.min(maxRetry, firstRetry * 2 ** this.failures));
-    if (++this.failures > 1) this.retrying("The server did not answer; trying again.");
-  }
-
-  // Rejects all queries; the next one connects.
   private failAll(text: string): void {
-    this.phase = "none";
-    const queries = [...this.running.values(), ...this.waiting.map((one) => one.query)];
+    const queries = [...this.running.values(), ...this.waiting.map(([, query]) => query)];
     this.running.clear();
     this.waiting = [];
     for (const { reject } of queries) reject(new Error(text));

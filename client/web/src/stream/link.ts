@@ -1,4 +1,4 @@
-// The connection of a conversation: sends and receives messages, reconnects.
+// Sends and receives messages through a channel, and connects again.
 import { type ClientKind, decoded, encoded, type ServerKind } from "../protocol/messages";
 import { type Channel, openChannel } from "./channel";
 
@@ -31,26 +31,6 @@ export class Link {
       return;
     }
     this.watchContentSecurityPolicy();
-    this.use(channel);
-  }
-
-  // Takes over an open connection from another link.
-  adopt(channel: Channel): void {
-    this.close();
-    this.watchContentSecurityPolicy();
-    this.use(channel);
-  }
-
-  // Releases the connection without closing it; null if none is open.
-  handOver(): Channel | null {
-    const { channel } = this;
-    if (channel?.readyState !== WebSocket.OPEN) return null;
-    this.channel = null;
-    this.close();
-    return channel;
-  }
-
-  private use(channel: Channel): void {
     channel.binaryType = "arraybuffer";
     const isCurrent = () => this.channel === channel;
     channel.onopen = () => isCurrent() && this.events.opened();

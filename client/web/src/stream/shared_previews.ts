@@ -10,7 +10,6 @@ import {
   IsosurfaceRequestSchema,
   MeshUse,
   OpenStreamSchema,
-  PayloadCodec,
   type Preview,
   type ServerKind,
   StepPolicy,
@@ -18,19 +17,17 @@ import {
   StreamOutcome,
 } from "../protocol/messages";
 import { coarsePreview } from "./coarse_preview";
-import { helloFrom } from "./hello";
-import { Link } from "./link";
+import { type ConnectionUser, ServerConnection } from "./server_connection";
 import type { StreamRequest } from "./stream_request";
 
 export interface PreviewClient {
-  receive: (message: ServerKind) => void; // Receives a message of the client's stream, whose only step has the number 0.
+  received: (message: ServerKind) => void; // A message of the stream sharedRequestId, whose only step has the number 0.
   requestAlone: () => void; // Called if its preview cannot be received here.
 }
 
 interface PreviewRequest {
   client: PreviewClient;
   request: StreamRequest;
-  requestId: bigint; // The client's.
   preview: Preview;
   key: string; // Equal for previews that fit into one request.
 }
@@ -40,6 +37,7 @@ interface Group {
   requests: (PreviewRequest | null)[]; // By step; null: received or cancelled.
 }
 
+export const sharedRequestId = 1n;
 const maxPerStream = 1024; // The server's limit of datasets per request.
 
 // Returns the request for a shared stream: without normals, because sample shells have none. Null: it cannot be shared.
@@ -48,33 +46,23 @@ export function shareableRequest(request: StreamRequest): StreamRequest | null {
   return { ...request, isosurface: create(IsosurfaceRequestSchema, { ...request.isosurface, normals: 0 }) };
 }
 
-export class SharedPreviews {
-  private readonly link: Link;
-  private isReady = false;
-  private isConnecting = false;
-  private lastRequestId = 0n;
+export class SharedPreviews implements ConnectionUser {
+  private readonly connection: ServerConnection;
+  private requestId = 0n; // Of the running stream.
   private queued = new Map<PreviewClient, PreviewRequest>(); // Not requested yet.
   private running: Group | null = null;
 
-  constructor(
-    address: string,
-    private readonly token: () => string,
-  ) {
-    this.link = new Link(address, {
-      opened: () => this.sendHello(),
-      received: (message) => this.receive(message),
-      closed: () => this.leaveAllToClients(),
-      blocked: () => this.leaveAllToClients(),
-    });
+  constructor(address: string, token: () => string) {
+    this.connection = new ServerConnection(address, token, "previews");
   }
 
   // Replaces the client's earlier request. Requires a request from shareableRequest().
-  request(client: PreviewClient, request: StreamRequest, requestId: bigint): void {
+  request(client: PreviewClient, request: StreamRequest): void {
     this.cancel(client);
     if (this.queued.size === 0) queueMicrotask(() => this.sendNext());
     const preview = coarsePreview(request.info, true)!;
     const key = `${preview.finestSpacing} ${toBinary(IsosurfaceRequestSchema, request.isosurface).join()}`;
-    this.queued.set(client, { client, request, requestId, preview, key });
+    this.queued.set(client, { client, request, preview, key });
   }
 
   cancel(client: PreviewClient): void {
@@ -85,7 +73,7 @@ export class SharedPreviews {
     if (at < 0) return;
     running.requests[at] = null;
     if (running.requests.some((request) => request !== null)) return;
-    this.link.send({ case: "cancel", value: create(CancelSchema, { requestId: this.lastRequestId }) });
+    this.connection.send({ case: "cancel", value: create(CancelSchema, { requestId: this.requestId }) });
     this.running = null;
     this.sendNext();
   }
@@ -93,29 +81,37 @@ export class SharedPreviews {
   close(): void {
     this.queued.clear();
     this.running = null;
-    this.link.close();
+    this.connection.use(null);
+    this.connection.close();
   }
 
   // ----
 
-  private sendHello(): void {
-    this.lastRequestId = 0n;
-    this.link.send({ case: "hello", value: helloFrom("previews", this.token()) });
+  // Without permission for samples there are no shells.
+  ready(): void {
+    if (this.connection.state.get().permitsSamples) this.sendNext();
+    else this.lost();
+  }
+
+  // Clients without a preview request it themselves.
+  lost(): void {
+    const all = [...(this.running?.requests ?? []), ...this.queued.values()];
+    this.close();
+    for (const request of all) request?.client.requestAlone();
   }
 
   private sendNext(): void {
     if (this.running || this.queued.size === 0) return;
-    if (this.isReady) return this.open();
-    if (this.isConnecting) return;
-    this.isConnecting = true;
-    this.link.connect();
+    if (this.connection.isReady) this.open();
+    else if (this.connection.isFree) this.connection.use(this);
   }
 
   private open(): void {
     const group = (this.running = this.nextGroup());
+    this.requestId = this.connection.nextRequestId();
     const [first, ...others] = group.requests.map((request) => request!.request);
     const value = create(OpenStreamSchema, {
-      requestId: ++this.lastRequestId,
+      requestId: this.requestId,
       dataset: first.info.name,
       furtherDatasets: others.map(({ info }) => info.name),
       request: first.isosurface,
@@ -123,7 +119,7 @@ export class SharedPreviews {
       resumedPreviews: [group.preview],
       use: MeshUse.DISPLAY,
     });
-    this.link.send({ case: "openStream", value });
+    this.connection.send({ case: "openStream", value });
   }
 
   private nextGroup(): Group {
@@ -138,54 +134,28 @@ export class SharedPreviews {
     return next;
   }
 
-  private receive(message: ServerKind): void {
-    switch (message.case) {
-      case "welcome":
-        this.isReady = message.value.codecs.includes(PayloadCodec.SAMPLE_SHELL);
-        if (this.isReady) return this.sendNext();
-        this.link.close(); // Without permission for samples there are no shells.
-        return this.leaveAllToClients();
-      case "stepBegin":
-      case "tile":
-      case "stepEnd":
-        if (message.value.requestId === this.lastRequestId) this.forward(message);
-        return;
-      case "streamEnd":
-        if (message.value.requestId === this.lastRequestId) this.endGroup();
-        return;
-      case "error":
-        if (message.value.requestId === this.lastRequestId) return this.endGroup();
-        if (message.value.requestId !== 0n) return;
-        this.link.close();
-        return this.leaveAllToClients();
-    }
+  received(message: ServerKind): void {
+    if (!message.value || !("requestId" in message.value) || message.value.requestId !== this.requestId) return;
+    if (message.case === "stepBegin" || message.case === "tile" || message.case === "stepEnd") this.forward(message);
+    else if (message.case === "streamEnd" || message.case === "error") this.endGroup();
   }
 
   private forward(message: Extract<ServerKind, { case: "stepBegin" | "tile" | "stepEnd" }>): void {
     const { running } = this;
     const request = running?.requests[message.value.step];
     if (!running || !request) return;
-    const own = { requestId: request.requestId, step: 0 };
-    request.client.receive({ case: message.case, value: { ...message.value, ...own } } as ServerKind);
+    const own = { requestId: sharedRequestId, step: 0 };
+    request.client.received({ case: message.case, value: { ...message.value, ...own } } as ServerKind);
     if (message.case !== "stepEnd") return;
     running.requests[message.value.step] = null;
-    const end = create(StreamEndSchema, { requestId: request.requestId, outcome: StreamOutcome.COMPLETE, steps: 1 });
-    request.client.receive({ case: "streamEnd", value: end });
+    const end = create(StreamEndSchema, { requestId: sharedRequestId, outcome: StreamOutcome.COMPLETE, steps: 1 });
+    request.client.received({ case: "streamEnd", value: end });
   }
 
-  // Clients without a preview request it themselves.
   private endGroup(): void {
     const { running } = this;
     this.running = null;
     for (const request of running?.requests ?? []) request?.client.requestAlone();
     this.sendNext();
-  }
-
-  private leaveAllToClients(): void {
-    this.isReady = this.isConnecting = false;
-    const all = [...(this.running?.requests ?? []), ...this.queued.values()];
-    this.running = null;
-    this.queued.clear();
-    for (const request of all) request?.client.requestAlone();
   }
 }

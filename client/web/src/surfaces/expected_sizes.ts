@@ -1,8 +1,7 @@
 // Estimated sizes of surfaces: when to request them, and which sizes require confirmation.
-import { create, type DatasetInfo, IsosurfaceRequestSchema } from "../protocol/messages";
+import { create, type DatasetInfo, type EstimateReply, IsosurfaceRequestSchema } from "../protocol/messages";
 import type { SurfaceSize } from "../state/progress";
 import { Store } from "../state/store";
-import type { Effect } from "../stream/conversation";
 import { voxelLength } from "../stream/dataset";
 import { isSameRequest } from "../stream/request";
 import type { StreamRequest } from "../stream/stream_request";
@@ -50,13 +49,14 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
     return (trianglesOfLabel(info) ?? Infinity) <= maxUnconfirmed * this.share;
   }
 
-  // Call when the connection is lost, and with it pending requests.
-  forget(): void {
-    this.last = null;
+  // Call when the request has failed.
+  forget(request: StreamRequest): void {
+    if (this.last === request) this.last = null;
   }
 
-  record({ request, triangles, bytes, errorWorld }: Effect & { kind: "size" }): SurfaceSize {
-    const expected = { triangles, budget: Number(request.isosurface.maxTriangles), bytes, errorVoxels: errorWorld / voxelLength(request.info) };
+  record(request: StreamRequest, { triangles, bytes, errorBoundWorld }: Pick<EstimateReply, "triangles" | "bytes" | "errorBoundWorld">): SurfaceSize {
+    const errorVoxels = errorBoundWorld / voxelLength(request.info);
+    const expected = { triangles: Number(triangles), budget: Number(request.isosurface.maxTriangles), bytes: Number(bytes), errorVoxels };
     this.set({ expected });
     return expected;
   }

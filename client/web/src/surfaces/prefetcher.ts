@@ -49,6 +49,7 @@ export class Prefetcher {
   close(): void {
     this.client?.close();
     this.client = null;
+    this.parts.connections.close();
     this.parts.surface.release(this);
     this.running = null;
     this.failed = [];
@@ -87,7 +88,7 @@ export class Prefetcher {
 
   private settled(): void {
     const { client, running } = this;
-    if (!running || client!.isBusy) return; // Busy: the server postponed it.
+    if (!running || client!.isBusy) return; // Busy: the server has postponed it.
     this.running = null;
     if (!this.parts.stepCache.find(running)) this.failed.push(running);
     this.requestNext();

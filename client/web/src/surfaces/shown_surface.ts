@@ -2,7 +2,7 @@
 import { hex } from "../mesh/content_digest";
 import { type DatasetInfo, ErrorMeasure } from "../protocol/messages";
 import type { StepFacts } from "../state/progress";
-import type { AssemblerEffect, StepOfTiles } from "../stream/assembler";
+import type { AssemblerEffect } from "../stream/assembler";
 import { latticeRoundingWorld, voxelLength } from "../stream/dataset";
 import { preservesTopology, shellModeOf } from "../stream/step_checks";
 import type { StreamRequest } from "../stream/stream_request";
@@ -47,11 +47,6 @@ export function isRegression(before: ShownSurface | null, request: StreamRequest
 export function tileIdPrefix(surface: number, request: StreamRequest): string {
   const { info, isosurface } = request;
   return `${surface}:${info.name}/${isosurface.normals}/`;
-}
-
-export function tileIds(surface: number, request: StreamRequest, step: StepOfTiles): string[] {
-  const prefix = tileIdPrefix(surface, request);
-  return step.tiles.map(({ key }) => prefix + key);
 }
 
 export function factsOf({ info }: StreamRequest, { step, topology, sameAs }: Committed): StepFacts {

@@ -1,4 +1,4 @@
-// Streams one surface: converts settings to requests on its own connection. surface_steps.ts shows the steps.
+// Requests one surface: converts settings to requests. tile_stream.ts receives the steps, shown_steps.ts shows them.
 //
 // While the isovalue is dragged, only one request is in flight: the next one follows when the previous surface was
 // shown or takes too long. At the end of the drag the last request continues to its final step.
@@ -9,36 +9,31 @@
 // With several surfaces the previews of all precede the final step of any: clients request previews first, and the rest
 // when all previews have arrived. A client with `isPrefetch` fetches final steps that are needed soon, and shows
 // nothing.
-
-import { type DatasetInfo, ErrorCode, Priority, type ServerKind } from "../protocol/messages";
+import type { DatasetInfo } from "../protocol/messages";
+import { latestOnly } from "../shared/latest_only";
 import { type HiddenParts, hiddenPartsOf } from "../state/hidden_parts";
-import { noDatasets, noFailure, noProgress, type Progress, type ServedDatasets } from "../state/progress";
+import { noProgress, type Progress } from "../state/progress";
 import { Store } from "../state/store";
 import type { OwnSettings } from "../state/surfaces";
-import type { ConnectionPool } from "../stream/connection_pool";
-import { Conversation, type Effect } from "../stream/conversation";
+import type { DatasetQueries } from "../stream/dataset_queries";
 import { isosurfaceRequest, isSameRequest, type View } from "../stream/request";
-import { type PreviewClient, type SharedPreviews, shareableRequest } from "../stream/shared_previews";
 import { isSameStream, type RequestedSteps, type ScalarOptions, type StreamRequest } from "../stream/stream_request";
 import type { DrawnTiles } from "../workers/worker_messages";
 import { ExpectedSizes } from "./expected_sizes";
-import { type ShownSurface, tileIdPrefix } from "./shown_surface";
-import type { CachedStep } from "./step_cache";
-import { SurfaceConnection } from "./surface_connection";
-import { type RequestAtTime, SurfaceSteps, type SurfaceStepsEvents, type SurfaceStepsParts } from "./surface_steps";
+import { type RequestAtTime, ShownSteps, type ShownStepsEvents } from "./shown_steps";
+import type { ShownSurface } from "./shown_surface";
+import type { CachedStep, StepCache } from "./step_cache";
 import type { SceneTime } from "./swap_group";
+import { TileStream, type TileStreamParts } from "./tile_stream";
 
-const listInterval = 3000; // Milliseconds between checks for a changed list of datasets.
 const maxDragWait = 400; // Milliseconds that a drag waits for a preview.
 
-export interface SurfaceClientParts extends SurfaceStepsParts {
-  address: string;
-  token: () => string;
-  connectionPool: ConnectionPool; // For the connections of all surfaces but the first.
-  sharedPreviews: SharedPreviews; // For the coarse previews of all surfaces but the first.
+export interface SurfaceClientParts extends TileStreamParts {
+  queries: DatasetQueries;
+  stepCache: StepCache;
 }
 
-export interface SurfaceClientEvents extends SurfaceStepsEvents {
+export interface SurfaceClientEvents extends ShownStepsEvents {
   settled: () => void; // Nothing is in progress or scheduled.
 }
 
@@ -50,90 +45,42 @@ export interface SurfaceRequest {
   steps?: RequestedSteps; // Default: all. After "previews" or "coarse", finish() requests the rest.
 }
 
-export class SurfaceClient implements PreviewClient {
+export class SurfaceClient {
   readonly progress = new Store<Progress>(noProgress);
-  readonly datasets = new Store<ServedDatasets>(noDatasets);
   readonly sizes = new ExpectedSizes();
-  private readonly conversation: Conversation;
-  private readonly connection: SurfaceConnection;
-  private readonly steps: SurfaceSteps;
+  private readonly stream: TileStream;
+  private readonly steps: ShownSteps;
   private requested: RequestAtTime | null = null; // The request that is running or shown.
   private current: StreamRequest | null = null; // The running request, with a budget if it is too large.
   private next: RequestAtTime | null = null; // Waits for the running request.
   private isDragging = false;
   private dragTimer = 0;
-  private isFirst = false; // Always connected; requests the list of datasets.
-  private listTimer = 0; // Checks for a changed list.
   private isActive = false; // Streaming, or preparing to.
-  private isFinishing = false; // Receiving the rest of a stream after its previews.
   private hasFinal = false; // The final step of the stream has begun.
-  private postponed = 0; // The timer of a postponed stream.
+  private readonly estimate = latestOnly((request: StreamRequest) => this.receiveSize(request));
 
   constructor(
     private readonly parts: SurfaceClientParts,
     private readonly events: SurfaceClientEvents,
   ) {
-    const { number, address, token, surface, speed, isPrefetch, connectionPool } = parts;
-    this.conversation = new Conversation({
-      part: isPrefetch ? "prefetch" : "",
-      token,
-      cachedTiles: (request) => {
-        const prefix = tileIdPrefix(number, request);
-        return surface.ids(prefix).map((id) => id.slice(prefix.length));
+    this.stream = new TileStream(parts, this.progress, {
+      opened: (isFinishing) => {
+        this.steps.cancel();
+        if (!isFinishing) events.withdraw();
       },
-      priority: isPrefetch ? Priority.BACKGROUND : undefined,
-      trianglesPerSecond: () => speed.trianglesPerSecond,
-      isListing: () => this.isFirst,
+      begun: ({ isFinal }) => (this.hasFinal ||= isFinal),
+      select: (ids, lattice) => this.steps.select(ids, lattice),
+      committed: (step, isNew, elapsed) => this.receiveStep(step, isNew, elapsed),
+      postponed: () => events.settled(),
+      ended: (hasFailed) => this.endStream(hasFailed),
     });
-    this.steps = new SurfaceSteps(
-      parts,
-      this.progress,
-      {
-        decoded: (stream, key) => this.perform(this.conversation.decoded(stream, key)),
-        damaged: (stream, text) => this.perform(this.conversation.damaged(stream, text)),
-        checked: (stream, step, topology) => this.perform(this.conversation.checked(stream, step, topology)),
-      },
-      events,
-    );
-    this.connection = new SurfaceConnection(
-      {
-        address,
-        pool: connectionPool,
-        conversation: this.conversation,
-        progress: this.progress,
-        isActive: () => this.isActive,
-        perform: (effects) => this.perform(effects),
-      },
-      isPrefetch === true,
-    );
-  }
-
-  // Reconnects on request. All but the first surface wait until they have a request.
-  connect(): void {
-    this.connection.reconnect();
-    if (this.isFirst || this.isActive) this.connection.ensure();
-  }
-
-  // Requests the list of datasets if it has changed.
-  checkList(): void {
-    this.perform(this.conversation.checkList());
-  }
-
-  // Makes it the first of the view.
-  makeFirst(): void {
-    if (!this.isFirst) this.listTimer = window.setInterval(() => document.hidden || this.checkList(), listInterval);
-    this.isFirst = true;
-    this.connection.makeOwn();
+    this.steps = new ShownSteps(parts, this.progress, (ids) => this.stream.scalarsOf(ids), events);
   }
 
   // Ends permanently.
   close(): void {
-    clearInterval(this.listTimer);
-    clearTimeout(this.postponed);
     clearTimeout(this.dragTimer);
-    this.steps.cancel();
-    this.connection.close();
-    this.parts.sharedPreviews.cancel(this);
+    this.stop();
   }
 
   // Requests another surface.
@@ -186,7 +133,7 @@ export class SurfaceClient implements PreviewClient {
 
   // Whether it is waiting for the server.
   get isBusy(): boolean {
-    return this.connection.isBusy;
+    return this.isActive && !this.stream.isReceived;
   }
 
   // Whether nothing more is being received, and the shown surface is up to date.
@@ -197,18 +144,14 @@ export class SurfaceClient implements PreviewClient {
   // Cancels the current request.
   stop(): void {
     this.next = this.requested = this.current = null;
-    this.parts.sharedPreviews.cancel(this);
-    clearTimeout(this.postponed);
-    this.perform(this.conversation.cancel());
+    this.stream.stop();
     this.steps.cancel();
     this.isActive = false;
   }
 
   // Requests the final step after the previews.
   finish(): void {
-    if (!this.isPreviewed) return;
-    this.isFinishing = this.isActive = true;
-    this.startStream({ ...this.current!, steps: "final" });
+    if (this.isPreviewed) this.startStream({ ...this.current!, steps: "final" }, true);
   }
 
   // Requests the surface that the server sent with a budget because of its size.
@@ -221,33 +164,26 @@ export class SurfaceClient implements PreviewClient {
 
   // ----
 
+  // Only the size of the first surface is shown.
   private requestSize(request: StreamRequest, isDragging: boolean): void {
-    if (!this.isFirst && this.sizes.isSmall(request.info)) return; // Only the first one's size is shown.
-    if (this.progress.get().phase !== "ready" || !this.sizes.isWanted(request, isDragging)) return;
-    this.perform(this.conversation.requestSize(request));
+    if (!this.parts.isFirst() && this.sizes.isSmall(request.info)) return;
+    if (this.sizes.isWanted(request, isDragging)) this.estimate(request);
   }
 
-  // A stream repeated on another connection must also not send an oversized surface without confirmation.
-  private repeatSizeRequest(): void {
-    const { requested } = this;
-    if (requested && !this.progress.get().sizeToConfirm) this.requestSize(requested.request, this.isDragging);
-  }
-
-  private receiveSize(effect: Effect & { kind: "size" }): void {
-    const expected = this.sizes.record(effect);
-    const isCurrent = this.requested && isSameRequest(this.requested.request.isosurface, effect.request.isosurface);
+  private async receiveSize(request: StreamRequest): Promise<void> {
+    const size = await this.parts.queries.estimate(request.info.name, request.isosurface).catch(() => null);
+    if (!size) return this.sizes.forget(request);
+    const expected = this.sizes.record(request, size);
+    const isCurrent = this.requested && isSameRequest(this.requested.request.isosurface, request.isosurface);
     if (!isCurrent || this.isDragging || this.sizes.isAllowed(expected)) return;
     this.progress.set({ sizeToConfirm: expected });
-    this.isActive = true;
-    this.startStream(this.sizes.withBudget(effect.request));
+    this.startStream(this.sizes.withBudget(request));
   }
 
   private open(requested: RequestAtTime): void {
     const { request } = requested;
     this.next = null;
     this.requested = requested;
-    this.isActive = true;
-    this.isFinishing = false;
     this.progress.set({ sizeToConfirm: null });
     this.parts.stepCache.beginColoring(request);
     this.parts.surface.dropUnused();
@@ -256,26 +192,11 @@ export class SurfaceClient implements PreviewClient {
     this.startStream(request);
   }
 
-  private startStream(request: StreamRequest): void {
+  private startStream(request: StreamRequest, isFinishing = false): void {
     this.current = request;
     this.hasFinal = false;
-    const { sharedPreviews } = this.parts;
-    sharedPreviews.cancel(this);
-    const shared = this.isFirst ? null : shareableRequest(request);
-    if (!shared) return this.requestAlone();
-    const { effects, requestId } = this.conversation.share(shared);
-    this.perform(effects);
-    sharedPreviews.request(this, shared, requestId);
-  }
-
-  // Receives a message of a stream that several surfaces share.
-  receive(message: ServerKind): void {
-    this.perform(this.conversation.received(message));
-  }
-
-  requestAlone(): void {
-    this.perform(this.conversation.request(this.current!));
-    this.connection.ensure();
+    this.isActive = true;
+    this.stream.start(request, isFinishing);
   }
 
   // Shows a final step that is already cached.
@@ -289,7 +210,6 @@ export class SurfaceClient implements PreviewClient {
     this.isActive = true;
     this.steps.offerCached(requested, cached, () => {
       this.isActive = false;
-      this.parts.connectionPool.distribute();
       this.events.settled();
     });
   }
@@ -301,109 +221,22 @@ export class SurfaceClient implements PreviewClient {
     if (this.next) this.open(this.next);
   }
 
-  private settle(): void {
-    this.isActive = this.isFinishing = false;
+  // Offers a complete step, and caches the final one.
+  private receiveStep(step: CachedStep, isNew: boolean, elapsed: number): void {
+    const { requested } = this;
+    const { info, facts } = step.shown;
+    if (facts.isFinal && requested) this.parts.stepCache.keep({ ...requested.request, info }, step);
+    if (this.parts.isPrefetch) return;
+    if (requested && isNew) this.steps.offer(requested, step, elapsed);
     this.requestNext();
-    if (this.isActive) return;
-    this.parts.connectionPool.distribute();
-    this.events.settled();
   }
 
-  private perform(effects: Effect[]): void {
-    for (const effect of effects) this.performOne(effect);
-    if (effects.some(({ kind }) => kind === "opened")) this.repeatSizeRequest();
-  }
-
-  private performOne(effect: Effect): void {
-    switch (effect.kind) {
-      case "send":
-        this.connection.send(effect.message);
-        break;
-      case "phase": {
-        const wait = effect.retryInMilliseconds;
-        if (effect.phase === "lost") this.noteLostConnection();
-        if (effect.phase === "lost" && wait !== undefined) this.connection.reconnectIn(wait);
-        this.progress.set({
-          phase: effect.phase,
-          retryAt: wait === undefined ? 0 : performance.now() + wait,
-          ...(effect.phase === "ready" ? { failure: null } : {}),
-        });
-        break;
-      }
-      case "datasets":
-        this.datasets.set({ list: effect.datasets, permitsSamples: effect.permitsSamples });
-        break;
-      case "opened":
-        clearTimeout(this.postponed);
-        this.steps.begin(effect.stream, this.isFinishing);
-        break;
-      case "size":
-        this.receiveSize(effect);
-        break;
-      case "scalars":
-        if (this.steps.isCurrent(effect.stream)) this.steps.color(effect);
-        break;
-      case "postponed":
-        clearTimeout(this.postponed);
-        this.postponed = window.setTimeout(() => this.perform(this.conversation.retryPostponed()), effect.inMilliseconds);
-        this.progress.set({
-          isStreaming: false,
-          postponed: { text: effect.text, until: performance.now() + effect.inMilliseconds },
-        });
-        this.events.settled();
-        break;
-      case "failure":
-        this.progress.set({
-          failure: {
-            text: effect.text,
-            isFatal: effect.isFatal,
-            needsToken: effect.code === ErrorCode.UNAUTHENTICATED,
-          },
-        });
-        break;
-      case "stream":
-        if (this.steps.isCurrent(effect.stream)) this.performOfStream(effect);
-        break;
-    }
-  }
-
-  // Called when the running stream is lost; the conversation repeats it after reconnecting.
-  private noteLostConnection(): void {
-    this.sizes.forget();
-    clearTimeout(this.postponed);
-    this.progress.set({ isStreaming: false, postponed: null });
-  }
-
-  private performOfStream({ effect, request, isNew }: Effect & { kind: "stream" }): void {
-    const { steps, progress } = this;
-    switch (effect.kind) {
-      case "begun":
-        this.hasFinal ||= effect.begin.isFinal;
-        steps.beginStep(request, effect);
-        break;
-      case "decode":
-        void steps.decode(request, effect);
-        break;
-      case "check":
-        void steps.check(request, effect.step);
-        break;
-      case "committed":
-        steps.offerStep(request, this.requested, effect, isNew);
-        if (!this.parts.isPrefetch) this.requestNext();
-        break;
-      case "ended":
-        progress.set({ isStreaming: false });
-        this.parts.surface.dropUnused();
-        this.settle();
-        break;
-      case "refused":
-      case "failed":
-        progress.set({ isStreaming: false, failure: { ...noFailure, text: effect.text } });
-        this.hasFinal = true; // Nothing is left to request.
-        if (this.requested) steps.offerNothing(this.requested);
-        this.settle();
-        break;
-    }
+  private endStream(hasFailed: boolean): void {
+    if (hasFailed) this.hasFinal = true; // Nothing is left to request.
+    if (hasFailed && this.requested) this.steps.offerNothing(this.requested);
+    this.isActive = false;
+    this.requestNext();
+    if (!this.isActive) this.events.settled();
   }
 }
 

@@ -8,14 +8,16 @@ import { FieldColors } from "../scene/field_colors";
 import type { Stage } from "../scene/stage";
 import { maxTriangles, Surface } from "../scene/surface";
 import { hiddenPartsOf } from "../state/hidden_parts";
-import { noDatasets, noProgress, type Progress, type ServedDatasets, type SurfaceSize, type SurfacesStatus } from "../state/progress";
+import { noProgress, type Progress, type ServedProgress, type SurfaceSize, type SurfacesStatus } from "../state/progress";
 import { isSameData, nameOfLabel } from "../state/series";
 import type { Settings } from "../state/settings";
 import { Store } from "../state/store";
 import { settingsOf } from "../state/surfaces";
 import { ConnectionPool } from "../stream/connection_pool";
+import type { DatasetQueries } from "../stream/dataset_queries";
 import { type MeshReply, requestMesh } from "../stream/mesh_request";
 import type { View } from "../stream/request";
+import { ServerConnection } from "../stream/server_connection";
 import { SharedPreviews } from "../stream/shared_previews";
 import { StepSpeed } from "../stream/step_speed";
 import type { RequestedSteps } from "../stream/stream_request";
@@ -40,15 +42,13 @@ interface Member {
 export interface SurfaceSetEvents {
   shown: (at: number, shown: ShownSurface, isFirstOfScene: boolean) => void;
   drawn: (shown: ViewerEvents["shown"]) => void;
-  progress: (at: number) => void; // Called if the progress of a surface other than the first changes.
+  progress: (at: number) => void;
 }
 
 const maxWithPreviews = 24; // With more surfaces, one coarse preview of each is requested, so that all are visible soon.
-const maxConnections = 5; // For surfaces other than the first.
+const maxConnections = 6;
 
 export class SurfaceSet {
-  readonly progress = new Store<Progress>(noProgress); // The progress of the first surface.
-  readonly datasets = new Store<ServedDatasets>(noDatasets);
   readonly sizes = new Store<{ expected: SurfaceSize | null }>({ expected: null });
   readonly reports = new ShownReports(
     this,
@@ -58,10 +58,9 @@ export class SurfaceSet {
   readonly field = new FieldColors(() => this.stage.invalidate());
   private members: Member[] = [];
   private lastNumber = 0;
-  private isConnected = false;
   private requested: DatasetInfo | null = null; // The dataset of the view at the last request.
   private look: { settings: Settings; clip: readonly THREE.Plane[] } | null = null;
-  private readonly connectionPool = new ConnectionPool(maxConnections);
+  private readonly connections: ConnectionPool;
   private readonly sharedPreviews: SharedPreviews;
   private readonly speed = new StepSpeed(); // The decoding speed of this page.
   private readonly swapGroup = new SwapGroup<Member>(
@@ -74,35 +73,33 @@ export class SurfaceSet {
     private readonly token: () => string,
     private readonly pool: TilePool,
     private readonly stage: Stage,
+    private readonly queries: DatasetQueries,
     private readonly events: SurfaceSetEvents,
   ) {
+    this.connections = new ConnectionPool(() => new ServerConnection(server, token, ""), maxConnections);
     this.sharedPreviews = new SharedPreviews(server, token);
     this.members = [this.createMember()];
-    this.members[0].client.makeFirst();
     stage.waitFor(() => this.visibleMembers.some(({ client }) => client.progress.get().isStreaming));
     stage.everyFrame(() => this.members.map(({ surface }) => surface.uploadSome()).some(Boolean));
   }
 
+  // Connects, or connects again.
   connect(): void {
-    this.isConnected = true;
-    for (const { client } of this.members) client.connect();
-  }
-
-  // Requests the list of datasets if it has changed.
-  checkList(): void {
-    this.members[0].client.checkList();
+    this.queries.connect();
+    this.connections.connect();
   }
 
   close(): void {
     for (const member of this.members.splice(0)) this.removeMember(member);
     this.sharedPreviews.close();
+    this.connections.close();
   }
 
   // Resolves when everything visible of the dataset is complete or has failed, or when `isEnough`. Rejects when
   // aborted.
   async settled(info: () => DatasetInfo | null, isEnough = () => false, signal?: AbortSignal): Promise<void> {
-    const isUnknown = () => this.datasets.get().list !== null && !info();
-    const isThere = () => isSameData(this.requested, info()) || this.progress.get().failure !== null || isUnknown();
+    const isUnknown = () => this.queries.datasets.get().list !== null && !info();
+    const isThere = () => isSameData(this.requested, info()) || this.progressOf(0).failure !== null || isUnknown();
     while (!isEnough() && (!this.isSettled || !isThere())) {
       await new Promise((resolve) => setTimeout(resolve, 20));
       signal?.throwIfAborted();
@@ -172,8 +169,10 @@ export class SurfaceSet {
     return this.visibleMembers.length === 0 || this.firstShown !== null;
   }
 
-  progressOf(at: number): Progress {
-    return this.members[at]?.client.progress.get() ?? noProgress;
+  progressOf(at: number): ServedProgress {
+    const { phase, retryAt, failure } = this.queries.connection.state.get();
+    const own = this.members[at]?.client.progress.get() ?? noProgress;
+    return { ...own, phase, retryAt, failure: failure ?? own.failure };
   }
 
   // Returns whether the surface that is shown at this place is the one requested last.
@@ -185,7 +184,6 @@ export class SurfaceSet {
   get status(): SurfacesStatus {
     const { visibleMembers } = this;
     const [first = this.members[0]] = visibleMembers;
-    const { phase, retryAt } = this.members[0].client.progress.get();
     const numbers = new Map(this.members.map((member, at) => [member, at + 1]));
     const drawn = visibleMembers.flatMap((member) => {
       const { shown, components } = member.client.progress.get();
@@ -194,7 +192,7 @@ export class SurfaceSet {
       return isDrawn ? [{ number: numbers.get(member)!, shown, components, label: label ? nameOfLabel(label, this.look!.settings) : undefined }] : [];
     });
     return {
-      progress: { ...first.client.progress.get(), phase, retryAt },
+      progress: this.progressOf(this.members.indexOf(first)),
       drawn,
       done: visibleMembers.filter(({ client }) => isDone(client.progress.get())).length,
       visible: visibleMembers.length,
@@ -286,9 +284,9 @@ export class SurfaceSet {
     this.members = places.map((place) => (place === null ? this.createMember() : before[place]));
     this.members.forEach((member, at) => (member.key = wanted[at]));
     for (const member of before) if (!this.members.includes(member)) this.removeMember(member);
-    const moved = this.members.filter((member, at) => at > 0 && before[at] !== member);
+    const moved = this.members.filter((member, at) => before[at] !== member);
     queueMicrotask(() => moved.forEach((member) => this.reportProgress(member))); // When the list of surfaces is shown.
-    if (this.members[0] !== before[0]) this.followFirst();
+    if (this.members[0] !== before[0]) this.sizes.set(this.members[0].client.sizes.get());
   }
 
   private createMember(): Member {
@@ -301,30 +299,19 @@ export class SurfaceSet {
       this.field,
       this.stage.programs,
     );
-    const parts: SurfaceClientParts = {
-      number: ++this.lastNumber,
-      address: this.server,
-      token: this.token,
-      pool: this.pool,
-      surface,
-      stepCache: new StepCache((ids) => surface.hasAll(ids)),
-      speed: this.speed,
-      connectionPool: this.connectionPool,
-      sharedPreviews: this.sharedPreviews,
-    };
+    const { pool, queries, speed, connections, sharedPreviews } = this;
+    const isFirst = () => this.members[0] === member;
+    const stepCache = new StepCache((ids) => surface.hasAll(ids));
+    const parts: SurfaceClientParts = { number: ++this.lastNumber, pool, surface, queries, stepCache, speed, connections, sharedPreviews, isFirst };
     const client = new SurfaceClient(parts, {
       offer: (time, show) => this.offer(member, time, show),
       withdraw: () => this.swapGroup.withdraw(member),
       shown: (shown, isFirst) => this.events.shown(this.members.indexOf(member), shown, isFirst),
       settled: () => this.finishAll(),
     });
-    const member: Member = { client, surface, prefetcher: new Prefetcher(parts), key: "" };
-    const isFirst = () => this.members[0] === member;
-    client.progress.watch(() => {
-      if (isFirst()) this.progress.set(client.progress.get());
-      else this.reportProgress(member);
-    });
-    client.datasets.watch(() => isFirst() && this.datasets.set(client.datasets.get()));
+    const prefetches = new ConnectionPool(() => new ServerConnection(this.server, this.token, "prefetch"), 1);
+    const member: Member = { client, surface, prefetcher: new Prefetcher({ ...parts, connections: prefetches }), key: "" };
+    client.progress.watch(() => this.reportProgress(member));
     client.sizes.watch(() => isFirst() && this.sizes.set(client.sizes.get()));
     return member;
   }
@@ -342,17 +329,9 @@ export class SurfaceSet {
     if (wasOpen !== this.swapGroup.isDrawable(member)) this.updateLooks();
   }
 
-  private followFirst(): void {
-    const { client } = this.members[0];
-    client.makeFirst();
-    if (this.isConnected) client.connect();
-    this.progress.set(client.progress.get());
-    this.sizes.set(client.sizes.get());
-  }
-
   private reportProgress(member: Member): void {
     const at = this.members.indexOf(member);
-    if (at > 0) this.events.progress(at);
+    if (at >= 0) this.events.progress(at);
   }
 
   private removeMember(member: Member): void {

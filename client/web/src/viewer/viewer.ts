@@ -64,7 +64,7 @@ export class Viewer {
   private readonly orientation: Orientation;
   private readonly handles: Handles;
   private readonly gestures: Gestures;
-  private readonly queries: DatasetQueries;
+  readonly queries: DatasetQueries;
   private readonly samples: SampleViews;
   private readonly playback: Playback;
   private readonly token: TokenStorage;
@@ -86,15 +86,11 @@ export class Viewer {
     this.frame.append(this.canvas);
     this.stage = new Stage(this.canvas, () => this.reportBlank());
     const address = serverAddress(server);
-    this.queries = new DatasetQueries(
-      address,
-      () => this.token.get(),
-      (text) => this.notices.announce(text, true),
-    );
-    this.surfaces = new SurfaceSet(address, () => this.token.get(), this.pool, this.stage, {
+    this.queries = new DatasetQueries(address, () => this.token.get());
+    this.surfaces = new SurfaceSet(address, () => this.token.get(), this.pool, this.stage, this.queries, {
       shown: (at, shown, isFirst) => this.reportShown(at, shown, isFirst),
       drawn: (shown) => this.events.emit("shown", shown),
-      progress: (surface) => this.events.emit("progress", { surface }),
+      progress: (surface) => this.reportProgress(surface),
     });
     this.notices = new Notices(
       {
@@ -110,7 +106,7 @@ export class Viewer {
       address,
       () => this.token.get(),
       (text) => this.notices.announce(text),
-      () => this.surfaces.checkList(),
+      () => this.queries.checkList(),
     );
     this.decorations = new SceneDecorations(this.stage);
     this.orientation = new Orientation(
@@ -136,7 +132,7 @@ export class Viewer {
         queries: this.queries,
         surfaces: this.surfaces,
         pool: this.pool,
-        settings: () => permittedSettings(this.get(), this.surfaces.datasets.get()),
+        settings: () => permittedSettings(this.get(), this.queries.datasets.get()),
         failed: (text) => this.notices.announce(text, true),
         volumeShown: (level) => this.events.emit("volume", level),
       },
@@ -185,8 +181,8 @@ export class Viewer {
       this.notices.element,
     );
     element.append(this.samples.element);
-    this.listen();
     this.surfaces.connect();
+    this.listen();
   }
 
   // Changes settings; `isDragging`: more changes follow immediately. Setting a view moves the camera.
@@ -299,7 +295,7 @@ export class Viewer {
   async picture(options: PictureOptions = {}): Promise<Blob> {
     await this.surfaces.settled(
       () => this.info,
-      () => this.surfaces.progress.get().phase === "lost",
+      () => this.surfaces.progressOf(0).phase === "lost",
       options.signal,
     );
     await this.samples.settled();
@@ -370,11 +366,8 @@ export class Viewer {
       this.playback.update();
       this.events.emit("settings", now);
     });
-    this.surfaces.progress.watch((progress) => {
-      this.notices.show(progress, this.surfaces.firstShown && emptySurfaceText(this.surfaces.firstShown, progress));
-      this.events.emit("progress", { surface: 0 });
-    });
-    this.surfaces.datasets.watch(() => {
+    this.queries.connection.state.watch(() => this.get().surfaces.forEach((_, at) => this.reportProgress(at)));
+    this.queries.datasets.watch(() => {
       this.findDataset();
       this.applyLook();
     });
@@ -401,7 +394,7 @@ export class Viewer {
   }
 
   private findDataset(): void {
-    const { list } = this.surfaces.datasets.get();
+    const { list } = this.queries.datasets.get();
     if (!list) return;
     if (list.length === 0) return this.reading.begin();
     this.reading.close();
@@ -412,7 +405,7 @@ export class Viewer {
   }
 
   private get list(): readonly DatasetInfo[] {
-    return this.surfaces.datasets.get().list ?? [];
+    return this.queries.datasets.get().list ?? [];
   }
 
   private useDataset(now: DatasetInfo): void {
@@ -454,7 +447,7 @@ export class Viewer {
   }
 
   private applyLook(): void {
-    const now = permittedSettings(this.get(), this.surfaces.datasets.get());
+    const now = permittedSettings(this.get(), this.queries.datasets.get());
     const clip = clipPlanes(now, this.info);
     this.handles.show(now, this.info);
     this.surfaces.applyLook(now, clip);
@@ -466,6 +459,12 @@ export class Viewer {
       translucent: this.surfaces.translucent,
       clip,
     });
+  }
+
+  private reportProgress(surface: number): void {
+    const progress = this.surfaces.progressOf(0);
+    if (surface === 0) this.notices.show(progress, this.surfaces.firstShown && emptySurfaceText(this.surfaces.firstShown, progress));
+    this.events.emit("progress", { surface });
   }
 
   private reportShown(at: number, shown: ShownSurface, isFirst: boolean): void {
