@@ -114,7 +114,13 @@ Actions Session::answer(const ListDatasets& list) {
   return {Send{std::move(reply)}};
 }
 
+// Without a list, requests are about the latest datasets.
+void Session::follow_latest() {
+  if (latest_ && !listed_) client_access_.offer(latest_());
+}
+
 Actions Session::answer(const OpenStream& open) {
+  follow_latest();
   if (const auto checked = check_stream(open, last_request_id_, options_.max_held_digests);
       !checked) {
     return {reply(checked.error(), open.request_id)};
@@ -151,6 +157,7 @@ Actions Session::answer(const Probe& probe) { return accept_query(probe); }
 
 Actions Session::accept_query(DatasetQuery query) {
   const std::uint64_t request_id = request_id_of(query);
+  follow_latest();
   auto accepted = client_access_.accept(std::move(query));
   if (!accepted) return {reply(accepted.error(), request_id)};
   if (queries_ >= options_.max_queries) {

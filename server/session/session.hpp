@@ -54,7 +54,7 @@ class Session {
   using LatestCatalogue = std::function<CataloguePtr()>;
 
   // `access` lists the datasets that each token may see; null: all. Without `latest` the catalogue
-  // is constant; with it, a client keeps the datasets of its latest list.
+  // is constant; with it, a client keeps the datasets of its latest list, if it has requested one.
   Session(CataloguePtr catalogue, SessionOptions options, AccessListPtr access = nullptr,
           LatestCatalogue latest = {}, RequestLimits limits = {});
 
@@ -95,6 +95,7 @@ class Session {
   Actions answer(const Slice& slice);
   Actions answer(const Probe& probe);
   Actions accept_query(DatasetQuery query);
+  void follow_latest();
 
   CataloguePtr catalogue_;
   LatestCatalogue latest_;  // May be empty.

@@ -14,7 +14,7 @@ import { DatasetList } from "./panel/dataset_list";
 import { Help } from "./panel/help";
 import { installKeyboard } from "./panel/keyboard";
 import { Panel } from "./panel/panel";
-import { noSamples } from "./panel/slice_section";
+import { noSamples } from "./panel/panel_section";
 import { StatusBar } from "./panel/status_bar";
 import { installTooltips } from "./panel/tooltip";
 import { viewTools } from "./panel/view_tools";
@@ -142,13 +142,13 @@ surfaces.sizes.watch(({ expected }) => panel.showExpected(expected));
 queries.datasets.watch(({ list, permitsSamples }) => {
   if (!list) return;
   datasets.show(entries());
-  panel.showDatasets(list, permitsSamples);
+  panel.show({ list, permitsSamples });
   tools.showPermission(permitsSamples);
   if (viewer.info) datasets.choose(viewer.info);
 });
 viewer.on("dataset", (info) => {
   datasets.choose(info);
-  panel.setDataset(info);
+  panel.show({ info });
 });
 viewer.on("progress", ({ surface }) => {
   showBar();

@@ -47,7 +47,7 @@ function partsOf() {
     show: nothing,
     trianglesOf: () => 30,
   } as unknown as Surface;
-  const pool = { cancelJobs: nothing, select: (drawn: DrawnTiles) => selections.of(drawn) } as unknown as TilePool;
+  const pool = { cancelJobs: nothing, call: (_: string, drawn: DrawnTiles) => selections.of(drawn) } as unknown as TilePool;
   const stepCache = new StepCache(() => true);
   const sharedPreviews = { request: nothing, cancel: nothing } as unknown as SharedPreviews;
   const queries = { estimate: vi.fn(() => Promise.reject(new Error("Not estimated."))) } as unknown as DatasetQueries;

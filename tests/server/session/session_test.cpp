@@ -487,6 +487,15 @@ TEST(Session, UsesTheDatasetsOfTheLastList) {
   EXPECT_NE(source(6, "tooth"), nullptr);
 }
 
+TEST(Session, UsesTheLatestDatasetsWithoutAList) {
+  CataloguePtr now = testing::catalogue_of(std::make_shared<FakeSteps>("head"));
+  Session session(now, {}, nullptr, [&now] { return now; });
+  (void)session.receive(Hello{});
+  EXPECT_EQ(words(session.receive(open(1, "tooth"))), Words{"error unknown_dataset 1"});
+  now = testing::catalogue_of(std::make_shared<FakeSteps>("tooth"));
+  EXPECT_EQ(words(session.receive(open(2, "tooth"))), Words{"start 2"});
+}
+
 TEST(DatasetCatalogue, IsInNaturalOrderOfNames) {
   DatasetCatalogue catalogue;
   for (const char* name : {"cells.label10", "cells.label2", "cells.label1"}) {

@@ -151,7 +151,12 @@ export class Downloads {
       drawn,
       shown: { info, resolution },
     } = surface;
-    const file = await this.viewer.pool.file({ drawn, toWorld: [...latticeToWorld(info, resolution)], step: voxelLength(info) / 2 ** resolution, format });
+    const file = await this.viewer.pool.call("file", {
+      drawn,
+      toWorld: [...latticeToWorld(info, resolution)],
+      step: voxelLength(info) / 2 ** resolution,
+      format,
+    });
     return { file, triangles: this.shownTriangles(surface), isAsShown: true };
   }
 
@@ -174,7 +179,7 @@ export class Downloads {
       await Promise.all(
         complete.map(async ({ shown, drawn }) => {
           const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
-          const found = await viewer.pool.measure(drawn, toWorld, null).catch(() => null);
+          const found = await viewer.pool.call("measure", drawn, toWorld, null).catch(() => null);
           return [shown.info.name, { found, bound: boundOf(shown) }] as const;
         }),
       ),

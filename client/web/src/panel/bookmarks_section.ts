@@ -1,6 +1,6 @@
 // Bookmarked views, stored in this browser.
 
-import { h } from "../shared/elements";
+import { button, h } from "../shared/elements";
 import type { Bookmarks } from "../state/bookmarks";
 
 export interface BookmarksEvents {
@@ -13,26 +13,28 @@ export function bookmarksPart({ bookmarks, currentAddress, visit }: BookmarksEve
   const list = h("ul", { class: "bookmarks" });
   const name = h("input", { type: "text", class: "bookmark-name", "aria-label": "Name of the bookmark", placeholder: "Name of this view", maxlength: "80" });
   const add = h("button", { type: "submit", class: "action" }, "Keep");
-  const form = h("form", { class: "bookmark-form" }, name, add);
-  form.addEventListener("submit", (event) => {
+  const submit = (event: Event) => {
     event.preventDefault();
-    const changes = name.value.trim() || `View ${bookmarks.list().length + 1}`;
-    bookmarks.add({ name: changes, address: currentAddress() });
+    bookmarks.add({ name: name.value.trim() || `View ${bookmarks.list().length + 1}`, address: currentAddress() });
     name.value = "";
     show();
-  });
+  };
+  const form = h("form", { class: "bookmark-form", submit }, name, add);
   const show = () =>
     list.replaceChildren(
-      ...bookmarks.list().map(({ name: changes, address }) => {
-        const go = h("button", { type: "button", class: "bookmark" }, changes);
-        go.addEventListener("click", () => visit(address));
-        const cross = h("button", { type: "button", class: "cross", "aria-label": `Forget ${changes}` }, "×");
-        cross.addEventListener("click", () => {
-          bookmarks.remove(changes);
+      ...bookmarks.list().map(({ name: kept, address }) => {
+        const forget = () => {
+          bookmarks.remove(kept);
           show();
           name.focus();
-        });
-        return h("li", {}, go, cross);
+        };
+        const cross = button("×", forget, { class: "cross", "aria-label": `Forget ${kept}` });
+        return h(
+          "li",
+          {},
+          button(kept, () => visit(address), { class: "bookmark" }),
+          cross,
+        );
       }),
     );
   show();

@@ -1,6 +1,6 @@
 // "Hide components smaller than [ ] samples", for one or several surfaces: noise causes thousands of small ones.
 
-import { h } from "../shared/elements";
+import { button, h } from "../shared/elements";
 import { counted, grouped } from "../shared/quantities";
 import type { HiddenParts } from "../state/hidden_parts";
 import type { ShownComponents } from "../state/progress";
@@ -35,19 +35,12 @@ export function componentFilter(of: string, { hide, showHidden, keepLargest }: C
     " samples",
   );
   const element = h("div", { class: "component-filter" }, label);
-  const again = h("button", { type: "button", "aria-label": `Show the hidden parts of ${of}`, hidden: true });
-  again.addEventListener("click", showHidden);
-  const largest = h(
-    "button",
-    {
-      type: "button",
-      "aria-label": `Keep the largest part of ${of}`,
-      hidden: !keepLargest,
-      "data-tip": "Hides all connected components except the largest, also when the surface changes.",
-    },
-    "Keep the largest part",
-  );
-  largest.addEventListener("click", () => keepLargest?.(largest.getAttribute("aria-pressed") !== "true"));
+  const again = button("", showHidden, { "aria-label": `Show the hidden parts of ${of}`, hidden: true });
+  const largest = button("Keep the largest part", () => keepLargest?.(largest.getAttribute("aria-pressed") !== "true"), {
+    "aria-label": `Keep the largest part of ${of}`,
+    hidden: !keepLargest,
+    "data-tip": "Hides all connected components except the largest, also when the surface changes.",
+  });
   const chips = h("span", { class: "chips" }, largest, again);
   element.append(chips);
   return {

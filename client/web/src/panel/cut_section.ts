@@ -1,73 +1,38 @@
 // Cutting the surfaces open with a plane, and cropping them to a box. Display only: exports contain whole surfaces.
 import type { DatasetInfo } from "../protocol/messages";
-import { h } from "../shared/elements";
+import { button, h } from "../shared/elements";
 import type { Crop } from "../state/settings";
 import { coordinateText, type Vec3, worldBox } from "../stream/dataset";
 import { choice } from "./inputs";
-import type { Change, PanelSection } from "./panel_section";
+import { type Change, type PanelSection, shareScale } from "./panel_section";
 import { SettingControls } from "./setting_controls";
 
-export interface CutPart extends PanelSection {
-  showPermission: (permitsSamples: boolean) => void;
-}
-
-// `shown`: the box of the visible surfaces.
-export function cutPart(change: Change, shown: () => Crop): CutPart {
+// `shownBox`: the box of the visible surfaces.
+export function cutPart(change: Change, shownBox: () => Crop): PanelSection {
   // These need no new surface, so dragging them costs the server nothing.
   const controls = new SettingControls((changes) => change(changes));
-  let permitsSamples = true;
   let world: DatasetInfo | null = null;
   let plane = "off";
-  const clip = controls.choice("clip", {
-    label: "Clip",
-    tip: "A plane that cuts the surface open. Drag its handles in the picture to move and turn it.",
-    choices: [
-      ["off", "Off"],
-      ["x", "x"],
-      ["y", "y"],
-      ["z", "z"],
-      ["oblique", "Oblique", "Faces the camera initially."],
-    ],
-  });
-  const clipAt = controls.slider("clipAt", {
-    label: "Clip at",
-    tip: "Position of the plane along its normal.",
-    min: 0,
-    max: 1,
-    step: 0.002,
+  const clipTip = "A plane that cuts the surface open. Drag its handles in the picture to move and turn it.";
+  const clip = controls.choice("clip", "Clip", clipTip, { off: "Off", x: "x", y: "y", z: "z", oblique: ["Oblique", "Faces the camera initially."] });
+  const clipAt = controls.slider("clipAt", "Clip at", "Position of the plane along its normal.", {
+    ...shareScale,
     text: (value) => positionText(world, plane, value),
   });
-  const face = h("button", { type: "button", "data-tip": "Turns the plane towards the camera." }, "Face the camera");
-  face.addEventListener("click", () => change({ clip: "oblique", clipNormal: null }));
+  const face = button("Face the camera", () => change({ clip: "oblique", clipNormal: null }), { "data-tip": "Turns the plane towards the camera." });
   const facing = h("div", { class: "chips" }, face);
-  const flip = controls.toggle("clipFlipped", {
-    label: "Keep the other side",
-    tip: "Flips the plane.",
-  });
-  const crop = choice<"off" | "box">({
-    label: "Crop",
-    tip: "Hides everything outside of a box. Drag its handles in the picture. Exports contain whole surfaces.",
-    choices: [
-      ["off", "Off"],
-      ["box", "Box"],
-    ],
-    onChange: (kind) => change({ crop: kind === "box" ? initialCrop(shown()) : null }),
-  });
-  const filled = controls.toggle("filled", {
-    label: "Fill",
-    tip: "Shows samples where surfaces are clipped or cropped: inside them, or the image of labels.",
-  });
+  const flip = controls.toggle("clipFlipped", "Keep the other side", "Flips the plane.");
+  const cropTip = "Hides everything outside of a box. Drag its handles in the picture. Exports contain whole surfaces.";
+  const crop = choice("Crop", cropTip, { off: "Off", box: "Box" }, (kind) => change({ crop: kind === "box" ? initialCrop(shownBox()) : null }));
+  const filled = controls.toggle("filled", "Fill", "Shows samples where surfaces are clipped or cropped: inside them, or the image of labels.");
   return {
     elements: [clip, clipAt, facing, flip, crop.element, filled],
-    show: (settings, info) => {
+    show: ({ settings, info, permitsSamples }) => {
       [world, plane] = [info, settings.clip];
       controls.show(settings);
       crop.show(settings.crop ? "box" : "off");
       clipAt.hidden = facing.hidden = flip.hidden = settings.clip === "off";
       filled.hidden = !permitsSamples || (settings.clip === "off" && !settings.crop);
-    },
-    showPermission: (permits) => {
-      permitsSamples = permits;
     },
   };
 }

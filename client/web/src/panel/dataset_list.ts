@@ -62,6 +62,8 @@ export class DatasetList {
       {
         type: "button",
         class: "dataset",
+        "data-name": name,
+        click: () => this.events.chosen(entry),
         "aria-pressed": "false",
         "data-tip":
           `${million} samples of type ${sampleTypeName(info.type)}, spacing ` +
@@ -76,8 +78,6 @@ export class DatasetList {
         `${x} × ${y} × ${z} · ${series ? wordsOf(series) : sampleTypeName(info.type)}${assumed ? ` · ${assumed} assumed` : ""}${info.missing ? ` · ${info.missing} to come` : ""}`,
       ),
     );
-    card.dataset.name = name;
-    card.addEventListener("click", () => this.events.chosen(entry));
     this.cards.set(name, card);
     return card;
   }

@@ -22,8 +22,7 @@ export function datasetSelect(
   onChange: (name: string) => void,
   isOffered: (one: DatasetInfo, info: DatasetInfo) => boolean = () => true,
 ): DatasetSelect {
-  const element = h("select", { class: "select", "aria-label": label });
-  element.addEventListener("change", () => onChange(element.value));
+  const element = h("select", { class: "select", "aria-label": label, change: () => onChange(element.value) });
   let offered = "";
   let shown: unknown[] = [];
   let count = 0;

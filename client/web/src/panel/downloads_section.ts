@@ -1,9 +1,9 @@
 // Exports: a link, pictures, files.
 import type { MeshFormat } from "../mesh/mesh_file";
-import { h } from "../shared/elements";
+import { button, h } from "../shared/elements";
 import { grouped, inTriangleRange } from "../shared/quantities";
 import type { SurfaceSize } from "../state/progress";
-import { choice, toggle } from "./inputs";
+import { type Choices, choice, labeled, toggle } from "./inputs";
 import { numberInput } from "./number_input";
 
 const maxPictureWidth = 16384; // Width.
@@ -18,30 +18,18 @@ export interface DownloadsEvents {
 }
 
 export function downloadsPart(events: DownloadsEvents): DownloadsPart {
-  const button = (word: string, tip: string, act: () => void) => {
-    const element = h("button", { type: "button", class: "action", "data-tip": tip }, word);
-    element.addEventListener("click", act);
-    return element;
-  };
+  const action = (word: string, tip: string, act: () => void) => button(word, act, { class: "action", "data-tip": tip });
   const ofTimes = [
-    button("Times: video", "All times of the series, at the playback speed (MP4 or WebM).", () => events.times("video")),
-    button("Times: PNGs", "The same as pictures in a ZIP file.", () => events.times("pictures")),
+    action("Times: video", "All times of the series, at the playback speed (MP4 or WebM).", () => events.times("video")),
+    action("Times: PNGs", "The same as pictures in a ZIP file.", () => events.times("pictures")),
   ];
   const picture: Parameters<DownloadsEvents["screenshot"]>[0] = { enlargement: 1, isTransparent: false };
-  const size = choice({
-    label: "Picture size",
-    tip: "Size of saved pictures: as on the screen, or larger for print.",
-    choices: [
-      ["1", "1 ×"],
-      ["2", "2 ×"],
-      ["4", "4 ×"],
-    ],
-    onChange: (value) => {
-      picture.enlargement = Number(value);
-      picture.width = undefined;
-      width.show(null);
-      size.show(value);
-    },
+  const sizeTip = "Size of saved pictures: as on the screen, or larger for print.";
+  const size = choice("Picture size", sizeTip, { 1: "1 ×", 2: "2 ×", 4: "4 ×" } as Choices<string>, (value) => {
+    picture.enlargement = Number(value);
+    picture.width = undefined;
+    width.show(null);
+    size.show(value);
   });
   size.show("1");
   const width = numberInput(
@@ -53,28 +41,19 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     () => (picture.width = undefined),
   );
   width.element.setAttribute("placeholder", "any");
-  const widthRow = h(
-    "label",
-    { class: "control toggle", "data-tip": "Width of saved pictures in pixels, within the limits of the graphics card." },
-    h("span", {}, "Width in pixels"),
-    width.element,
-  );
-  const transparent = toggle({
-    label: "Transparent background",
-    tip: "Saves pictures without a background.",
-    onChange: (isOn) => (picture.isTransparent = isOn),
-  });
+  const widthRow = labeled("Width in pixels", "Width of saved pictures in pixels, within the limits of the graphics card.", width.element);
+  const transparent = toggle("Transparent background", "Saves pictures without a background.", (isOn) => (picture.isTransparent = isOn));
   const actions = h(
     "div",
     { class: "actions" },
-    button("Copy link", "The address of this view, with all settings.", events.copyLink),
-    button("Embed", "HTML that shows this view in another page; see the documentation of embedding for its messages.", events.copyEmbedding),
-    button("Picture", "The current view as PNG, with scale bar, axes, legend and measurement.", () => events.screenshot(picture)),
-    button("GLB", "All visible surfaces, simplified if enabled, for Blender, web and office programs.", () => events.download("glb")),
-    button("PLY", "The first surface, for ParaView, MeshLab, CloudCompare.", () => events.download("ply")),
-    button("STL", "The first surface, for 3D printing.", () => events.download("stl")),
-    button("Turn: video", "One full turn of the surface as a video (MP4 or WebM).", () => events.turntable("video")),
-    button("Turn: PNGs", "The same as 120 pictures in a ZIP file.", () => events.turntable("pictures")),
+    action("Copy link", "The address of this view, with all settings.", events.copyLink),
+    action("Embed", "HTML that shows this view in another page; see the documentation of embedding for its messages.", events.copyEmbedding),
+    action("Picture", "The current view as PNG, with scale bar, axes, legend and measurement.", () => events.screenshot(picture)),
+    action("GLB", "All visible surfaces, simplified if enabled, for Blender, web and office programs.", () => events.download("glb")),
+    action("PLY", "The first surface, for ParaView, MeshLab, CloudCompare.", () => events.download("ply")),
+    action("STL", "The first surface, for 3D printing.", () => events.download("stl")),
+    action("Turn: video", "One full turn of the surface as a video (MP4 or WebM).", () => events.turntable("video")),
+    action("Turn: PNGs", "The same as 120 pictures in a ZIP file.", () => events.turntable("pictures")),
     ...ofTimes,
   );
   const showTimes = (hasTimes: boolean) => ofTimes.forEach((one) => (one.hidden = !hasTimes));

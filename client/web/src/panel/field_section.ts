@@ -1,15 +1,13 @@
 // Selects a second field that colors the surfaces: from the same series, or any dataset in the same world.
-import type { DatasetInfo } from "../protocol/messages";
-import { colorMaps } from "../shared/color_maps";
 import { h } from "../shared/elements";
 import { inDigits } from "../shared/quantities";
 import type { Progress } from "../state/progress";
 import { datasetSelect } from "./dataset_select";
-import type { Change, PanelSection } from "./panel_section";
+import { colorInput, labeled } from "./inputs";
+import { type Change, colorChoices, type PanelSection } from "./panel_section";
 import { SettingControls } from "./setting_controls";
 
 export interface FieldPart extends PanelSection {
-  showDatasets: (list: readonly DatasetInfo[]) => void;
   showProgress: (progress: Progress) => void;
 }
 
@@ -18,41 +16,19 @@ export function fieldPart(change: Change): FieldPart {
   const choice = datasetSelect("Color the surfaces by", "None: one color for each surface", (colorBy) =>
     change({ colorBy, fieldLevel: null, fieldWindow: null }),
   );
-  const colors = controls.choice("colors", {
-    label: "Colors",
-    tip: "From small to large values; drag the legend in the picture to change the range.",
-    choices: colorMaps.map((map) => [map, map] as const),
-  });
-  const log = controls.toggle("fieldLog", {
-    label: "Logarithmic",
-    tip: "Equal factors of the values have equal steps of color.",
-  });
-  const none = h("input", { type: "color", "aria-label": "Color where there is no value" });
-  none.addEventListener("input", () => change({ noValueColor: none.value }));
-  const noneRow = h(
-    "label",
-    { class: "control toggle", "data-tip": "The color of places where the field has no value." },
-    h("span", {}, "Without a value"),
-    none,
-  );
+  const colorsTip = "From small to large values; drag the legend in the picture to change the range.";
+  const colors = controls.choice("colors", "Colors", colorsTip, colorChoices);
+  const log = controls.toggle("fieldLog", "Logarithmic", "Equal factors of the values have equal steps of color.");
+  const none = colorInput("Color where there is no value", (noValueColor) => change({ noValueColor }));
+  const noneRow = labeled("Without a value", "The color of places where the field has no value.", none.element);
   const note = h("p", { class: "hint", "data-tip": "Colors are exact at vertices, within 1/65534 of the range; between vertices they are interpolated." });
-  let list: readonly DatasetInfo[] = [];
-  let info: DatasetInfo | null = null;
-  let wanted = "";
   return {
     elements: [choice.element, colors, log, noneRow, note],
-    show: (settings, shown) => {
+    show: ({ settings, info, list }) => {
       controls.show(settings);
-      none.value = settings.noValueColor;
+      none.show(settings.noValueColor);
       colors.hidden = log.hidden = noneRow.hidden = note.hidden = settings.colorBy === "";
-      if (info === shown && wanted === settings.colorBy) return;
-      info = shown;
-      wanted = settings.colorBy;
-      choice.show(list, info, wanted);
-    },
-    showDatasets: (now) => {
-      list = now;
-      choice.show(list, info, wanted);
+      choice.show(list, info, settings.colorBy);
     },
     showProgress: ({ scalars }) => {
       note.textContent = scalars ? noteOf(scalars) : "";

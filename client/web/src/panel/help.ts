@@ -1,5 +1,5 @@
 // The help page: mouse, touch and keyboard.
-import { h } from "../shared/elements";
+import { button, h } from "../shared/elements";
 
 const hands = [
   ["Rotate", "drag", "one finger"],
@@ -40,11 +40,11 @@ export class Help {
   readonly element: HTMLDialogElement;
 
   constructor() {
-    const close = h("button", { type: "button", class: "close", "aria-label": "Close" }, "×");
+    const closeOutside = (event: Event) => event.target === this.element && this.element.close();
     this.element = h(
       "dialog",
-      { class: "help", "aria-label": "How to use it" },
-      close,
+      { class: "help", "aria-label": "How to use it", click: closeOutside },
+      button("×", () => this.element.close(), { class: "close", "aria-label": "Close" }),
       h("h2", {}, "In the picture"),
       h(
         "table",
@@ -56,11 +56,6 @@ export class Help {
       h("table", {}, ...keys.map(([key, act]) => h("tr", {}, h("td", {}, h("kbd", {}, key)), h("td", {}, act)))),
       h("p", { class: "hint" }, "All other controls have tooltips: hover over a control with the mouse, or reach it with the " + "Tab key."),
     );
-    close.addEventListener("click", () => this.element.close());
-    // A click outside closes it.
-    this.element.addEventListener("click", (event) => {
-      if (event.target === this.element) this.element.close();
-    });
   }
 
   toggle(): void {

@@ -1,5 +1,5 @@
 // The controls of the panel, each with a label and an explanation.
-import { h } from "../shared/elements";
+import { button, h } from "../shared/elements";
 
 export interface Control<T> {
   element: HTMLElement;
@@ -7,19 +7,16 @@ export interface Control<T> {
 }
 
 export interface SliderOptions {
-  label: string;
-  tip: string;
   min: number;
   max: number;
   step: number;
   text: (value: number) => string;
   toPosition?: (value: number) => number;
   fromPosition?: (position: number) => number;
-  onChange: (value: number, isDragging: boolean) => void;
 }
 
-// A slider with a readout; `moved` is called for every position, with `isDragging` until release.
-export function slider(options: SliderOptions): Control<number> {
+// A slider with a readout; `onChange` is called for every position, with `isDragging` until release.
+export function slider(label: string, tip: string, options: SliderOptions, onChange: (value: number, isDragging: boolean) => void): Control<number> {
   const toPosition = options.toPosition ?? ((value) => value);
   const fromPosition = options.fromPosition ?? ((position) => position);
   const input = h("input", {
@@ -27,7 +24,9 @@ export function slider(options: SliderOptions): Control<number> {
     min: String(options.min),
     max: String(options.max),
     step: String(options.step),
-    "aria-label": options.label,
+    "aria-label": label,
+    input: () => notify(true),
+    change: () => notify(false),
   });
   const readout = h("output");
   // Screen readers announce the displayed value, not the slider's position.
@@ -39,11 +38,9 @@ export function slider(options: SliderOptions): Control<number> {
   const notify = (isDragging: boolean) => {
     const value = fromPosition(Number(input.value));
     say(value);
-    options.onChange(value, isDragging);
+    onChange(value, isDragging);
   };
-  input.addEventListener("input", () => notify(true));
-  input.addEventListener("change", () => notify(false));
-  const element = h("label", { class: "control", "data-tip": options.tip }, h("span", { class: "control-head" }, h("span", {}, options.label), readout), input);
+  const element = h("label", { class: "control", "data-tip": tip }, h("span", { class: "control-head" }, h("span", {}, label), readout), input);
   return {
     element,
     show: (value) => {
@@ -57,58 +54,85 @@ export function slider(options: SliderOptions): Control<number> {
   };
 }
 
-export interface ChoiceOptions<T extends string> {
-  label: string;
-  tip: string;
-  choices: readonly (readonly [T, string, string?])[]; // Value, word and optional explanation.
-  onChange: (value: T) => void;
-}
+// The word of each value, and optionally an explanation.
+export type Choices<T extends string> = Readonly<Record<T, string | readonly [word: string, tip: string]>>;
 
 // A choice between a few words.
-export function choice<T extends string>(options: ChoiceOptions<T>): Control<T> {
-  const buttons = options.choices.map(([value, word, tip]) => {
-    const button = h("button", { type: "button", role: "radio", "aria-checked": "false" }, word);
-    if (tip) button.setAttribute("data-tip", tip);
-    button.addEventListener("click", () => options.onChange(value));
-    button.addEventListener("keydown", (event) => {
+export function choice<T extends string>(label: string, tip: string, choices: Choices<T>, onChange: (value: T) => void): Control<T> {
+  const values = Object.keys(choices) as T[];
+  const buttons = values.map((value, at) => {
+    const [word, ownTip] = [choices[value]].flat();
+    const keydown = (event: KeyboardEvent) => {
       const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
       if (!step) return;
       event.preventDefault();
       event.stopPropagation();
-      const at = options.choices.findIndex(([other]) => other === value);
       const next = (at + step + buttons.length) % buttons.length;
       buttons[next].focus();
-      options.onChange(options.choices[next][0]);
-    });
-    return button;
+      onChange(values[next]);
+    };
+    return button(word, () => onChange(value), { role: "radio", "aria-checked": "false", keydown, ...(ownTip && { "data-tip": ownTip }) });
   });
   const element = h(
     "div",
-    { class: "control", role: "radiogroup", "aria-label": options.label },
-    h("span", { class: "control-head", "data-tip": options.tip }, h("span", {}, options.label)),
+    { class: "control", role: "radiogroup", "aria-label": label },
+    h("span", { class: "control-head", "data-tip": tip }, h("span", {}, label)),
     h("div", { class: "choice" }, ...buttons),
   );
   return {
     element,
     show: (value) =>
-      options.choices.forEach(([word], i) => {
-        buttons[i].setAttribute("aria-checked", String(word === value));
-        buttons[i].tabIndex = word === value ? 0 : -1;
+      buttons.forEach((one, at) => {
+        one.setAttribute("aria-checked", String(values[at] === value));
+        one.tabIndex = values[at] === value ? 0 : -1;
       }),
   };
 }
 
-export interface ToggleOptions {
-  label: string;
-  tip: string;
-  onChange: (isOn: boolean) => void;
+export function toggle(label: string, tip: string, onChange: (isOn: boolean) => void): Control<boolean> {
+  const input = h("input", { type: "checkbox", role: "switch", change: () => onChange(input.checked) });
+  return { element: labeled(label, tip, input), show: (isOn) => (input.checked = isOn) };
 }
 
-export function toggle(options: ToggleOptions): Control<boolean> {
-  const input = h("input", { type: "checkbox", role: "switch" });
-  input.addEventListener("change", () => options.onChange(input.checked));
-  const element = h("label", { class: "control toggle", "data-tip": options.tip }, h("span", {}, options.label), input);
-  return { element, show: (isOn) => (input.checked = isOn) };
+export function colorInput(label: string, onChange: (color: string) => void): Control<string> {
+  const element = h("input", { type: "color", "aria-label": label, input: () => onChange(element.value) });
+  return { element, show: (color) => (element.value = color) };
+}
+
+// Shows or hides something.
+export function eyeButton(onChange: (isVisible: boolean) => void): Control<boolean> {
+  let isVisible = true;
+  const element = button("", () => onChange(!isVisible), { class: "eye" });
+  return {
+    element,
+    show: (isOn) => {
+      isVisible = isOn;
+      element.setAttribute("aria-pressed", String(isOn));
+      element.textContent = isOn ? "◉" : "○";
+    },
+  };
+}
+
+export interface OpacitySlider extends Control<number> {
+  show: (opacity: number, isMixed?: boolean) => void; // Mixed: of several surfaces; the slider shows the largest.
+}
+
+export function opacitySlider(of: string, onChange: (opacity: number) => void): OpacitySlider {
+  const label = { "aria-label": `Opacity of ${of}`, "data-tip": "The opacity of the surface." };
+  const element = h("input", { type: "range", min: "0", max: "1", step: "0.01", ...label, input: () => onChange(Number(element.value)) });
+  return {
+    element,
+    show: (opacity, isMixed = false) => {
+      element.value = String(opacity);
+      element.setAttribute("aria-valuetext", isMixed ? "mixed" : `${Math.round(100 * opacity)} %`);
+      element.style.setProperty("--share", `${100 * opacity}%`);
+    },
+  };
+}
+
+// A row of a label and its input.
+export function labeled(label: string, tip: string, input: HTMLElement): HTMLElement {
+  return h("label", { class: "control toggle", "data-tip": tip }, h("span", {}, label), input);
 }
 
 export function section(title: string, ...children: HTMLElement[]): HTMLElement {

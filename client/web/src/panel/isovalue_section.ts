@@ -1,6 +1,6 @@
 // The isovalues: lines in the histogram, the first one's number, and suggested values.
 import type { DatasetInfo } from "../protocol/messages";
-import { h } from "../shared/elements";
+import { button, chips, h } from "../shared/elements";
 import { roundedWithin } from "../shared/quantities";
 import { tissueAtValue } from "../shared/sample_window";
 import { persistentValues } from "../state/browser_storage";
@@ -17,14 +17,12 @@ import type { Change, PanelSection } from "./panel_section";
 
 export interface IsovaluePart extends PanelSection {
   histogram: HistogramView;
-  showDatasets: (list: readonly DatasetInfo[]) => void;
 }
 
 export function isovaluePart(change: Change): IsovaluePart {
   const hasDragged = persistentValues.get("hasDragged") !== null; // The hint is not repeated.
   const hint = h("p", { class: "hint", hidden: hasDragged }, "Drag the line: the surface is where the data has this value.");
   let info: DatasetInfo | null = null;
-  let list: readonly DatasetInfo[] = [];
   let settings: Settings;
   const histogram = new HistogramView({
     moved: (surface, isovalue, isDragging) => {
@@ -36,31 +34,21 @@ export function isovaluePart(change: Change): IsovaluePart {
   });
   const changeFirst = (changes: Partial<SurfaceSettings>) => change(withSurface(settings, 0, changes));
   const input = numberInput("Isovalue", (isovalue) => changeFirst({ isovalue }));
-  const log = toggle({
-    label: "log",
-    tip: "Logarithmic heights, which show rare values.",
-    onChange: (logScale) => change({ logScale }),
-  });
+  const log = toggle("log", "Logarithmic heights, which show rare values.", (logScale) => change({ logScale }));
   const filter = componentFilter("the surface", {
     hide: (minComponent) => changeFirst({ minComponent }),
     showHidden: () => changeFirst({ hiddenParts: [] }),
     keepLargest: (isOn) => changeFirst({ minComponent: isOn ? "largest" : 0 }),
   });
-  const chips = h("div", { class: "chips", role: "group", "aria-label": "Suggested isovalues" });
-  const chip = (value: number, of: DatasetInfo) => {
-    const button = h(
-      "button",
-      { type: "button", "data-tip": "A suggested isovalue." },
-      `${roundedWithin(value, of.max - of.min)} ${tissueAtValue(value, of)}`.trim(),
-    );
-    button.dataset.value = String(value);
-    button.addEventListener("click", () => changeFirst({ isovalue: value }));
-    return button;
+  const suggestions = chips("Suggested isovalues");
+  const suggestion = (value: number, of: DatasetInfo) => {
+    const word = `${roundedWithin(value, of.max - of.min)} ${tissueAtValue(value, of)}`.trim();
+    return button(word, () => changeFirst({ isovalue: value }), { "data-tip": "A suggested isovalue.", "data-value": String(value) });
   };
   return {
     histogram,
-    elements: [h("div", { class: "section-head" }, h("h2", {}, "Isovalue"), input.element, log.element), histogram.element, chips, hint, filter.element],
-    show: (now, shown) => {
+    elements: [h("div", { class: "section-head" }, h("h2", {}, "Isovalue"), input.element, log.element), histogram.element, suggestions, hint, filter.element],
+    show: ({ settings: now, info: shown, list }) => {
       settings = now;
       log.show(now.logScale);
       filter.show(hiddenPartsOf(now.surfaces[0]));
@@ -73,18 +61,13 @@ export function isovaluePart(change: Change): IsovaluePart {
       histogram.show(shown, lines, now.logScale, rangeOf(list, shown));
       if (shown !== info) {
         const values = shown.suggestedIsovalues.slice(0, 5).sort((a, b) => a - b);
-        chips.replaceChildren(...(values.length > 1 ? values.map((value) => chip(value, shown)) : []));
+        suggestions.replaceChildren(...(values.length > 1 ? values.map((value) => suggestion(value, shown)) : []));
         if (!info) histogram.invite(!hasDragged);
       }
       info = shown;
       const isovalue = now.surfaces[0].isovalue ?? suggested;
-      for (const button of chips.querySelectorAll("button")) {
-        button.setAttribute("aria-pressed", String(Number(button.dataset.value) === isovalue));
-      }
+      for (const one of suggestions.querySelectorAll("button")) one.setAttribute("aria-pressed", String(Number(one.dataset.value) === isovalue));
       input.show(isovalue);
-    },
-    showDatasets: (now) => {
-      list = now;
     },
   };
 }

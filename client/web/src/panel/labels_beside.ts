@@ -15,12 +15,10 @@ export function labelsBeside(change: Change): LabelsBeside {
     class: "select",
     "aria-label": "Labels beside the surfaces",
     "data-tip": "The segmentation whose labels are shown beside the surfaces.",
+    change: () => now && change(withSegmentation(now.list, now.settings, offers.find(({ name }) => name === element.value) ?? null)),
   });
   let now: { list: readonly DatasetInfo[]; settings: Settings; info: DatasetInfo | null } | null = null;
   let offers: readonly Segmentation[] = [];
-  element.addEventListener("change", () => {
-    if (now) change(withSegmentation(now.list, now.settings, offers.find(({ name }) => name === element.value) ?? null));
-  });
   return {
     element,
     show: (list, settings, info) => {

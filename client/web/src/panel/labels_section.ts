@@ -1,7 +1,7 @@
 // The table of the labels of a segmentation. Hidden labels are not loaded. Changes of a selected label apply to all
 // selected ones.
 import type { DatasetInfo, Label } from "../protocol/messages";
-import { h } from "../shared/elements";
+import { button, h } from "../shared/elements";
 import { hiddenPartsOf } from "../state/hidden_parts";
 import { maxInitialLabels } from "../state/label_surfaces";
 import type { Progress } from "../state/progress";
@@ -9,30 +9,20 @@ import { findByName, labelName, labelOf, renamedLabel, withLabelName } from "../
 import type { Settings, SurfaceSettings } from "../state/settings";
 import { withAllSurfaces } from "../state/surfaces";
 import { componentFilter } from "./component_filter";
-import { type LabelLook, type LabelRow, labelRow, opacitySlider, showOpacity } from "./label_row";
+import { opacitySlider } from "./inputs";
+import { type LabelLook, type LabelRow, labelRow } from "./label_row";
 import { type LabelsBeside, labelsBeside } from "./labels_beside";
-import type { Change, PanelSection } from "./panel_section";
+import type { Change, PanelSection, Shown } from "./panel_section";
 import { RowSelection } from "./row_selection";
 
 const fewLabels = 8; // At most this many need no search.
-
-export interface LabelsPart extends PanelSection {
-  readonly isEmpty: boolean; // There are no labels to show.
-  showProgress: (surface: number, progress: Progress) => void;
-  showDatasets: (list: readonly DatasetInfo[]) => void;
-  select: (surface: number) => void; // Selects and scrolls to the row of a surface that was clicked.
-}
 
 export interface LabelsEvents {
   saveLabels: (surfaces: readonly number[] | null) => void; // Saves a table of the visible ones of these surfaces; null: of all surfaces.
   zoomToLabel: (dataset: string) => void;
 }
 
-export function labelsPart(change: Change, events: LabelsEvents): LabelsPart {
-  return new LabelsTable(change, events);
-}
-
-class LabelsTable implements LabelsPart {
+export class LabelsTable implements PanelSection {
   readonly elements: HTMLElement[];
   private settings: Settings | null = null;
   private datasets: readonly DatasetInfo[] = [];
@@ -41,15 +31,20 @@ class LabelsTable implements LabelsPart {
   private readonly selection = new RowSelection(() => this.showSelected());
   private readonly list = h("ul", { class: "labels" });
   private readonly count = h("span", { class: "labels-count" });
-  private readonly search = h("input", { type: "search", class: "label-search", placeholder: "Search labels", "aria-label": "Search labels" });
-  private readonly table = h(
-    "button",
-    { type: "button", "data-tip": "Samples of all labels, volume and area of those displayed, or of several selected ones, as CSV." },
-    "Table (CSV)",
-  );
+  private readonly search = h("input", {
+    type: "search",
+    class: "label-search",
+    placeholder: "Search labels",
+    "aria-label": "Search labels",
+    input: () => this.showFound(),
+  });
+  // A single label is selected to look at it, so the table then has all labels.
+  private readonly table = button("Table (CSV)", () => this.events.saveLabels(this.selected().length > 1 ? this.selected() : null), {
+    "data-tip": "Samples of all labels, volume and area of those displayed, or of several selected ones, as CSV.",
+  });
   private readonly order = h(
     "select",
-    { class: "label-order", "aria-label": "Order of the labels" },
+    { class: "label-order", "aria-label": "Order of the labels", change: () => this.showAll() },
     ...labelOrders.map(([word, text]) => h("option", { value: word }, text)),
   );
   private readonly limit = h("p", { class: "hint", hidden: true });
@@ -67,10 +62,6 @@ class LabelsTable implements LabelsPart {
     private readonly change: Change,
     private readonly events: LabelsEvents,
   ) {
-    // A single label is selected to look at it, so the table then has all labels.
-    this.table.addEventListener("click", () => events.saveLabels(this.selected().length > 1 ? this.selected() : null));
-    this.order.addEventListener("change", () => this.showAll());
-    this.search.addEventListener("input", () => this.showFound());
     this.list.addEventListener("keydown", (event) => this.press(event));
     // Space would click the name.
     this.list.addEventListener("keyup", (event) => event.key === " " && (event.target as Element).matches(".label-name") && event.preventDefault());
@@ -82,7 +73,7 @@ class LabelsTable implements LabelsPart {
       this.table,
       this.count,
       this.order,
-      this.opacity,
+      this.opacity.element,
       this.mixed,
     );
     this.shown = h("div", { class: "labels-table" }, head, this.search, this.limit, this.list, this.filter.element);
@@ -90,13 +81,15 @@ class LabelsTable implements LabelsPart {
     this.elements = [this.beside.element, this.shown];
   }
 
+  // There are no labels to show.
   get isEmpty(): boolean {
     return this.found.length === 0 && this.beside.element.hidden;
   }
 
-  show(now: Settings, info: DatasetInfo | null): void {
-    this.settings = now;
-    this.beside.show(this.datasets, now, info);
+  show({ settings, info, list }: Shown): void {
+    this.settings = settings;
+    this.datasets = list;
+    this.beside.show(list, settings, info);
     this.showAll();
   }
 
@@ -104,10 +97,7 @@ class LabelsTable implements LabelsPart {
     this.rows.get(surface)?.showProgress(progress);
   }
 
-  showDatasets(now: readonly DatasetInfo[]): void {
-    this.datasets = now;
-  }
-
+  // Selects and scrolls to the row of a surface that was clicked.
   select(surface: number): void {
     const label = this.found.find(({ at }) => at === surface);
     if (!label) return;
@@ -120,9 +110,7 @@ class LabelsTable implements LabelsPart {
   // ---- changes
 
   private visibilityButton(word: string, tip: string, visible: boolean): HTMLElement {
-    const button = h("button", { type: "button", "data-tip": tip }, word);
-    button.addEventListener("click", () => this.changeAll(() => ({ visible })));
-    return button;
+    return button(word, () => this.changeAll(() => ({ visible })), { "data-tip": tip });
   }
 
   private changeAll(look: (at: number) => Partial<SurfaceSettings>): void {
@@ -265,7 +253,7 @@ class LabelsTable implements LabelsPart {
     const opacities = shown.map(({ one }) => one.opacity);
     const isMixed = new Set(opacities).size > 1;
     this.mixed.hidden = !isMixed;
-    showOpacity(this.opacity, opacities.length > 0 ? Math.max(...opacities) : 1, isMixed);
+    this.opacity.show(opacities.length > 0 ? Math.max(...opacities) : 1, isMixed);
   }
 
   private showFound(): void {

@@ -4,7 +4,7 @@
 // The focused element stays in the page while the reason is the same, even over failed attempts to connect. When the
 // reason is resolved, focus moves to the scene.
 
-import { h } from "../shared/elements";
+import { button, h } from "../shared/elements";
 import { inBytes, inTriangleRange } from "../shared/quantities";
 import type { ServedProgress } from "../state/progress";
 import { TokenForm } from "./token_form";
@@ -138,10 +138,4 @@ export class Notices {
     if (this.form && (hadKeyboard || isFree)) this.form.focus();
     else if (hadKeyboard) this.actions.focusScene();
   }
-}
-
-function button(word: string, act: () => void): HTMLElement {
-  const element = h("button", { type: "button" }, word);
-  element.addEventListener("click", act);
-  return element;
 }

@@ -4,14 +4,13 @@ import type { Control } from "./inputs";
 
 // `emptied` is called when the input was cleared.
 export function numberInput(label: string, entered: (value: number) => void, emptied?: () => void): Control<number | null> {
-  const element = h("input", { type: "number", step: "any", "aria-label": label, class: "number" });
   let isTyping = false;
-  element.addEventListener("input", () => (isTyping = true));
-  element.addEventListener("change", () => {
+  const change = () => {
     isTyping = false;
     if (Number.isFinite(element.valueAsNumber)) entered(element.valueAsNumber);
     else if (element.value === "") emptied?.();
-  });
+  };
+  const element = h("input", { type: "number", step: "any", "aria-label": label, class: "number", input: () => (isTyping = true), change });
   return {
     element,
     show: (value) => {

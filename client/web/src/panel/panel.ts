@@ -1,7 +1,6 @@
 // The side panel: all settings, in the order in which they are needed.
-import type { DatasetInfo } from "../protocol/messages";
 import type { ShownLevel } from "../scene/volume/volume";
-import { h } from "../shared/elements";
+import { button, h } from "../shared/elements";
 import { settingsOfEntry } from "../state/label_surfaces";
 import type { Progress, StepFacts, SurfaceSize } from "../state/progress";
 import { seriesOf, timesOf } from "../state/series";
@@ -9,19 +8,19 @@ import { type Crop, defaults, type Settings } from "../state/settings";
 import type { Store } from "../state/store";
 import { type AccuracyPart, accuracyPart } from "./accuracy_section";
 import { type BookmarksEvents, bookmarksPart } from "./bookmarks_section";
-import { type CutPart, cutPart } from "./cut_section";
+import { cutPart } from "./cut_section";
 import { type DownloadsEvents, type DownloadsPart, downloadsPart } from "./downloads_section";
 import { expectedText } from "./expected_text";
 import { type FieldPart, fieldPart } from "./field_section";
 import type { HistogramView } from "./histogram";
 import { foldedSection, section } from "./inputs";
-import { type IsovaluePart, isovaluePart } from "./isovalue_section";
-import { type LabelsEvents, type LabelsPart, labelsPart } from "./labels_section";
+import { isovaluePart } from "./isovalue_section";
+import { type LabelsEvents, LabelsTable } from "./labels_section";
 import { lookPart } from "./look_section";
-import type { Change, PanelSection } from "./panel_section";
+import type { Change, PanelSection, Shown } from "./panel_section";
 import { regionPart } from "./region_section";
-import { type SeriesPart, seriesPart } from "./series_section";
-import { type SlicePart, slicePart } from "./slice_section";
+import { seriesPart } from "./series_section";
+import { slicePart } from "./slice_section";
 import { type SurfacesPart, surfacesPart } from "./surfaces_section";
 import { type VolumePart, volumePart } from "./volume_section";
 
@@ -38,16 +37,11 @@ export class Panel {
   readonly histogram: HistogramView;
   private readonly parts: PanelSection[];
   private readonly accuracy: AccuracyPart;
-  private readonly isovalue: IsovaluePart;
   private readonly surfaces: SurfacesPart;
   private readonly field: FieldPart;
-  private readonly series: SeriesPart;
-  private readonly labels: LabelsPart;
+  private readonly labels: LabelsTable;
   private readonly downloads: DownloadsPart;
-  private readonly slice: SlicePart;
   private readonly volume: VolumePart;
-  private readonly cut: CutPart;
-  private list: readonly DatasetInfo[] = [];
   private readonly ofValues: HTMLElement; // Does not apply to labels alone.
   private readonly surfacesElement: HTMLElement;
   private readonly labelsElement: HTMLElement;
@@ -56,44 +50,44 @@ export class Panel {
     "data-tip": "The server's estimate for these settings. The view shows the full resolution instead where that arrives sooner.",
   });
   private size: SurfaceSize | null = null;
-  private shown: StepFacts | null = null; // The shown step of the first surface.
-  private info: DatasetInfo | null = null;
+  private step: StepFacts | null = null; // The shown step of the first surface.
+  private shown: Shown;
 
   constructor(
-    private readonly settings: Store<Settings>,
+    settings: Store<Settings>,
     change: Change,
     events: PanelEvents,
     datasets: HTMLElement,
     isOfFiles = false, // There is no server.
   ) {
-    const resetAll = h(
-      "button",
-      { type: "button", class: "action reset-all", "data-tip": "All settings except the dataset and the theme." },
-      "Reset all settings",
-    );
-    resetAll.addEventListener("click", () => {
+    this.shown = { settings: settings.get(), info: null, list: [], permitsSamples: true };
+    const resetAll = () => {
       const { dataset, theme } = settings.get();
-      const series = this.info?.member?.label ? seriesOf(this.list, this.info) : null;
-      change({ ...defaults, dataset, theme, ...(series && settingsOfEntry({ name: series.name, info: this.info!, series }, defaults)) });
+      const { info, list } = this.shown;
+      const series = info?.member?.label ? seriesOf(list, info) : null;
+      change({ ...defaults, dataset, theme, ...(series && settingsOfEntry({ name: series.name, info: info!, series }, defaults)) });
       events.reset();
-    });
-    const isovalue = (this.isovalue = isovaluePart(change));
-    const accuracy = (this.accuracy = accuracyPart(change, this.expected));
-    const surfaces = (this.surfaces = surfacesPart(change));
-    const series = (this.series = seriesPart(change));
-    const labels = (this.labels = labelsPart(change, events));
-    this.ofValues = h("section", {}, ...isovalue.elements);
-    this.surfacesElement = foldedSection("Surfaces", settings.get().surfaces.length > 1, ...surfaces.elements);
-    this.labelsElement = section("Labels", ...labels.elements);
-    const region = regionPart(change);
-    const field = (this.field = fieldPart(change));
-    const slice = (this.slice = slicePart(change));
-    const volume = (this.volume = volumePart(change));
-    const cut = (this.cut = cutPart(change, events.shownBox));
-    const look = lookPart(change, events.roll);
+    };
+    const isovalue = isovaluePart(change);
+    this.accuracy = accuracyPart(change, this.expected);
+    this.surfaces = surfacesPart(change);
+    this.labels = new LabelsTable(change, events);
+    this.field = fieldPart(change);
+    this.volume = volumePart(change);
     this.downloads = downloadsPart(events);
     this.histogram = isovalue.histogram;
-    this.parts = [series, isovalue, surfaces, labels, accuracy, region, field, cut, slice, volume, look];
+    const [series, region, cut, slice] = [seriesPart(change), regionPart(change), cutPart(change, events.shownBox), slicePart(change)];
+    const look = lookPart(change, events.roll);
+    this.parts = [series, isovalue, this.surfaces, this.labels, this.accuracy, region, this.field, cut, slice, this.volume, look];
+    this.ofValues = h("section", {}, ...isovalue.elements);
+    const { colorBy, clip, crop, slice: plane, volume, surfaces } = settings.get();
+    this.surfacesElement = foldedSection("Surfaces", surfaces.length > 1, ...this.surfaces.elements);
+    this.labelsElement = section("Labels", ...this.labels.elements);
+    const ofServer = [
+      section("Accuracy", ...this.accuracy.elements),
+      foldedSection("Finer in one place", false, ...region.elements),
+      foldedSection("Color by a field", colorBy !== "", ...this.field.elements),
+    ];
     this.element = h(
       "aside",
       { class: "panel", "aria-label": "Controls" },
@@ -102,27 +96,28 @@ export class Panel {
       this.labelsElement,
       this.ofValues,
       this.surfacesElement,
-      section("Accuracy", ...(isOfFiles ? [h("p", { class: "hint" }, noServer)] : accuracy.elements)),
-      ...(isOfFiles
-        ? []
-        : [
-            foldedSection("Finer in one place", false, ...region.elements),
-            foldedSection("Color by a field", settings.get().colorBy !== "", ...field.elements),
-          ]),
-      foldedSection("Clip and crop", settings.get().clip !== "off" || settings.get().crop !== null, ...cut.elements),
-      foldedSection("Slices", settings.get().slice !== "off", ...slice.elements),
-      foldedSection("Volume", settings.get().volume !== "off", ...volume.elements),
+      ...(isOfFiles ? [section("Accuracy", h("p", { class: "hint" }, noServer))] : ofServer),
+      foldedSection("Clip and crop", clip !== "off" || crop !== null, ...cut.elements),
+      foldedSection("Slices", plane !== "off", ...slice.elements),
+      foldedSection("Volume", volume !== "off", ...this.volume.elements),
       foldedSection("Appearance", false, ...look.elements),
       foldedSection("Bookmarks", false, ...bookmarksPart(events)),
       foldedSection("Export", false, ...this.downloads.elements),
-      resetAll,
+      button("Reset all settings", resetAll, { class: "action reset-all", "data-tip": "All settings except the dataset and the theme." }),
     );
-    settings.watch(() => this.show());
+    settings.watch((now) => this.show({ settings: now }));
   }
 
-  setDataset(info: DatasetInfo): void {
-    this.info = info;
-    this.show();
+  show(change: Partial<Shown>): void {
+    this.shown = { ...this.shown, ...change };
+    const { info, list } = this.shown;
+    this.downloads.showTimes(info !== null && timesOf(list, info).length > 1);
+    this.labelsElement.hidden = false; // The table scrolls to the first shown label.
+    for (const part of this.parts) part.show(this.shown);
+    this.ofValues.hidden = !!info?.member?.label;
+    this.surfacesElement.hidden = this.surfaces.isEmpty;
+    this.labelsElement.hidden = this.labels.isEmpty;
+    this.drawExpected();
   }
 
   showExpected(size: SurfaceSize | null): void {
@@ -139,15 +134,6 @@ export class Panel {
     this.accuracy.showPaused(isPaused);
   }
 
-  showDatasets(list: readonly DatasetInfo[], permitsSamples: boolean): void {
-    this.list = list;
-    this.slice.showPermission(permitsSamples);
-    this.volume.showPermission(permitsSamples);
-    this.cut.showPermission(permitsSamples);
-    for (const part of [this.isovalue, this.field, this.series, this.labels, this.surfaces, this.slice, this.volume]) part.showDatasets(list);
-    this.show();
-  }
-
   showVolume(level: ShownLevel | null): void {
     this.volume.showLevel(level);
   }
@@ -157,24 +143,15 @@ export class Panel {
     this.labels.showProgress(surface, progress);
     if (surface !== 0) return;
     this.field.showProgress(progress);
-    if (progress.shown === this.shown) return;
-    this.shown = progress.shown;
+    if (progress.shown === this.step) return;
+    this.step = progress.shown;
     this.drawExpected();
   }
 
   private drawExpected(): void {
-    const { length } = this.settings.get().surfaces;
-    const text = this.info?.member?.label && length > 1 ? "" : expectedText(this.size, this.shown);
+    const { info, settings } = this.shown;
+    const { length } = settings.surfaces;
+    const text = info?.member?.label && length > 1 ? "" : expectedText(this.size, this.step);
     this.expected.textContent = (text && length > 1 ? `Surface 1: ${text}` : text) || "\u00a0"; // Keeps the line's height.
-  }
-
-  private show(): void {
-    this.downloads.showTimes(this.info !== null && timesOf(this.list, this.info).length > 1);
-    this.labelsElement.hidden = false; // The table scrolls to the first shown label.
-    for (const part of this.parts) part.show(this.settings.get(), this.info);
-    this.ofValues.hidden = !!this.info?.member?.label;
-    this.surfacesElement.hidden = this.surfaces.isEmpty;
-    this.labelsElement.hidden = this.labels.isEmpty;
-    this.drawExpected();
   }
 }

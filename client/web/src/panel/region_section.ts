@@ -11,29 +11,16 @@ export function regionPart(change: Change): PanelSection {
   let info: DatasetInfo | null = null;
   let region: Region | null = null;
   const regionOf = (kind: "none" | Region["kind"]) => (kind === "none" || !info ? null : regionInTheMiddle(kind, info, region?.error ?? 0));
-  const shape = choice({
-    label: "Region",
-    tip: "A region with its own allowed error. Drag its handles in the picture.",
-    choices: [
-      ["none", "None"],
-      ["box", "Box"],
-      ["ball", "Ball"],
-    ],
-    onChange: (kind) => change({ region: regionOf(kind) }),
-  });
-  const error = slider({
-    label: "Error inside",
-    tip: "The error allowed in the region.",
-    ...errorScale,
-    text: (value) => (value === 0 ? "none: full resolution" : counted(value, "voxel")),
-    onChange: (value, isDragging) => {
-      if (region) change({ region: { ...region, error: value } }, isDragging);
-    },
+  const shapeTip = "A region with its own allowed error. Drag its handles in the picture.";
+  const shape = choice("Region", shapeTip, { none: "None", box: "Box", ball: "Ball" }, (kind) => change({ region: regionOf(kind) }));
+  const text = (value: number) => (value === 0 ? "none: full resolution" : counted(value, "voxel"));
+  const error = slider("Error inside", "The error allowed in the region.", { ...errorScale, text }, (value, isDragging) => {
+    if (region) change({ region: { ...region, error: value } }, isDragging);
   });
   const hint = h("p", { class: "hint" }, "Allow a larger error above to see the difference.");
   return {
     elements: [shape.element, error.element, hint],
-    show: (settings, shown) => {
+    show: ({ settings, info: shown }) => {
       info = shown;
       region = settings.region;
       shape.show(region?.kind ?? "none");

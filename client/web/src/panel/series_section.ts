@@ -1,45 +1,35 @@
 // Selects the field of a series, or its labels.
-import type { DatasetInfo } from "../protocol/messages";
 import { h } from "../shared/elements";
 import { changeFromWritten, settingsOfEntry } from "../state/label_surfaces";
 import { channelColor, memberOfField, type Series, seriesOf } from "../state/series";
-import type { Settings } from "../state/settings";
-import type { Change, PanelSection } from "./panel_section";
+import type { Change, PanelSection, Shown } from "./panel_section";
 
 const labelsOption = "/labels"; // No field has this name.
 
-export interface SeriesPart extends PanelSection {
-  showDatasets: (list: readonly DatasetInfo[]) => void;
-}
-
-export function seriesPart(change: Change): SeriesPart {
-  let list: readonly DatasetInfo[] = [];
-  let info: DatasetInfo | null = null;
-  let settings: Settings;
-  const choice = h("select", { class: "select", "aria-label": "Field of the surfaces", hidden: true });
-  choice.setAttribute("data-tip", "The surfaces are where this field has the isovalue.");
-  choice.addEventListener("change", () => {
+export function seriesPart(change: Change): PanelSection {
+  let now: Shown | null = null;
+  const choose = () => {
+    const { info, list, settings } = now!;
     const series = info && seriesOf(list, info);
     if (!series) return;
-    if (choice.value === labelsOption) return change(settingsOfEntry({ name: series.name, info: info!, series }, settings));
-    const other = memberOfField(series, info!, choice.value);
+    if (choice.value === labelsOption) return change(settingsOfEntry({ name: series.name, info, series }, settings));
+    const other = memberOfField(series, info, choice.value);
     if (other) change(changeFromWritten(list, info, settings, { dataset: other.name, isovalue: null, ...channelColor(other) }));
-  });
+  };
+  const tip = "The surfaces are where this field has the isovalue.";
+  const choice = h("select", { class: "select", "aria-label": "Field of the surfaces", hidden: true, "data-tip": tip, change: choose });
   return {
     elements: [choice],
-    show: (now, shown) => {
-      settings = now;
-      info = shown;
-      const offers = offersOf(shown && seriesOf(list, shown));
+    show: (shown) => {
+      now = shown;
+      const { info, list } = shown;
+      const offers = offersOf(info && seriesOf(list, info));
       choice.hidden = offers.length < 2;
       if ([...choice.options].map(({ value }) => value).join("\n") !== offers.map(([value]) => value).join("\n")) {
         choice.replaceChildren(...offers.map(([value, words]) => h("option", { value }, words)));
       }
-      const isOfLabels = shown?.member?.label && offers.some(([value]) => value === labelsOption);
-      choice.value = isOfLabels ? labelsOption : (shown?.member?.field ?? "");
-    },
-    showDatasets: (now) => {
-      list = now;
+      const isOfLabels = info?.member?.label && offers.some(([value]) => value === labelsOption);
+      choice.value = isOfLabels ? labelsOption : (info?.member?.field ?? "");
     },
   };
 }

@@ -1,6 +1,6 @@
 // Controls for one setting each: each changes its setting, and show() updates all of them.
 import type { Settings } from "../state/settings";
-import { type ChoiceOptions, type Control, choice, type SliderOptions, slider, type ToggleOptions, toggle } from "./inputs";
+import { type Choices, type Control, choice, type SliderOptions, slider, toggle } from "./inputs";
 import type { Change } from "./panel_section";
 
 type NamesOf<T> = { [K in keyof Settings]: Settings[K] extends T ? K : never }[keyof Settings];
@@ -11,18 +11,25 @@ export class SettingControls {
 
   constructor(private readonly change: Change) {}
 
-  slider(name: NamesOf<number>, options: Omit<SliderOptions, "onChange">): HTMLElement {
-    const onChange = (value: number, isDragging: boolean) => this.change({ [name]: value }, isDragging);
-    return this.with(name, slider({ ...options, onChange }));
+  slider(name: NamesOf<number>, label: string, tip: string, options: SliderOptions): HTMLElement {
+    return this.with(
+      name,
+      slider(label, tip, options, (value, isDragging) => this.change({ [name]: value }, isDragging)),
+    );
   }
 
-  choice<K extends Word>(name: K, options: Omit<ChoiceOptions<Settings[K]>, "onChange">): HTMLElement {
-    const onChange = (value: Settings[K]) => this.change({ [name]: value });
-    return this.with(name, choice<Settings[K]>({ ...options, onChange }));
+  choice<K extends Word>(name: K, label: string, tip: string, choices: Choices<Settings[K]>): HTMLElement {
+    return this.with(
+      name,
+      choice<Settings[K]>(label, tip, choices, (value) => this.change({ [name]: value })),
+    );
   }
 
-  toggle(name: NamesOf<boolean>, options: Omit<ToggleOptions, "onChange">): HTMLElement {
-    return this.with(name, toggle({ ...options, onChange: (value) => this.change({ [name]: value }) }));
+  toggle(name: NamesOf<boolean>, label: string, tip: string): HTMLElement {
+    return this.with(
+      name,
+      toggle(label, tip, (value) => this.change({ [name]: value })),
+    );
   }
 
   show(settings: Settings): void {

@@ -1,7 +1,7 @@
 // One line about the shown surfaces and the progress, starting with the error. The certificate has the details.
 // Progress is that of the first visible surface, totals are of all; the state is complete only when all are.
 
-import { h } from "../shared/elements";
+import { button, h } from "../shared/elements";
 import { grouped, inBytes, inSeconds } from "../shared/quantities";
 import type { DrawnSurface, SurfacesStatus } from "../state/progress";
 import { accuracyInUnits, certificateOf, certificateSummary, errorExplanation, errorSummary, isEmpty, leastAccurate, trianglesOf } from "./certificate";
@@ -50,7 +50,13 @@ export class StatusBar {
   private readonly bytes = new Fact("bytes", "");
   private readonly firstTile = new Fact("first-tile", "From the request to the first tile.");
   private readonly complete = new Fact("complete", "From the request until its final surface was checked and displayed.");
-  private readonly certificateButton: HTMLButtonElement;
+  private readonly certificateButton = button("", () => this.open(this.certificate.hidden), {
+    class: "seal",
+    hidden: true,
+    "aria-expanded": "false",
+    "aria-controls": "certificate",
+    "data-tip": "Checks of the surface by this page. Click for details.",
+  });
   private readonly certificates = h("div");
   private readonly certificate = h("div", { class: "certificate", id: "certificate", hidden: true, tabindex: "0" });
   private certified: DrawnSurface[] = [];
@@ -60,15 +66,6 @@ export class StatusBar {
 
   // `isOfFiles`: there is no server.
   constructor(private readonly isOfFiles = false) {
-    this.certificateButton = h("button", {
-      type: "button",
-      class: "seal",
-      hidden: true,
-      "aria-expanded": "false",
-      "aria-controls": "certificate",
-      "data-tip": "Checks of the surface by this page. Click for details.",
-    });
-    this.certificateButton.addEventListener("click", () => this.open(this.certificate.hidden));
     const came = [this.bytes, this.firstTile, this.complete].map(({ element }) => element);
     this.certificate.append(this.certificates, h("h2", { class: "is-promise" }, "How it was received"), h("div", { class: "came" }, ...came));
     const facts = [this.state, this.error, this.triangles];

@@ -1,6 +1,6 @@
 // The list of surfaces: color, isovalue, opacity, error, visibility and state. Their lines are in the histogram.
 import type { DatasetInfo } from "../protocol/messages";
-import { h } from "../shared/elements";
+import { button, h } from "../shared/elements";
 import { grouped, roundedWithin } from "../shared/quantities";
 import { mainTissues, tissueAtValue, type WindowedDataset } from "../shared/sample_window";
 import { hiddenPartsOf } from "../state/hidden_parts";
@@ -13,13 +13,12 @@ import { suggestedIsovalue } from "../stream/request";
 import { accuracyOf } from "./certificate";
 import { componentFilter, componentsText, hidesAny } from "./component_filter";
 import { datasetSelect } from "./dataset_select";
-import type { Control } from "./inputs";
+import { type Control, colorInput, eyeButton, opacitySlider } from "./inputs";
 import { numberInput } from "./number_input";
 import type { Change, PanelSection } from "./panel_section";
 
 export interface SurfacesPart extends PanelSection {
   readonly isEmpty: boolean; // Only labels are shown, and there is no image beside them.
-  showDatasets: (list: readonly DatasetInfo[]) => void;
   showProgress: (surface: number, progress: Progress) => void;
 }
 
@@ -29,21 +28,13 @@ export function surfacesPart(change: Change): SurfacesPart {
   let datasets: readonly DatasetInfo[] = [];
   const rows = new Map<number, Row>(); // Labels have their own list.
   const list = h("ul", { class: "surfaces" });
-  const add = h(
-    "button",
-    {
-      type: "button",
-      class: "action",
-      "data-tip": "Skin around bone, for example, or another channel.",
-    },
-    "Add a surface",
-  );
   let image: DatasetInfo | null = null; // The image beside labels that are shown alone.
   const isLabel = ({ dataset }: SurfaceSettings) => labelOf(datasets, dataset || settings.dataset) !== null;
-  add.addEventListener("click", () => {
+  const addOne = () => {
     if (image) change(withImage(settings, image));
     else if (info) change(withAddedSurface(settings, unusedIsovalue(info), suggestedIsovalue(info), isLabel));
-  });
+  };
+  const add = button("Add a surface", addOne, { class: "action", "data-tip": "Skin around bone, for example, or another channel." });
   const unusedIsovalue = (of: DatasetInfo) =>
     nextIsovalue(
       settings.surfaces.filter(({ dataset }) => !dataset).map(({ isovalue }) => isovalue ?? suggestedIsovalue(of)),
@@ -73,9 +64,10 @@ export function surfacesPart(change: Change): SurfacesPart {
     get isEmpty() {
       return add.hidden && rows.size === 0;
     },
-    show: (now, shown) => {
+    show: ({ settings: now, info: shown, list: known }) => {
       settings = now;
       info = shown;
+      datasets = known;
       // Before the list of datasets arrives, it is unknown which surfaces are labels.
       const surfaces = datasets.length > 0 ? now.surfaces : now.surfaces.slice(0, maxSurfaces);
       for (const [at, row] of rows) {
@@ -95,9 +87,6 @@ export function surfacesPart(change: Change): SurfacesPart {
       add.hidden = rows.size >= maxSurfaces || (image === null && shown?.member?.label !== undefined);
     },
     showProgress: (surface, progress) => rows.get(surface)?.showProgress(progress),
-    showDatasets: (now) => {
-      datasets = now;
-    },
   };
 }
 
@@ -129,12 +118,11 @@ interface Row extends Pick<Control<SurfaceSettings>, "element"> {
 function surfaceRow(
   at: number,
   change: (changes: Partial<SurfaceSettings>, isDragging?: boolean) => void,
-  choose: (dataset: string) => void,
+  chooseDataset: (dataset: string) => void,
   remove: () => void,
 ): Row {
   const name = `surface ${at + 1}`;
-  const color = h("input", { type: "color", "aria-label": `Color of ${name}` });
-  color.addEventListener("input", () => change({ color: color.value }));
+  const color = colorInput(`Color of ${name}`, (value) => change({ color: value }));
   const isovalue = numberInput(`Isovalue of ${name}`, (value) => change({ isovalue: value }));
   const error = numberInput(
     `Allowed error of ${name}, in voxels`,
@@ -143,38 +131,36 @@ function surfaceRow(
   );
   error.element.setAttribute("data-tip", "The allowed error in voxels; empty: that of all surfaces.");
   error.element.setAttribute("placeholder", "error");
-  const opacity = h("input", { type: "range", min: "0", max: "1", step: "0.01", "aria-label": `Opacity of ${name}` });
-  opacity.setAttribute("data-tip", "The opacity of the surface.");
-  opacity.addEventListener("input", () => change({ opacity: Number(opacity.value) }));
-  const eye = h("button", { type: "button", class: "eye", "aria-label": `Show ${name}`, "data-tip": "Shows or hides the surface." }, "◉");
-  let isVisible = true;
-  eye.addEventListener("click", () => change({ visible: !isVisible }));
-  const cross = h("button", { type: "button", class: "cross", "aria-label": `Remove ${name}` }, "×");
-  cross.addEventListener("click", remove);
+  const opacity = opacitySlider(name, (value) => change({ opacity: value }));
+  const eye = eyeButton((visible) => change({ visible }));
+  eye.element.setAttribute("aria-label", `Show ${name}`);
+  eye.element.setAttribute("data-tip", "Shows or hides the surface.");
+  const cross = button("×", remove, { class: "cross", "aria-label": `Remove ${name}` });
+  const choose = () => change(withMaterial({ color: ofColor }, materials.find((word) => word === material.value)!));
   const material = h(
     "select",
-    { "aria-label": `Material of ${name}`, class: "material", "data-tip": "How it reflects light." },
+    { "aria-label": `Material of ${name}`, class: "material", "data-tip": "How it reflects light.", change: choose },
     ...materials.map((word) => h("option", { value: word }, word[0].toUpperCase() + word.slice(1))),
   );
-  material.addEventListener("change", () => change(withMaterial({ color: color.value }, materials.find((word) => word === material.value)!)));
   const filter = componentFilter(name, {
     hide: (minComponent) => change({ minComponent }),
     showHidden: () => change({ hiddenParts: [] }),
     keepLargest: (isOn) => change({ minComponent: isOn ? "largest" : 0 }),
   });
   const state = h("span", { class: "surface-state" });
-  const dataset = datasetSelect(`Data of ${name}`, "The same data", choose, isOtherData);
+  const dataset = datasetSelect(`Data of ${name}`, "The same data", chooseDataset, isOtherData);
   dataset.element.classList.add("surface-dataset");
   dataset.element.setAttribute("data-tip", "Another channel or field, or another dataset in the same world.");
   let ofDataset = "";
+  let ofColor = "";
   const element = h(
     "li",
     { class: "surface-row" },
     dataset.element,
-    color,
+    color.element,
     isovalue.element,
-    opacity,
-    eye,
+    opacity.element,
+    eye.element,
     cross,
     state,
     error.element,
@@ -184,17 +170,14 @@ function surfaceRow(
   return {
     element,
     show: (surface, isOneOfSeveral) => {
-      isVisible = surface.visible;
       ofDataset = surface.dataset;
-      color.value = surface.color;
+      ofColor = surface.color;
+      color.show(surface.color);
       isovalue.show(surface.isovalue);
       error.show(surface.error);
-      opacity.value = String(surface.opacity);
-      opacity.setAttribute("aria-valuetext", `${Math.round(100 * surface.opacity)} %`);
-      opacity.style.setProperty("--share", `${100 * surface.opacity}%`);
+      opacity.show(surface.opacity);
       material.value = surface.material;
-      eye.setAttribute("aria-pressed", String(isVisible));
-      eye.textContent = isVisible ? "◉" : "○";
+      eye.show(surface.visible);
       filter.show(hiddenPartsOf(surface));
       cross.hidden = filter.element.hidden = !isOneOfSeveral;
     },

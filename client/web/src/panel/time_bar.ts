@@ -1,6 +1,6 @@
 // The time controls over the scene: play, slider, current time, speed and loop.
 
-import { h } from "../shared/elements";
+import { button, h } from "../shared/elements";
 import { inDigits } from "../shared/quantities";
 import { timeText } from "../state/series";
 import type { Settings } from "../state/settings";
@@ -16,26 +16,33 @@ const speeds = [1, 2, 5, 10, 20, 30];
 
 export class TimeBar {
   readonly element = h("div", { class: "times", role: "group", "aria-label": "Time", hidden: true });
-  private readonly play = h("button", { type: "button", class: "play", "data-tip": "Plays the times (space)." });
-  private readonly slider = h("input", { type: "range", min: "0", step: "1", "aria-label": "Time" });
+  private readonly play = button("", () => this.turn({ playing: !this.settings?.playing }, false), { class: "play", "data-tip": "Plays the times (space)." });
+  private readonly slider = h("input", {
+    type: "range",
+    min: "0",
+    step: "1",
+    "aria-label": "Time",
+    input: () => this.scrub(true),
+    change: () => this.scrub(false),
+  });
   private readonly time = h("output", { class: "time" });
   private readonly pace = h("span", { class: "pace", "data-tip": "Displayed and requested time steps per second." });
-  private readonly speed = h("select", { "aria-label": "Time steps per second" });
-  private readonly loop = h("button", { type: "button", class: "loop", "aria-label": "Begin again", "data-tip": "Repeats the series." }, "↻");
+  private readonly speed = h("select", { "aria-label": "Time steps per second", change: () => this.turn({ speed: Number(this.speed.value) }, false) });
+  private readonly loop = button("↻", () => this.turn({ loop: !this.settings?.loop }, false), {
+    class: "loop",
+    "aria-label": "Begin again",
+    "data-tip": "Repeats the series.",
+  });
   private times: ShownTimes | null = null;
   private settings: Settings | null = null;
 
-  constructor(turn: (changes: Partial<Settings>, isDragging: boolean) => void) {
+  constructor(private readonly turn: (changes: Partial<Settings>, isDragging: boolean) => void) {
     this.element.append(this.play, this.slider, this.time, this.pace, this.speed, this.loop);
-    this.play.addEventListener("click", () => turn({ playing: !this.settings?.playing }, false));
-    this.loop.addEventListener("click", () => turn({ loop: !this.settings?.loop }, false));
-    this.speed.addEventListener("change", () => turn({ speed: Number(this.speed.value) }, false));
-    const scrub = (isDragging: boolean) => {
-      const t = this.times?.all[Number(this.slider.value)];
-      if (t !== undefined) turn({ t, playing: false }, isDragging);
-    };
-    this.slider.addEventListener("input", () => scrub(true));
-    this.slider.addEventListener("change", () => scrub(false));
+  }
+
+  private scrub(isDragging: boolean): void {
+    const t = this.times?.all[Number(this.slider.value)];
+    if (t !== undefined) this.turn({ t, playing: false }, isDragging);
   }
 
   // Null: there are no times.

@@ -1,8 +1,8 @@
 // Buttons over the scene: fit, reset and views along the axes.
 
-import { h } from "../shared/elements";
+import { button, h } from "../shared/elements";
 import type { Settings } from "../state/settings";
-import { noSamples } from "./slice_section";
+import { noSamples } from "./panel_section";
 
 export interface ViewActions {
   fit: () => void;
@@ -26,26 +26,22 @@ export interface ViewTools {
 }
 
 export function viewTools(actions: ViewActions): ViewTools {
-  const button = (word: string, label: string, tip: string, act: () => void) => {
-    const element = h("button", { type: "button", "aria-label": label, "data-tip": tip }, word);
-    element.addEventListener("click", act);
-    return element;
-  };
+  const tool = (word: string, label: string, tip: string, act: () => void) => button(word, act, { "aria-label": label, "data-tip": tip });
   const tip = "Three linked slices that meet in a crosshair (V).";
-  const slices = button("Slices", "Slices beside the surface", tip, actions.toggleSlices);
-  const full = button("Full", "Fullscreen", "Show only the picture (Z).", actions.fullScreen);
+  const slices = tool("Slices", "Slices beside the surface", tip, actions.toggleSlices);
+  const full = tool("Full", "Fullscreen", "Show only the picture (Z).", actions.fullScreen);
   full.append(h("span", { class: "wide" }, "screen")); // Hidden in narrow views.
   const element = h(
     "nav",
     { class: "tools", "aria-label": "View" },
-    button("Fit", "Fit the surface", "Fit the whole surface in the picture (F).", actions.fit),
-    button("Reset", "Reset view", "The initial view (R).", actions.reset),
+    tool("Fit", "Fit the surface", "Fit the whole surface in the picture (F).", actions.fit),
+    tool("Reset", "Reset view", "The initial view (R).", actions.reset),
     ...directions.map(([word, x, y, z]) =>
-      button(word, `${word} view`, `View from the ${word.toLowerCase()}, with the current up direction.`, () => actions.lookUpright([x, y, z])),
+      tool(word, `${word} view`, `View from the ${word.toLowerCase()}, with the current up direction.`, () => actions.lookUpright([x, y, z])),
     ),
     slices,
     full,
-    button("?", "How to use it", "Mouse, fingers and keys (?).", actions.help),
+    tool("?", "How to use it", "Mouse, fingers and keys (?).", actions.help),
   );
   return {
     element,

@@ -2,57 +2,42 @@
 import type { DatasetInfo } from "../protocol/messages";
 import { opacitiesOf, volumePresets } from "../scene/volume/opacities";
 import type { ShownLevel } from "../scene/volume/volume";
-import { h } from "../shared/elements";
+import { button, chips, h } from "../shared/elements";
 import { sampledOf } from "../surfaces/scene_at";
 import { OpacityEditor } from "./opacity_editor";
-import type { Change, PanelSection } from "./panel_section";
+import { type Change, noSamples, type PanelSection } from "./panel_section";
 import { SettingControls } from "./setting_controls";
-import { noSamples } from "./slice_section";
 
 export interface VolumePart extends PanelSection {
-  showDatasets: (list: readonly DatasetInfo[]) => void;
-  showPermission: (permitsSamples: boolean) => void;
   showLevel: (level: ShownLevel | null) => void;
 }
 
 export function volumePart(change: Change): VolumePart {
   const controls = new SettingControls(change);
   const refusal = h("p", { class: "hint", hidden: true }, noSamples);
-  const volume = controls.choice("volume", {
-    label: "Volume",
-    tip: "All samples at once, in one picture with the surfaces. Colors and window are those of slices.",
-    choices: [
-      ["off", "Off"],
-      ["on", "Opacities", "Each value has an opacity."],
-      ["maximum", "Maximum", "The largest value behind each pixel, up to opaque surfaces."],
-    ],
+  const volume = controls.choice("volume", "Volume", "All samples at once, in one picture with the surfaces. Colors and window are those of slices.", {
+    off: "Off",
+    on: ["Opacities", "Each value has an opacity."],
+    maximum: ["Maximum", "The largest value behind each pixel, up to opaque surfaces."],
   });
-  const presets = h("div", { class: "chips", role: "group", "aria-label": "Presets" });
+  const presets = chips("Presets");
   const editor = new OpacityEditor((opacities, isDragging) => change({ opacities }, isDragging));
-  const shading = controls.toggle("volumeShading", { label: "Shading", tip: "Lights the volume by its gradients." });
+  const shading = controls.toggle("volumeShading", "Shading", "Lights the volume by its gradients.");
   const hint = h("p", { class: "hint" }, "An opaque surface hides what is behind it: make it translucent or hide it.");
   const detail = h("p", { class: "hint volume-detail", role: "status" });
-  let list: readonly DatasetInfo[] = [];
   let known: DatasetInfo | null = null;
-  let isPermitted = true;
   const showPresets = (sampled: DatasetInfo) => {
     if (sampled === known) return;
     known = sampled;
-    presets.replaceChildren(
-      ...volumePresets(sampled).map(({ name, tip, changes }) => {
-        const button = h("button", { type: "button", "data-tip": tip }, name);
-        button.addEventListener("click", () => change(changes));
-        return button;
-      }),
-    );
+    presets.replaceChildren(...volumePresets(sampled).map(({ name, tip, changes }) => button(name, () => change(changes), { "data-tip": tip })));
   };
   return {
     elements: [refusal, volume, presets, editor.element, shading, detail, hint],
-    show: (settings, info) => {
+    show: ({ settings, info, list, permitsSamples }) => {
       controls.show(settings);
-      const isOn = isPermitted && info !== null && settings.volume !== "off";
-      refusal.hidden = isPermitted;
-      volume.hidden = presets.hidden = !isPermitted;
+      const isOn = permitsSamples && info !== null && settings.volume !== "off";
+      refusal.hidden = permitsSamples;
+      volume.hidden = presets.hidden = !permitsSamples;
       editor.element.hidden = shading.hidden = !isOn || settings.volume !== "on";
       hint.hidden = !isOn || !settings.surfaces.some(({ visible, opacity }) => visible && opacity === 1);
       if (!info) return;
@@ -60,14 +45,8 @@ export function volumePart(change: Change): VolumePart {
       showPresets(sampled);
       if (isOn) editor.show(sampled, opacitiesOf(settings, sampled));
     },
-    showDatasets: (now) => {
-      list = now;
-    },
     showLevel: (level) => {
       detail.textContent = level ? levelText(level) : "";
-    },
-    showPermission: (permitsSamples) => {
-      isPermitted = permitsSamples;
     },
   };
 }

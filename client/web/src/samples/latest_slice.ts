@@ -1,9 +1,9 @@
-// Fetches the newest requested slice and the lines where it cuts the surfaces. Only one query runs at a time; of those
-// requested meanwhile only the last is sent.
+// Fetches the newest requested slice and the lines where it cuts the surfaces.
 import { Plane, Vector3 } from "three";
 
 import { halfSpaceInLattice } from "../scene/picking";
 import type { CutLines } from "../scene/slice_plane";
+import { latestOnly } from "../shared/latest_only";
 import { nameOfLabel } from "../state/series";
 import type { Settings } from "../state/settings";
 import { latticeToWorld } from "../stream/dataset";
@@ -27,10 +27,9 @@ export interface SliceSources {
 
 export class LatestSlice {
   private requested: SliceRequest | null = null;
-  private isFetching = false;
-  private isCutting = false;
-  private isCutDue = false;
   private slice: SliceValues | null = null;
+  private readonly fetch = latestOnly((requested: SliceRequest) => this.fetched(requested));
+  private readonly cut = latestOnly(() => this.cutLines());
 
   constructor(
     private readonly sources: SliceSources,
@@ -45,48 +44,36 @@ export class LatestSlice {
       this.slice = null;
       return this.shows.slice(null);
     }
-    if (isOther && !this.isFetching) void this.fetch(wanted);
-    this.cutSoon();
+    if (isOther) this.fetch(wanted);
+    this.cut(null);
   }
 
-  private async fetch(requested: SliceRequest): Promise<void> {
-    this.isFetching = true;
+  private async fetched(requested: SliceRequest): Promise<void> {
+    if (!this.requested) return;
     try {
       const slice = await this.sources.queries.slice(requested.dataset, requested.grid);
       if (this.requested) this.shows.slice((this.slice = slice));
     } catch (error) {
       if (this.requested?.key === requested.key) this.sources.failed(`Cannot show the slice: ${(error as Error).message}`);
     }
-    this.isFetching = false;
-    if (this.requested && this.requested.key !== requested.key) return void this.fetch(this.requested);
-    this.cutSoon();
+    this.cut(null);
   }
 
   // Cuts with the plane that is shown, which may lag behind the settings while dragging.
-  private cutSoon(): void {
-    this.isCutDue = true;
-    if (!this.isCutting) void this.cut();
-  }
-
-  private async cut(): Promise<void> {
+  private async cutLines(): Promise<void> {
     const { pool, surfaces, settings } = this.sources;
-    this.isCutting = true;
-    while (this.isCutDue) {
-      this.isCutDue = false;
-      const { slice } = this;
-      if (!slice) break;
-      const plane = planeOf(slice);
-      const lines = await Promise.all(
-        surfaces.shownTiles(settings()).map(async ({ shown: surface, drawn, color }) => {
-          const toWorld = latticeToWorld(surface.info, surface.resolution);
-          const segments = await pool.cut(drawn, halfSpaceInLattice(plane, toWorld));
-          const label = surface.info.member?.label;
-          return { segments, toWorld, color, label: label ? nameOfLabel(label, settings()) : null };
-        }),
-      ).catch(() => null); // Tiles were removed meanwhile: the arrival of new ones triggers another cut.
-      if (lines && slice === this.slice) this.shows.lines(lines);
-    }
-    this.isCutting = false;
+    const { slice } = this;
+    if (!slice) return;
+    const plane = planeOf(slice);
+    const lines = await Promise.all(
+      surfaces.shownTiles(settings()).map(async ({ shown: surface, drawn, color }) => {
+        const toWorld = latticeToWorld(surface.info, surface.resolution);
+        const segments = await pool.call("cut", drawn, halfSpaceInLattice(plane, toWorld));
+        const label = surface.info.member?.label;
+        return { segments, toWorld, color, label: label ? nameOfLabel(label, settings()) : null };
+      }),
+    ).catch(() => null); // Tiles were removed meanwhile: the arrival of new ones triggers another cut.
+    if (lines && slice === this.slice) this.shows.lines(lines);
   }
 }
 

@@ -5,6 +5,7 @@ import type { DatasetInfo } from "../protocol/messages";
 import { SliceView, type Zoom } from "../scene/slice_view";
 import type { Stage } from "../scene/stage";
 import { h } from "../shared/elements";
+import { latestOnly } from "../shared/latest_only";
 import { isSameData } from "../state/series";
 import { hasSameGrid, type Vec3, valueText, worldSpacing } from "../stream/dataset";
 import { LatestSlice, type SliceSources } from "./latest_slice";
@@ -18,7 +19,10 @@ export class SliceViews {
   private zoom: Zoom | null = null; // Null: each view shows its whole plane.
   private zoomed: DatasetInfo | null = null; // The dataset whose part is shown.
   private wanted: { sampled: DatasetInfo; cross: Vec3 } | null = null; // The place whose value is shown.
-  private isProbing = false;
+  private readonly probe = latestOnly(async (wanted: NonNullable<SliceViews["wanted"]>) => {
+    const found = await this.sources.queries.probe(wanted.sampled.name, wanted.cross).catch(() => null);
+    if (this.wanted === wanted && found?.value !== undefined) this.showValue(valueWithUnit(found.value, wanted.sampled));
+  });
 
   constructor(
     private readonly stage: Stage,
@@ -60,25 +64,17 @@ export class SliceViews {
       const { origin, width, height } = grid;
       latest.request({ key: `${sampled.name} ${sampled.contentId} ${origin} ${width} ${height}`, dataset: sampled.name, grid });
     }
-    void this.probe(sampled, cross);
+    this.updateValue(sampled, cross);
     this.stage.invalidate();
   }
 
-  // Shows the value at the crosshair in all views. Only one query runs at a time; of those made meanwhile only the last
-  // is sent.
-  private async probe(sampled: DatasetInfo, cross: Vec3): Promise<void> {
+  // Shows the value at the crosshair in all views.
+  private updateValue(sampled: DatasetInfo, cross: Vec3): void {
     const { wanted } = this;
     if (isSameData(wanted?.sampled, sampled) && cross.every((at, axis) => at === wanted?.cross[axis])) return;
     this.wanted = { sampled, cross };
     this.showValue("");
-    if (this.isProbing) return;
-    this.isProbing = true;
-    for (let requested: SliceViews["wanted"] = null; this.wanted && this.wanted !== requested; ) {
-      requested = this.wanted;
-      const found = await this.sources.queries.probe(requested.sampled.name, requested.cross).catch(() => null);
-      if (this.wanted === requested && found?.value !== undefined) this.showValue(valueWithUnit(found.value, requested.sampled));
-    }
-    this.isProbing = false;
+    this.probe(this.wanted);
   }
 
   private setZoom(zoom: Zoom | null): void {

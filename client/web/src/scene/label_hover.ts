@@ -1,25 +1,27 @@
-// Shows the name of the label under the pointer. Only one query runs at a time, followed by one for the last place.
+// Shows the name of the label under the pointer.
 
 import type { Label } from "../protocol/messages";
 import { h } from "../shared/elements";
+import { latestOnly } from "../shared/latest_only";
 import type { Picked } from "./picking";
 
 export class LabelHover {
   readonly element = h("div", { class: "label-hover", "aria-hidden": "true", hidden: true });
   private pointer: { x: number; y: number } | null = null; // Null: no name is needed.
-  private isFinding = false;
+  private readonly findLabel: (pointer: { x: number; y: number }) => void;
 
   // `hasLabels`: whether any label is shown; `find`: finds what is at a place of the canvas.
   constructor(
     canvas: HTMLCanvasElement,
     private readonly hasLabels: () => boolean,
-    private readonly find: (x: number, y: number) => Promise<Picked | null>,
+    find: (x: number, y: number) => Promise<Picked | null>,
     private readonly nameOf: (label: Label) => string,
   ) {
+    this.findLabel = latestOnly(async ({ x, y }) => this.show(await find(x, y).catch(() => null)));
     canvas.addEventListener("pointermove", ({ pointerType, buttons, offsetX, offsetY }) => {
       if (pointerType !== "mouse" || buttons !== 0 || !this.hasLabels()) return this.leave();
       this.pointer = { x: offsetX, y: offsetY };
-      void this.findLabel();
+      this.findLabel(this.pointer);
     });
     for (const end of ["pointerleave", "pointerdown", "wheel"]) canvas.addEventListener(end, () => this.leave(), { passive: true });
   }
@@ -27,17 +29,6 @@ export class LabelHover {
   private leave(): void {
     this.pointer = null;
     this.element.hidden = true;
-  }
-
-  private async findLabel(): Promise<void> {
-    if (this.isFinding) return;
-    this.isFinding = true;
-    for (let requested: LabelHover["pointer"] = null; this.pointer && this.pointer !== requested; ) {
-      requested = this.pointer;
-      const found = await this.find(requested.x, requested.y).catch(() => null);
-      this.show(found);
-    }
-    this.isFinding = false;
   }
 
   private show(found: Picked | null): void {

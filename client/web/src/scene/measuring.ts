@@ -242,7 +242,7 @@ export class Measuring {
     } = surface;
     this.isPartMeasured = true;
     const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
-    const found = await this.pool.measure(drawn, toWorld, part).catch(() => null);
+    const found = await this.pool.call("measure", drawn, toWorld, part).catch(() => null);
     const words = partWords(found, shown.info, boundOf(shown), shown.facts.isCertified && shown.facts.errorWorld === 0);
     if (this.places[this.places.length - 1]?.surface !== surface) return; // Another place or step in the meantime.
     this.partLine.querySelector(".measure-part")?.replaceWith(h("p", { class: "part" }, ...words));

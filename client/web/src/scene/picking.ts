@@ -74,7 +74,7 @@ export class Picking {
     const ahead = applied(back, ray.origin.clone().add(ray.direction).toArray());
     const direction = ahead.map((value, axis) => value - origin[axis]);
     const halfSpaces = clip.map((plane) => halfSpaceInLattice(plane, toWorld));
-    const hit = await this.pool.pick(tiles.drawn, { origin, direction, clip: halfSpaces }).catch(() => null);
+    const hit = await this.pool.call("pick", tiles.drawn, { origin, direction, clip: halfSpaces }).catch(() => null);
     return (
       hit && {
         world: applied(toWorld, hit.point),

@@ -105,6 +105,7 @@ export class ResumableStream {
     const value = create(OpenStreamSchema, {
       requestId,
       dataset: request.info.name,
+      contentId: request.info.missing === "" ? request.info.contentId : 0n, // Missing errors may be computed now, which changes it.
       request: request.isosurface,
       steps: policies[steps],
       cachedTileDigests: packed(cached),

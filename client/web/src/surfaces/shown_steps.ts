@@ -126,7 +126,7 @@ export class ShownSteps {
   async select(ids: readonly string[], lattice: Lattice): Promise<VisibleComponents> {
     const { hidden } = this;
     if (hidesNothing(hidden)) return allComponents;
-    return { hidden, selection: await this.parts.pool.select(drawnOf(ids, lattice, hidden)) };
+    return { hidden, selection: await this.parts.pool.call("select", drawnOf(ids, lattice, hidden)) };
   }
 
   // Updates the shown components to the current hidden parts.

@@ -248,7 +248,7 @@ export class TileStream implements ConnectionUser, PreviewClient {
     const [id] = this.idsOf(request, [{ key }]);
     const { low, high, bits } = range;
     this.scalars.set(id, { low, high, deviation, vertices: (8 * codes.length) / bits, missing: missingValues(codes, bits) });
-    const done = pool.scalars(id, codes, bits).then(
+    const done = pool.call("scalars", id, codes, bits).then(
       (attribute) => surface.setScalars(id, attribute),
       () => {},
     );
@@ -263,7 +263,7 @@ export class TileStream implements ConnectionUser, PreviewClient {
     const { lattice: resolution, topologyTolerance } = begin.request!;
     const border = dataBorder(request.info, resolution, topologyTolerance, begin.finestSpacing || 1);
     const [result, visible] = await Promise.all([
-      this.parts.pool.check(ids, border).catch(() => null),
+      this.parts.pool.call("check", ids, border).catch(() => null),
       this.events.select(ids, { info: request.info, resolution }).catch(() => null),
       this.parts.surface.uploaded(ids),
       ...this.coloring,

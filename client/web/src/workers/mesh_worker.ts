@@ -3,7 +3,7 @@
 // planes, measures parts, and writes files.
 
 import { type DataBorder, matchBoundaries } from "../mesh/boundary_matcher";
-import { cutLine } from "../mesh/cut";
+import { type CutPlane, cutLine } from "../mesh/cut";
 import { type MassProperties, massProperties } from "../mesh/mass_properties";
 import { nearestTriangle } from "../mesh/nearest_component";
 import { pack } from "../mesh/normals";
@@ -11,7 +11,7 @@ import { nearestHit } from "../mesh/ray";
 import { scalarAttribute } from "../mesh/scalars";
 import { drawnComponents, withDrawnComponents } from "../mesh/tile_components";
 import { weldedInWorld } from "../mesh/welded_mesh";
-import type { CheckedStep, DrawnTiles, Hit, MeasuredPart, MeshReply, MeshRequest, PickRay, SavedSurface, Selection, StoredTile } from "./worker_messages";
+import type { CheckedStep, DrawnTiles, Hit, MeasuredPart, MeshMessage, MeshReply, PickRay, SavedSurface, Selection, StoredTile } from "./worker_messages";
 
 const tiles = new Map<string, StoredTile>();
 // Tiles come from other workers: a step may be requested before its last tile arrives.
@@ -101,53 +101,42 @@ function mergedNormals(step: StoredTile[], numbers: Uint32Array[], count: number
   return changed;
 }
 
-function pick(shown: StoredTile[], { origin, direction, clip }: PickRay): Hit | null {
-  return nearestHit(shown, origin, direction, clip);
-}
+// What the page can call.
+const calls = {
+  check: checkStep,
+  select: selectComponents, // The drawn components of a step.
+  pick: async (drawn: DrawnTiles, { origin, direction, clip }: PickRay): Promise<Hit | null> => nearestHit(await drawnTiles(drawn), origin, direction, clip),
+  // Measures a connected part, given by a triangle from a hit of the same drawn tiles or by a place; null: all parts.
+  measure: async (drawn: DrawnTiles, toWorld: number[], part: MeasuredPart | null): Promise<MassProperties | null> => {
+    const shown = await drawnTiles(drawn);
+    if (!part || !("place" in part)) return massProperties(shown, toWorld, part);
+    const nearest = nearestTriangle(shown, part.place);
+    return nearest && massProperties(shown, toWorld, nearest);
+  },
+  // Converts the scalars of a second field at the tile's vertices for the GPU.
+  scalars: async (id: string, codes: Uint8Array, bits: number): Promise<Float32Array> => {
+    const [tile] = await tilesOf([id]);
+    return scalarAttribute(tile.positions, codes, bits);
+  },
+  // Returns segments; plane and segments in lattice coordinates.
+  cut: async (drawn: DrawnTiles, plane: CutPlane): Promise<Float32Array> => cutLine(await drawnTiles(drawn), plane),
+  // The writers are loaded with the first file.
+  file: async ({ drawn, toWorld, step, format }: SavedSurface): Promise<Uint8Array> => {
+    const { meshFile } = await import("../mesh/mesh_file");
+    return meshFile(weldedInWorld(await drawnTiles(drawn), toWorld), format, step);
+  },
+};
 
-function measure(shown: StoredTile[], toWorld: number[], part: MeasuredPart | null): MassProperties | null {
-  if (!part || !("place" in part)) return massProperties(shown, toWorld, part);
-  const nearest = nearestTriangle(shown, part.place);
-  return nearest && massProperties(shown, toWorld, nearest);
-}
+export type MeshCalls = typeof calls;
 
-async function resultOf(request: MeshRequest): Promise<MeshReply["result"]> {
-  switch (request.kind) {
-    case "check":
-      return checkStep(request.ids, request.border);
-    case "select":
-      return selectComponents(request.drawn);
-    case "pick":
-      return pick(await drawnTiles(request.drawn), request.ray);
-    case "measure":
-      return measure(await drawnTiles(request.drawn), request.toWorld, request.at);
-    case "scalars": {
-      const [tile] = await tilesOf([request.id]);
-      return scalarAttribute(tile.positions, request.codes, request.bits);
-    }
-    case "cut":
-      return cutLine(await drawnTiles(request.drawn), request.plane);
-    case "file":
-      return fileOf(request.surface);
-    default:
-      return null;
-  }
-}
-
-// The writers are loaded with the first file.
-async function fileOf({ drawn, toWorld, step, format }: SavedSurface): Promise<Uint8Array> {
-  const { meshFile } = await import("../mesh/mesh_file");
-  return meshFile(weldedInWorld(await drawnTiles(drawn), toWorld), format, step);
-}
-
-function transfers(result: MeshReply["result"]): ArrayBufferLike[] {
+function transfers(result: Awaited<ReturnType<MeshCalls[keyof MeshCalls]>>): ArrayBufferLike[] {
   if (result instanceof Uint8Array || result instanceof Float32Array) return [result.buffer];
   if (result && "parted" in result) return result.parted.map(({ triangles }) => triangles.buffer);
   if (result && "topology" in result) return result.normals.map(({ normals }) => normals.buffer);
   return [];
 }
 
-self.onmessage = async ({ data }: MessageEvent<MeshRequest>) => {
+self.onmessage = async ({ data }: MessageEvent<MeshMessage>) => {
   if (data.kind === "port") {
     data.port.onmessage = (event: MessageEvent<StoredTile>) => addTile(event.data);
   } else if (data.kind === "drop") {
@@ -155,10 +144,10 @@ self.onmessage = async ({ data }: MessageEvent<MeshRequest>) => {
   } else {
     const reply: MeshReply = { request: data.request };
     try {
-      reply.result = await resultOf(data);
+      const result = await (calls[data.name] as (...args: unknown[]) => ReturnType<MeshCalls[keyof MeshCalls]>)(...data.args);
+      self.postMessage({ ...reply, result }, { transfer: transfers(result) as ArrayBuffer[] });
     } catch (error) {
-      reply.error = (error as Error).message;
+      self.postMessage({ ...reply, error: (error as Error).message });
     }
-    self.postMessage(reply, { transfer: transfers(reply.result) as ArrayBuffer[] });
   }
 };

@@ -2,23 +2,8 @@
 // only about a hundred memories for WebAssembly: workers that decode start when there are tiles and end when there are
 // none, and tiles wait while there is no memory.
 
-import type { DataBorder } from "../mesh/boundary_matcher";
-import type { CutPlane } from "../mesh/cut";
-import type { MassProperties } from "../mesh/mass_properties";
-import type {
-  CheckedStep,
-  DecodedTile,
-  DrawnTiles,
-  Hit,
-  MeasuredPart,
-  MeshReply,
-  MeshRequest,
-  PickRay,
-  SavedSurface,
-  Selection,
-  TileJob,
-  TileReply,
-} from "./worker_messages";
+import type { MeshCalls } from "./mesh_worker";
+import type { DecodedTile, MeshMessage, MeshReply, TileJob, TileReply } from "./worker_messages";
 
 const idleTime = 5000; // Milliseconds until an idle worker ends.
 const memoryWait = 500; // Milliseconds until memory is requested again.
@@ -71,39 +56,16 @@ export class TilePool {
   }
 
   drop(ids: string[]): void {
-    this.meshWorker.postMessage({ kind: "drop", ids } satisfies MeshRequest);
+    this.meshWorker.postMessage({ kind: "drop", ids } satisfies MeshMessage);
   }
 
-  check(ids: string[], border: DataBorder): Promise<CheckedStep> {
-    return this.query((request) => ({ kind: "check", request, ids, border }));
-  }
-
-  // Selects the drawn components of the step.
-  select(drawn: DrawnTiles): Promise<Selection> {
-    return this.query((request) => ({ kind: "select", request, drawn }));
-  }
-
-  pick(drawn: DrawnTiles, ray: PickRay): Promise<Hit | null> {
-    return this.query((request) => ({ kind: "pick", request, drawn, ray }));
-  }
-
-  // Measures a connected part, given by a triangle from a hit of the same drawn tiles or by a place; null: all parts.
-  measure(drawn: DrawnTiles, toWorld: number[], at: MeasuredPart | null): Promise<MassProperties | null> {
-    return this.query((request) => ({ kind: "measure", request, drawn, toWorld, at }));
-  }
-
-  // Converts the scalars of a second field at the tile's vertices for the GPU.
-  scalars(id: string, codes: Uint8Array, bits: number): Promise<Float32Array> {
-    return this.query((request) => ({ kind: "scalars", request, id, codes, bits }));
-  }
-
-  // Returns segments; plane and segments in lattice coordinates.
-  cut(drawn: DrawnTiles, plane: CutPlane): Promise<Float32Array> {
-    return this.query((request) => ({ kind: "cut", request, drawn, plane }));
-  }
-
-  file(surface: SavedSurface): Promise<Uint8Array> {
-    return this.query((request) => ({ kind: "file", request, surface }));
+  // Calls the worker that keeps whole steps.
+  call<Name extends keyof MeshCalls>(name: Name, ...args: Parameters<MeshCalls[Name]>): ReturnType<MeshCalls[Name]> {
+    const request = ++this.lastQuery;
+    return new Promise((resolve, reject) => {
+      this.queries.set(request, { resolve, reject });
+      this.meshWorker.postMessage({ kind: "call", request, name, args } satisfies MeshMessage);
+    }) as ReturnType<MeshCalls[Name]>;
   }
 
   // Ends all workers; pending promises never settle.
@@ -112,19 +74,11 @@ export class TilePool {
     for (const worker of [this.meshWorker, ...this.idle, ...this.jobs.keys()]) worker.terminate();
   }
 
-  private query<T>(make: (request: number) => MeshRequest): Promise<T> {
-    const request = ++this.lastQuery;
-    return new Promise((resolve, reject) => {
-      this.queries.set(request, { resolve, reject });
-      this.meshWorker.postMessage(make(request));
-    });
-  }
-
   private createTileWorker(): Worker {
     const worker = new Worker(new URL("./tile_worker.ts", import.meta.url), { type: "module" });
     const channel = new MessageChannel();
     worker.postMessage({ kind: "meshWorker", port: channel.port1 }, [channel.port1]);
-    this.meshWorker.postMessage({ kind: "port", port: channel.port2 } satisfies MeshRequest, [channel.port2]);
+    this.meshWorker.postMessage({ kind: "port", port: channel.port2 } satisfies MeshMessage, [channel.port2]);
     worker.onmessage = ({ data }: MessageEvent<TileReply>) => {
       const queued = this.jobs.get(worker)!;
       this.jobs.delete(worker);

@@ -1,15 +1,14 @@
 // Messages between the page, the tile workers and the mesh worker. A tile's id is its key within one tile cache: the
 // same content with and without normals counts as two tiles.
 
-import type { DataBorder, MeshTopology } from "../mesh/boundary_matcher";
-import type { CutPlane } from "../mesh/cut";
-import type { MassProperties } from "../mesh/mass_properties";
+import type { MeshTopology } from "../mesh/boundary_matcher";
 import type { MeshFormat } from "../mesh/mesh_file";
 import type { HalfSpace } from "../mesh/ray";
 import type { ShellMode } from "../mesh/shell_decoder";
 import type { TileBoundary } from "../mesh/tile_boundary";
 import type { Triangles } from "../mesh/tile_components";
 import type { LatticeBox, ManifestTile } from "../mesh/tile_mesh";
+import type { MeshCalls } from "./mesh_worker";
 
 // ---- page -> tile worker
 
@@ -58,16 +57,10 @@ export interface StoredTile {
 
 // ---- page -> mesh worker
 
-export type MeshRequest =
+export type MeshMessage =
   | { kind: "port"; port: MessagePort }
   | { kind: "drop"; ids: string[] }
-  | { kind: "check"; request: number; ids: string[]; border: DataBorder }
-  | { kind: "select"; request: number; drawn: DrawnTiles }
-  | { kind: "pick"; request: number; drawn: DrawnTiles; ray: PickRay }
-  | { kind: "measure"; request: number; drawn: DrawnTiles; toWorld: number[]; at: MeasuredPart | null }
-  | { kind: "scalars"; request: number; id: string; codes: Uint8Array; bits: number }
-  | { kind: "cut"; request: number; drawn: DrawnTiles; plane: CutPlane }
-  | { kind: "file"; request: number; surface: SavedSurface };
+  | { kind: "call"; request: number; name: keyof MeshCalls; args: unknown[] }; // Replied to.
 
 // A surface to be written to a file.
 export interface SavedSurface {
@@ -118,6 +111,6 @@ export interface Selection {
 }
 export interface MeshReply {
   request: number;
-  result?: CheckedStep | Selection | Hit | MassProperties | Float32Array | Uint8Array | null;
+  result?: unknown;
   error?: string;
 }
