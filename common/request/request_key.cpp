@@ -1,7 +1,9 @@
 #include "common/request/request_key.hpp"
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
@@ -10,7 +12,7 @@
 namespace multitetra {
 namespace {
 
-// Builds a key from parts that have a known length or are preceded by their length.
+// Builds a key from parts that have a known length or are preceded by their length or presence.
 class Key {
  public:
   template <typename Number>
@@ -22,64 +24,50 @@ class Key {
     }
     bytes_.append(reinterpret_cast<const char*>(&number), sizeof number);
   }
-  void add(const Vec3& vector) {
-    for (const double number : vector) add(number);
+  template <typename Item, std::size_t count>
+  void add(const std::array<Item, count>& items) {
+    for (const Item& item : items) add(item);
   }
-  void add(const BoxShape& box) {
-    add(box.low);
-    add(box.high);
-  }
-  void add(const BallShape& ball) {
-    add(ball.center);
-    add(ball.radius);
-  }
-  void add(const HalfSpaceShape& half_space) {
-    add(half_space.normal);
-    add(half_space.offset);
-  }
+  void add(const Affine& map) { add_all(map.columns, map.translation); }
+  void add(const BoxShape& box) { add_all(box.low, box.high); }
+  void add(const BallShape& ball) { add_all(ball.center, ball.radius); }
+  void add(const HalfSpaceShape& half_space) { add_all(half_space.normal, half_space.offset); }
   void add(const ThresholdRegion& region) {
     add(region.shape.index());
     std::visit([this](const auto& shape) { add(shape); }, region.shape);
     add(region.threshold);
   }
   void add(const ThresholdGrid& grid) {
-    for (const std::int32_t side : grid.dims) add(side);
-    for (const Vec3& column : grid.index_to_world.columns) add(column);
-    add(grid.index_to_world.translation);
+    add_all(grid.dims, grid.index_to_world);
     for (const float threshold : grid.thresholds) add(threshold);
   }
   void add(const Frustum& frustum) {
-    add(frustum.look_at);
-    add(frustum.up);
-    add(frustum.aspect);
-    add(frustum.outside);
+    add_all(frustum.look_at, frustum.up, frustum.aspect, frustum.outside);
   }
   void add(const ThresholdView& view) {
-    add(view.eye);
-    add(view.field_of_view);
-    add(view.height_pixels);
-    add(view.tolerance_pixels);
-    add_if(view.frustum ? &*view.frustum : nullptr);
+    add_all(view.eye, view.field_of_view, view.height_pixels, view.tolerance_pixels, view.frustum);
   }
   void add(const OctreeNode& cell) {
-    for (const std::int32_t number :
-         {cell.cube.exponent, cell.cube.x, cell.cube.y, cell.cube.z, cell.finest_spacing}) {
-      add(number);
-    }
-  }
-  template <typename Part>
-  void add_if(const Part* part) {
-    add(part != nullptr);
-    if (part != nullptr) add(*part);
+    add_all(cell.cube.exponent, cell.cube.x, cell.cube.y, cell.cube.z, cell.finest_spacing);
   }
   void add(const LocalThresholds& thresholds) {
-    add(thresholds.coordinates);
-    add(thresholds.combination);
-    add(thresholds.regions.size());
+    add_all(thresholds.coordinates, thresholds.combination, thresholds.regions.size());
     for (const ThresholdRegion& region : thresholds.regions) add(region);
-    add_if(thresholds.grid.get());
-    add_if(thresholds.view ? &*thresholds.view : nullptr);
-    add(thresholds.error_floor);
+    add_optional(thresholds.grid);
+    add_all(thresholds.view, thresholds.error_floor);
+  }
+  template <typename Part>
+  void add(const std::optional<Part>& part) {
+    add_optional(part);
+  }
+  template <typename Pointer>
+  void add_optional(const Pointer& part) {
+    add(static_cast<bool>(part));
+    if (part) add(*part);
+  }
+  template <typename... Parts>
+  void add_all(const Parts&... parts) {
+    (add(parts), ...);
   }
 
   [[nodiscard]] std::string take() { return std::move(bytes_); }
@@ -92,39 +80,18 @@ class Key {
 
 std::string key_of(const IsosurfaceRequest& request) {
   Key key;
-  key.add(request.isovalue);
-  key.add(request.error);
-  key.add(request.unit);
-  key.add(request.error_measure);
-  key.add(request.topology_rule);
-  key.add(request.topology_tolerance);
-  key.add(request.lattice_resolution);
-  key.add(request.max_triangles);
-  key.add(request.max_bytes);
-  key.add(request.simplify);
-  key.add(request.intersection_free);
-  key.add(request.normal_bits);
-  key.add_if(request.cell ? &*request.cell : nullptr);
-  key.add(request.thresholds);
+  key.add_all(request.isovalue, request.error, request.unit, request.error_measure,
+              request.topology_rule, request.topology_tolerance, request.lattice_resolution,
+              request.max_triangles, request.max_bytes, request.simplify, request.intersection_free,
+              request.normal_bits, request.cell, request.thresholds);
   return key.take();
 }
 
 std::string key_of(const DatasetInfo& info) {
-  Key key;
-  key.add(info.content_id);
-  for (const std::int32_t side : info.dims) key.add(side);
-  for (const Vec3& column : info.index_to_world.columns) key.add(column);
-  key.add(info.index_to_world.translation);
-  key.add(info.spacing);
-  key.add(info.outside.has_value());
-  key.add(info.outside.value_or(0));
-  key.add(info.margin);
   const SurfaceName name = surface_name(info);  // Mesh files contain it.
-  key.add(name.label.has_value());
-  key.add(name.label.value_or(0));
-  key.add(name.color.value_or(0));
-  key.add(name.color.has_value());
-  key.add(name.text.size());
+  Key key;
+  key.add_all(info.content_id, info.dims, info.index_to_world, info.spacing, info.outside,
+              info.margin, name.label, name.color, name.text.size());
   return key.take() + name.text + info.name;
 }
 

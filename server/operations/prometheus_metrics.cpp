@@ -28,8 +28,11 @@ const Histogram::BucketBoundaries kSeconds = {0.005, 0.01, 0.025, 0.05, 0.1, 0.2
 Family<Counter>& counter(Registry& registry, const char* name, const char* help) {
   return BuildCounter().Name(name).Help(help).Register(registry);
 }
+Family<Gauge>& gauges(Registry& registry, const char* name, const char* help) {
+  return BuildGauge().Name(name).Help(help).Register(registry);
+}
 Gauge& gauge(Registry& registry, const char* name, const char* help) {
-  return BuildGauge().Name(name).Help(help).Register(registry).Add({});
+  return gauges(registry, name, help).Add({});
 }
 Family<Histogram>& histogram(Registry& registry, const char* name, const char* help) {
   return BuildHistogram().Name(name).Help(help).Register(registry);
@@ -47,14 +50,10 @@ struct PrometheusMetrics::Families {
   Registry registry;
   Family<Counter>& connections =
       counter(registry, "multitetra_connections_total", "Accepted connections.");
-  Family<Gauge>& sessions =
-      BuildGauge().Name("multitetra_sessions").Help("Open connections.").Register(registry);
+  Family<Gauge>& sessions = gauges(registry, "multitetra_sessions", "Open connections.");
   Family<Counter>& refused = counter(registry, "multitetra_refused_total",
                                      "Connections and requests rejected by a limit, by limit.");
-  Family<Gauge>& running = BuildGauge()
-                               .Name("multitetra_requests_running")
-                               .Help("Requests in progress.")
-                               .Register(registry);
+  Family<Gauge>& running = gauges(registry, "multitetra_requests_running", "Requests in progress.");
   Family<Counter>& requests =
       counter(registry, "multitetra_requests_total", "Finished requests, by kind and outcome.");
   Family<Counter>& errors = counter(registry, "multitetra_errors_total", "Error replies, by code.");
@@ -106,10 +105,8 @@ struct PrometheusMetrics::Families {
   Gauge& block_bytes = gauge(registry, "multitetra_block_bytes",
                              "Bytes of blocks and decompressed bricks in memory.");
   Family<Gauge>& upstreams =
-      BuildGauge()
-          .Name("multitetra_upstream_up")
-          .Help("1 while a server behind this gateway can be reached and is used.")
-          .Register(registry);
+      gauges(registry, "multitetra_upstream_up",
+             "1 while a server behind this gateway can be reached and is used.");
   Family<Counter>& damaged_tiles =
       counter(registry, "multitetra_upstream_damaged_tiles_total",
               "Tiles sent by a server behind this gateway that do not match its manifest.");
@@ -120,23 +117,16 @@ struct PrometheusMetrics::Families {
       counter(registry, "multitetra_reload_failures_total",
               "Failures to load certificate, tokens or datasets; the previous ones stay in use.");
   Family<Gauge>& last_reload_failed =
-      BuildGauge()
-          .Name("multitetra_last_reload_failed")
-          .Help("1 if the last attempt to load this has failed, for datasets also of one file.")
-          .Register(registry);
-  Family<Gauge>& certificate = BuildGauge()
-                                   .Name("multitetra_certificate_expiry_timestamp_seconds")
-                                   .Help("When the certificate of the listeners expires.")
-                                   .Register(registry);
+      gauges(registry, "multitetra_last_reload_failed",
+             "1 if the last attempt to load this has failed, for datasets also of one file.");
+  Family<Gauge>& certificate = gauges(registry, "multitetra_certificate_expiry_timestamp_seconds",
+                                      "When the certificate of the listeners expires.");
   Gauge& draining = gauge(registry, "multitetra_draining", "1 while the server is stopping.");
   Gauge& resident = gauge(registry, "process_resident_memory_bytes", "Resident memory.");
 };
 
 PrometheusMetrics::PrometheusMetrics() : families_(std::make_unique<Families>()) {
-  BuildGauge()
-      .Name("multitetra_build_info")
-      .Help("Always 1; the label is the version.")
-      .Register(families_->registry)
+  gauges(families_->registry, "multitetra_build_info", "Always 1; the label is the version.")
       .Add({{"version", MULTITETRA_VERSION}})
       .Set(1);
   gauge(families_->registry, "process_start_time_seconds", "When the process began, in Unix time.")

@@ -23,11 +23,6 @@ std::optional<LogValue> unless_zero(std::uint64_t value) {
   return value;
 }
 
-// Request ids are logged as text, whatever the transport.
-std::string request_text(std::uint64_t request) {
-  return request == 0 ? std::string() : std::to_string(request);
-}
-
 // HTTP connections and health probes are too frequent for level info.
 LogLevel level_of(const ClientFacts& client) {
   return client.is_welcomed ? LogLevel::kInfo : LogLevel::kDebug;
@@ -122,7 +117,7 @@ void RequestLog::request_ended(const ClientFacts& client, const RequestFacts& fa
 void RequestLog::error_answered(const ClientFacts& client, const Error& error,
                                 std::uint64_t request) {
   if (std::string_view(client.protocol) == "http") return;
-  const std::string id = request_text(request);
+  const std::string id = request == 0 ? "" : std::to_string(request);
   log_line_about(client.peer, level_of(error), "error",
                  {{"connection", client.connection},
                   {"request", unless_empty(id)},
