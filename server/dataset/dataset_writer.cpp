@@ -17,12 +17,6 @@ namespace {
 
 constexpr std::size_t kBatchBricks = 512;  // Packed at a time; bounds memory.
 
-[[maybe_unused]] std::uint64_t sample_bytes_in(const DatasetShape& shape) {
-  std::uint64_t bytes = static_cast<std::uint64_t>(bytes_per_sample(shape.type));
-  for (const std::int32_t side : shape.dims) bytes *= static_cast<std::uint64_t>(side);
-  return bytes;
-}
-
 // Rethrows disk errors as DatasetFileError.
 template <typename Action>
 auto on_disk(const Action& action) {
@@ -35,23 +29,22 @@ auto on_disk(const Action& action) {
 
 }  // namespace
 
-DatasetWriter::DatasetWriter(const std::filesystem::path& path, const DatasetShape& shape)
+DatasetWriter::DatasetWriter(const std::filesystem::path& path, const DatasetInfo& info)
     : path_(path),
       file_(on_disk([&] { return AtomicFile(path); })),
-      shape_(shape),
-      layout_(shape.dims),
+      layout_(info.dims),
+      type_(info.type),
       samples_(on_disk([&] { return ScratchFile(path.parent_path()); })),
       spectrum_(on_disk([&] { return ScratchFile(path.parent_path()); })),
-      spectrum_places_(shape.spectrum_bricks) {}
+      spectrum_places_(SpectrumLayout(info).size()) {}
 
 void DatasetWriter::add_samples(std::span<const std::byte> bytes) {
-  assert(sample_bytes_ + bytes.size() <= sample_bytes_in(shape_));
   on_disk([&] { return samples_.put(bytes); });
   sample_bytes_ += bytes.size();
 }
 
 void DatasetWriter::read_samples(std::size_t first, std::span<std::byte> into) const {
-  const auto width = static_cast<std::size_t>(bytes_per_sample(shape_.type));
+  const auto width = static_cast<std::size_t>(bytes_per_sample(type_));
   on_disk([&] { samples_.get(layout_.offset(layout_.at(first)) * width, into); });
 }
 
@@ -64,8 +57,9 @@ void DatasetWriter::add_spectrum_brick(std::size_t index, std::span<const std::b
 }
 
 void DatasetWriter::finish(const DatasetMetadata& metadata, const SmallSections& small) {
-  assert(sample_bytes_ == sample_bytes_in(shape_));
-  const auto width = static_cast<std::size_t>(bytes_per_sample(shape_.type));
+  const auto width = static_cast<std::size_t>(bytes_per_sample(type_));
+  [[maybe_unused]] const GridCounts last = layout_.at(layout_.size() - 1);
+  assert(sample_bytes_ == width * (layout_.offset(last) + layout_.volume(last)));
   finish(metadata, small, [&](std::size_t index) {
     std::vector<std::byte> brick(layout_.volume(layout_.at(index)) * width);
     read_samples(index, brick);
@@ -76,9 +70,9 @@ void DatasetWriter::finish(const DatasetMetadata& metadata, const SmallSections&
 void DatasetWriter::finish(const DatasetMetadata& metadata, const SmallSections& small,
                            const PackedSamples& samples) {
   assert(check_info(metadata.info));
-  assert(metadata.info.dims == shape_.dims && metadata.info.type == shape_.type);
+  assert(metadata.info.dims == layout_.dims() && metadata.info.type == type_);
   const SpectrumLayout spectrum(metadata.info);
-  assert(shape_.spectrum_bricks == spectrum.size());
+  assert(spectrum_places_.size() == spectrum.size());
   assert(small.coarse.size == coarse_bytes(metadata.info));
   assert(small.ranges.size == ranges_bytes(metadata.info));
   end_ = kHeadBytes;
@@ -139,7 +133,7 @@ void DatasetWriter::write_section(const char* name, std::span<const std::byte> b
 
 void DatasetWriter::write_packed_section(const char* name, const SectionBytes& bytes) {
   begin_section(name);
-  pack_bytes(bytes.size, static_cast<std::size_t>(bytes_per_sample(shape_.type)), bytes.read,
+  pack_bytes(bytes.size, static_cast<std::size_t>(bytes_per_sample(type_)), bytes.read,
              [&](std::span<const std::byte> packed) { write(packed); });
   end_section();
 }

@@ -1,7 +1,6 @@
 // Writes a prepared dataset piece by piece, in memory that does not grow with the volume.
 //
-//   DatasetWriter writer("head.mtd", {.dims = {512, 512, 234}, .type = SampleType::kI16,
-//                                     .spectrum_bricks = SpectrumLayout(info).size()});
+//   DatasetWriter writer("head.mtd", info);
 //   for (...) writer.add_samples(layer_of_bricks);
 //   for (...) writer.add_spectrum_brick(index, bytes);   // Also between the samples.
 //   writer.finish(metadata, {.coarse = ..., .ranges = ..., .bins = ...});
@@ -19,6 +18,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -30,11 +30,14 @@
 
 namespace multitetra {
 
-// The facts that the writer requires before the first brick.
-struct DatasetShape {
-  GridCounts dims{};
-  SampleType type = SampleType::kU8;
-  std::size_t spectrum_bricks = 0;  // SpectrumLayout(info).size(), including empty ones.
+// The destination to which preparation writes the samples of a volume.
+class BrickSink {
+ public:
+  virtual ~BrickSink() = default;
+  // Appends whole bricks in the order of BrickLayout(dims), normally a layer. Requires finite
+  // samples or NaN.
+  virtual void add_samples(std::span<const std::byte> bytes) = 0;
+  [[nodiscard]] virtual std::unique_ptr<Scratch> new_scratch() const = 0;
 };
 
 // A section that is read in pieces, so it need not fit into memory.
@@ -68,24 +71,28 @@ using PackedSamples = std::function<PackedBrick(std::size_t index)>;
 
 // All functions throw DatasetFileError if the disk fails. Not thread-safe, except for
 // read_samples().
-class DatasetWriter {
+class DatasetWriter final : public BrickSink {
  public:
-  DatasetWriter(const std::filesystem::path& path, const DatasetShape& shape);
+  // Requires the dimensions, the type and the geometry of `info` only.
+  DatasetWriter(const std::filesystem::path& path, const DatasetInfo& info);
 
-  // Appends whole bricks in the order of BrickLayout(dims), normally a layer. Requires finite
-  // samples or NaN.
-  void add_samples(std::span<const std::byte> bytes);
+  void add_samples(std::span<const std::byte> bytes) override;
+
+  // Returns scratch space on the disk of the file.
+  [[nodiscard]] std::unique_ptr<Scratch> new_scratch() const override {
+    return std::make_unique<ScratchFile>(path_.parent_path());
+  }
 
   // Reads brick `first` and those after it, which must have been added. May be called from several
   // threads, also while spectrum bricks are added.
   void read_samples(std::size_t first, std::span<std::byte> into) const;
 
-  // Adds a brick, in any order. Requires index < spectrum_bricks, each index at most once, and at
+  // Adds a brick, in any order. Requires index < SpectrumLayout(info).size(), each index at most once, and at
   // most max_spectrum_brick_bytes(). Bricks that are never added are empty.
   void add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes);
 
   // Writes the file to disk under its name. Must be the last call. Requires that all samples were
-  // added and that the metadata passes `check_info` and matches the shape. Leaves out the spectrum
+  // added and that the metadata passes `check_info` and matches `info`. Leaves out the spectrum
   // if the metadata says that errors are missing.
   void finish(const DatasetMetadata& metadata, const SmallSections& small);
   // Finishes the file with samples from elsewhere; requires that none were added.
@@ -110,8 +117,8 @@ class DatasetWriter {
 
   std::filesystem::path path_;
   AtomicFile file_;
-  DatasetShape shape_;
   BrickLayout layout_;
+  SampleType type_;
 
   ScratchFile samples_;
   std::uint64_t sample_bytes_ = 0;  // Added so far.

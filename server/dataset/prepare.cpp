@@ -11,14 +11,15 @@
 #include <vector>
 
 #include "common/base/in_parallel.hpp"
+#include "common/base/scratch_file.hpp"
 #include "server/core/spectrum/cell_ranges.hpp"
 #include "server/core/spectrum/plane_sources.hpp"
 #include "server/core/spectrum/spectrum_builder.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
+#include "server/dataset/dataset_writer.hpp"
 #include "server/dataset/detail/brick_layers.hpp"
 #include "server/dataset/detail/bricked_samples.hpp"
 #include "server/dataset/detail/preferred_isovalues.hpp"
-#include "server/dataset/detail/prepared_sinks.hpp"
 #include "server/dataset/detail/statistics.hpp"
 #include "server/dataset/detail/statistics_builder.hpp"
 #include "server/dataset/prepared_file.hpp"
@@ -60,6 +61,35 @@ DatasetInfo geometry_of(const VolumeHeader& header, const PrepareOptions& option
   return describe(header, any, options.name, options.outside, options.margin);
 }
 
+// Keeps the samples in memory.
+class MemorySink final : public BrickSink, public BrickSource {
+ public:
+  explicit MemorySink(const DatasetInfo& info)
+      : layout_(info.dims), sample_bytes_(static_cast<std::size_t>(bytes_per_sample(info.type))) {
+    samples_.reserve(offset_of(layout_.size() - 1) +
+                     sample_bytes_ * layout_.volume(layout_.at(layout_.size() - 1)));
+  }
+  void add_samples(std::span<const std::byte> bytes) override {
+    samples_.insert(samples_.end(), bytes.begin(), bytes.end());
+  }
+  [[nodiscard]] std::unique_ptr<Scratch> new_scratch() const override {
+    return std::make_unique<ScratchMemory>();
+  }
+  [[nodiscard]] RetainedBytes brick(std::size_t index) const override {
+    return std::span(samples_).subspan(offset_of(index),
+                                       sample_bytes_ * layout_.volume(layout_.at(index)));
+  }
+
+ private:
+  [[nodiscard]] std::size_t offset_of(std::size_t brick) const {
+    return sample_bytes_ * static_cast<std::size_t>(layout_.offset(layout_.at(brick)));
+  }
+
+  BrickLayout layout_;
+  std::size_t sample_bytes_;
+  std::vector<std::byte> samples_;
+};
+
 // The sections that do not go to the sink.
 struct SmallParts {
   DatasetInfo info;
@@ -69,7 +99,7 @@ struct SmallParts {
   CellRanges ranges;
   std::optional<IsovalueBins> bins = std::nullopt;
 
-  SmallParts(const DatasetInfo& geometry, const PreparedSink& sink)
+  SmallParts(const DatasetInfo& geometry, const BrickSink& sink)
       : info(geometry),
         coarse_scratch(sink.new_scratch()),
         ranges_scratch(sink.new_scratch()),
@@ -119,7 +149,7 @@ VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
 }
 
 // Writes the samples to the sink, and collects their statistics and the small sections in `parts`.
-void first_pass(VolumeSource& source, const PrepareOptions& options, PreparedSink& sink,
+void first_pass(VolumeSource& source, const PrepareOptions& options, BrickSink& sink,
                 SmallParts& parts) {
   SampleStatisticsBuilder builder(source.header().type);
   BrickLayers bricks(source.header(), sink);
@@ -198,7 +228,7 @@ std::optional<CellBox> nonconstant_cells(const DatasetInfo& info,
 // Computes the errors.
 void second_pass(const DatasetInfo& info, const IsovalueBins& bins, const CoarseVolume& coarse,
                  std::span<const std::byte> ranges, const BrickedSamples::ReadBricks& read,
-                 const PrepareOptions& options, PreparedSink& sink) {
+                 const PrepareOptions& options, DatasetWriter& sink) {
   const BrickedSamples samples(info.dims, info.type,
                                [&](std::size_t first, std::span<std::byte> bytes) {
                                  throw_if_stopped(options.stop);
@@ -252,7 +282,7 @@ VolumeSurvey survey(VolumeSource& source, const PrepareOptions& options) {
 DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
                     const std::filesystem::path& output, const Provenance& note) {
   const DatasetInfo geometry = checked_geometry(source, options);
-  FileSink sink(output, geometry);
+  DatasetWriter sink(output, geometry);
   SmallParts parts(geometry, sink);
   first_pass(source, options, sink, parts);
   if (options.accept) options.accept(parts.info);
@@ -264,13 +294,13 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
         [&](std::size_t first, std::span<std::byte> bytes) { sink.read_samples(first, bytes); },
         options, sink);
   }
-  sink.writer().finish({.info = parts.info,
-                        .label_volume = options.label_volume,
-                        .source = note,
-                        .program_version = MULTITETRA_VERSION},
-                       {.coarse = SectionBytes(parts.coarse.bytes(), *parts.coarse_scratch),
-                        .ranges = SectionBytes(parts.ranges.bytes(), *parts.ranges_scratch),
-                        .bins = std::as_bytes(std::span(parts.bins->edges()))});
+  sink.finish({.info = parts.info,
+               .label_volume = options.label_volume,
+               .source = note,
+               .program_version = MULTITETRA_VERSION},
+              {.coarse = SectionBytes(parts.coarse.bytes(), *parts.coarse_scratch),
+               .ranges = SectionBytes(parts.ranges.bytes(), *parts.ranges_scratch),
+               .bins = std::as_bytes(std::span(parts.bins->edges()))});
   return parts.info;
 }
 
@@ -308,7 +338,7 @@ DatasetInfo complete(const std::string& dataset, const PrepareOptions& options,
   DatasetMetadata metadata = file.metadata();
   DatasetInfo& info = metadata.info;
   info.missing.clear();
-  FileSink sink(output, info);
+  DatasetWriter sink(output, info);
   const std::unique_ptr<Scratch> coarse = sink.new_scratch();
   (void)coarse->put(file.coarse());
   const auto samples = file.samples();
@@ -321,24 +351,23 @@ DatasetInfo complete(const std::string& dataset, const PrepareOptions& options,
   };
   second_pass(info, open_dataset(dataset)->spectrum.bins, CoarseVolume(info, *coarse),
               file.ranges(), read, options, sink);
-  sink.writer().finish(metadata,
-                       {.coarse = file.coarse(), .ranges = file.ranges(), .bins = file.bins()},
-                       [&](std::size_t brick) { return samples->packed(brick); });
+  sink.finish(metadata, {.coarse = file.coarse(), .ranges = file.ranges(), .bins = file.bins()},
+              [&](std::size_t brick) { return samples->packed(brick); });
   return info;
 }
 
 void write_samples(const PreparedVolume& dataset, const std::filesystem::path& output,
                    const Provenance& note) {
   const DatasetInfo& info = dataset.info;
-  FileSink sink(output, info);
+  DatasetWriter sink(output, info);
   for (std::size_t i = 0; i < BrickLayout(info.dims).size(); ++i) {
     const RetainedBytes brick = dataset.samples->brick(i);
     sink.add_samples({brick.data(), brick.size()});
   }
-  sink.writer().finish({.info = info, .source = note, .program_version = MULTITETRA_VERSION},
-                       {.coarse = SectionBytes(dataset.coarse.bytes()),
-                        .ranges = SectionBytes(dataset.ranges.bytes()),
-                        .bins = std::as_bytes(std::span(dataset.spectrum.bins.edges()))});
+  sink.finish({.info = info, .source = note, .program_version = MULTITETRA_VERSION},
+              {.coarse = SectionBytes(dataset.coarse.bytes()),
+               .ranges = SectionBytes(dataset.ranges.bytes()),
+               .bins = std::as_bytes(std::span(dataset.spectrum.bins.edges()))});
 }
 
 }  // namespace multitetra

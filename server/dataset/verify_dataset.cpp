@@ -1,21 +1,64 @@
 #include "server/dataset/verify_dataset.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <limits>
 #include <memory>
 #include <new>
 #include <optional>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <vector>
 
+#include "common/base/result.hpp"
+#include "common/dataset/dataset_info.hpp"
 #include "common/mesh/checksum.hpp"
 #include "server/dataset/brick_order.hpp"
-#include "server/dataset/detail/sample_facts.hpp"
 #include "server/dataset/prepared_format.hpp"
 
 namespace multitetra {
 namespace {
+
+// The metadata that are computed from the samples.
+struct SampleFacts {
+  double min = std::numeric_limits<double>::infinity();
+  double max = -std::numeric_limits<double>::infinity();
+  std::uint64_t void_samples = 0;
+
+  void add(SampleType type, std::span<const std::byte> bytes) {
+    visit_type(type, [&]<typename Sample>(const Sample*) {
+      for (; bytes.size() >= sizeof(Sample); bytes = bytes.subspan(sizeof(Sample))) {
+        Sample sample{};
+        std::memcpy(&sample, bytes.data(), sizeof(Sample));
+        const auto value = static_cast<double>(sample);
+        if (std::isnan(value)) {
+          ++void_samples;
+          continue;
+        }
+        min = std::min(min, value);
+        max = std::max(max, value);
+      }
+    });
+  }
+};
+
+// Returns kDamagedData if `facts` differ from the metadata.
+Result<void> check_facts(const DatasetInfo& info, SampleFacts facts) {
+  if (facts.min > facts.max) facts.min = facts.max = 0;  // All samples are void.
+  if (facts.min == info.min && facts.max == info.max && facts.void_samples == info.void_samples) {
+    return {};
+  }
+  return damaged(section_names::kMetadata,
+                 "the metadata declare samples from " + std::to_string(info.min) + " to " +
+                     std::to_string(info.max) + " and " + std::to_string(info.void_samples) +
+                     " void samples; the samples range from " + std::to_string(facts.min) + " to " +
+                     std::to_string(facts.max) + " and " + std::to_string(facts.void_samples) +
+                     " are void.");
+}
 
 using namespace section_names;
 

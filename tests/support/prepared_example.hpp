@@ -41,10 +41,6 @@ struct PreparedExample {
   std::string coarse;  // Has the required length and any content.
   std::string ranges;
   std::string bins;
-
-  [[nodiscard]] DatasetShape shape() const {
-    return {metadata.info.dims, metadata.info.type, spectrum_bricks.size()};
-  }
 };
 
 // Returns the samples of each brick in the order of the layout.
@@ -125,7 +121,7 @@ inline void finish(DatasetWriter& writer, const PreparedExample& example) {
 }
 
 inline void write_prepared(const std::filesystem::path& path, const PreparedExample& example) {
-  DatasetWriter writer(path, example.shape());
+  DatasetWriter writer(path, example.metadata.info);
   add_samples(writer, example);
   add_spectrum(writer, example);
   finish(writer, example);

@@ -16,43 +16,34 @@ struct Span {
   std::int32_t last = 0;
 };
 
-// The sides of the isovalue on which values were found.
-struct Sides {
-  bool above = false;
-  bool not_above = false;
-
-  [[nodiscard]] bool are_both() const { return above && not_above; }
-};
-
 // Returns the cells of a cube along an axis, clipped to the `count` cells of the data from `low`.
 Span cells_of(std::int32_t position, std::int32_t cells, std::int32_t low, std::int32_t count) {
   return {std::max(position * cells, low), std::min((position + 1) * cells, low + count) - 1};
 }
 
-template <typename Sample>
-void scan_cells(const PreparedVolume& volume, const OctreeCube& cube, double isovalue,
-                Sides& sides) {
+// Calls visit(cell, low, high) for the cells of the data in a cube that are not all void, with
+// their least and largest sample, until it returns true.
+template <typename Visit>
+void visit_cells(const PreparedVolume& volume, const OctreeCube& cube, const Visit& visit) {
   const LevelExtent cells = cell_extent(volume.info);
-  const std::span<const std::byte> ranges = volume.ranges.bytes();
+  const std::byte* const ranges = volume.ranges.bytes().data();
   const std::int32_t side = cube.side() >> kSpectrumExponent;
   const Span x = cells_of(cube.x, side, cells.low.x, cells.extent.x);
   const Span y = cells_of(cube.y, side, cells.low.y, cells.extent.y);
   const Span z = cells_of(cube.z, side, cells.low.z, cells.extent.z);
-  for (std::int32_t k = z.first; k <= z.last; ++k) {
-    for (std::int32_t j = y.first; j <= y.last; ++j) {
-      for (std::int32_t i = x.first; i <= x.last; ++i) {
-        std::array<Sample, 2> range;
-        std::memcpy(range.data(), ranges.data() + sizeof(range) * cells.index({i, j, k}),
-                    sizeof(range));
-        const auto low = static_cast<double>(range[0]);
-        const auto high = static_cast<double>(range[1]);
-        if (low > high) continue;  // All samples are void.
-        sides.above |= high > isovalue;
-        sides.not_above |= !(low > isovalue);
-        if (sides.are_both()) return;
+  visit_type(volume.info.type, [&]<typename Sample>(const Sample*) {
+    for (std::int32_t k = z.first; k <= z.last; ++k) {
+      for (std::int32_t j = y.first; j <= y.last; ++j) {
+        for (std::int32_t i = x.first; i <= x.last; ++i) {
+          std::array<Sample, 2> range;
+          std::memcpy(range.data(), ranges + sizeof(range) * cells.index({i, j, k}), sizeof(range));
+          const auto low = static_cast<double>(range[0]);
+          const auto high = static_cast<double>(range[1]);
+          if (low <= high && visit(GridPoint{i, j, k}, low, high)) return;
+        }
       }
     }
-  }
+  });
 }
 
 // Returns whether points of a closed cube of that side lie beyond the data along an axis.
@@ -80,61 +71,37 @@ void include(GridPoint cell, std::optional<CellSpan>& box) {
                std::max(box->last.z, cell.z)};
 }
 
-template <typename Sample>
-std::optional<CellSpan> box_around_crossed(const PreparedVolume& volume, const OctreeCube& cube,
-                                           double isovalue) {
-  const DatasetInfo& info = volume.info;
-  const LevelExtent cells = cell_extent(info);
-  const GridPoint first = first_sample(info);
-  const GridPoint last = last_sample(info);
-  const double outside = info.outside ? static_cast<double>(outside_value(info)) : 0;
-  const std::byte* const ranges = volume.ranges.bytes().data();
-  const std::int32_t side = cube.side() >> kSpectrumExponent;
-  const Span x = cells_of(cube.x, side, cells.low.x, cells.extent.x);
-  const Span y = cells_of(cube.y, side, cells.low.y, cells.extent.y);
-  const Span z = cells_of(cube.z, side, cells.low.z, cells.extent.z);
-  std::optional<CellSpan> box;
-  for (std::int32_t k = z.first; k <= z.last; ++k) {
-    for (std::int32_t j = y.first; j <= y.last; ++j) {
-      const bool is_row_beyond = is_beyond(k, kSpectrumSpacing, first.z, last.z) ||
-                                 is_beyond(j, kSpectrumSpacing, first.y, last.y);
-      for (std::int32_t i = x.first; i <= x.last; ++i) {
-        std::array<Sample, 2> range;
-        std::memcpy(range.data(), ranges + sizeof(range) * cells.index({i, j, k}), sizeof(range));
-        auto low = static_cast<double>(range[0]);
-        auto high = static_cast<double>(range[1]);
-        if (low > high) continue;  // All are void.
-        if (info.outside && (is_row_beyond || is_beyond(i, kSpectrumSpacing, first.x, last.x))) {
-          low = std::min(low, outside);
-          high = std::max(high, outside);
-        }
-        if (!(low > isovalue) && high > isovalue) include({i, j, k}, box);
-      }
-    }
-  }
-  return box;
-}
-
 }  // namespace
 
 bool is_crossed(const PreparedVolume& volume, const OctreeCube& cube, double isovalue) {
-  Sides sides;
+  bool above = false;
+  bool not_above = false;
   if (volume.info.outside && reaches_outside(volume.info, cube)) {
-    const auto outside = static_cast<double>(outside_value(volume.info));
-    sides.above = outside > isovalue;
-    sides.not_above = !sides.above;
+    above = static_cast<double>(outside_value(volume.info)) > isovalue;
+    not_above = !above;
   }
-  visit_type(volume.info.type, [&]<typename Sample>(const Sample*) {
-    scan_cells<Sample>(volume, cube, isovalue, sides);
+  visit_cells(volume, cube, [&](GridPoint, double low, double high) {
+    above |= high > isovalue;
+    not_above |= !(low > isovalue);
+    return above && not_above;
   });
-  return sides.are_both();
+  return above && not_above;
 }
 
 std::optional<CellSpan> crossed_cells(const PreparedVolume& volume, const OctreeCube& cube,
                                       double isovalue) {
-  return visit_type(volume.info.type, [&]<typename Sample>(const Sample*) {
-    return box_around_crossed<Sample>(volume, cube, isovalue);
+  const DatasetInfo& info = volume.info;
+  const double outside = info.outside ? static_cast<double>(outside_value(info)) : 0;
+  std::optional<CellSpan> box;
+  visit_cells(volume, cube, [&](GridPoint cell, double low, double high) {
+    if (info.outside && reaches_outside(info, {kSpectrumExponent, cell.x, cell.y, cell.z})) {
+      low = std::min(low, outside);
+      high = std::max(high, outside);
+    }
+    if (!(low > isovalue) && high > isovalue) include(cell, box);
+    return false;
   });
+  return box;
 }
 
 std::uint32_t crossed_octants(const PreparedVolume& volume, const OctreeCube& cube,

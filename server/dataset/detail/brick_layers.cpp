@@ -28,27 +28,7 @@ void copy_brick(const std::vector<Sample>& samples, const BrickLayout& box, cons
 
 }  // namespace
 
-// ---- BrickAssembler
-
-std::span<const std::byte> BrickAssembler::bricks(const Samples& box, const GridCounts& dims) {
-  std::visit([&](const auto& samples) { rearrange(samples, BrickLayout(dims)); }, box);
-  return bytes_;
-}
-
-template <typename Sample>
-void BrickAssembler::rearrange(const std::vector<Sample>& samples, const BrickLayout& box) {
-  bytes_.resize(samples.size() * sizeof(Sample));
-  in_parallel(static_cast<std::size_t>(box.counts()[1]), [&](std::size_t by) {
-    for (std::int32_t bx = 0; bx < box.counts()[0]; ++bx) {
-      const GridCounts brick = {bx, static_cast<std::int32_t>(by), 0};
-      copy_brick(samples, box, brick, bytes_.data() + box.offset(brick) * sizeof(Sample));
-    }
-  });
-}
-
-// ---- BrickLayers
-
-BrickLayers::BrickLayers(const VolumeHeader& header, PreparedSink& sink)
+BrickLayers::BrickLayers(const VolumeHeader& header, BrickSink& sink)
     : dims_(header.dims),
       type_(header.type),
       slice_bytes_(header.samples_per_slice() * static_cast<std::size_t>(bytes_per_sample(type_))),
@@ -56,19 +36,19 @@ BrickLayers::BrickLayers(const VolumeHeader& header, PreparedSink& sink)
 
 void BrickLayers::add(const Samples& slab, std::int32_t slices) {
   const std::int32_t layer_slices = std::min(kSlices, dims_[2] - layer_begin_);
-  if (slices == layer_slices) {
-    sink_.add_samples(brick_assembler_.bricks(slab, {dims_[0], dims_[1], slices}));
-    layer_begin_ += slices;
-    return;
-  }
-  if (!scratch_) scratch_ = sink_.new_scratch();
   std::visit(
       [&](const auto& samples) {
-        buffered_offsets_.push_back(scratch_->put(std::as_bytes(std::span(samples))));
+        if (slices == layer_slices) {
+          add_bricks(samples, BrickLayout({dims_[0], dims_[1], slices}));
+          layer_begin_ += slices;
+          return;
+        }
+        if (!scratch_) scratch_ = sink_.new_scratch();
+        const std::uint64_t offset = scratch_->put(std::as_bytes(std::span(samples)));
+        if (slices_in_layer_ == 0) scratch_begin_ = offset;
+        slices_in_layer_ += slices;
       },
       slab);
-  buffered_slices_.push_back(slices);
-  slices_in_layer_ += slices;
   if (slices_in_layer_ == layer_slices) flush();
 }
 
@@ -79,8 +59,6 @@ void BrickLayers::flush() {
   }
   layer_begin_ += slices_in_layer_;
   slices_in_layer_ = 0;
-  buffered_offsets_.clear();
-  buffered_slices_.clear();
   scratch_.reset();
 }
 
@@ -90,15 +68,24 @@ void BrickLayers::add_row(std::int32_t y, const GridCounts& box) {
   const std::size_t rows = row * static_cast<std::size_t>(box[1]);
   std::vector<Sample> samples(rows * static_cast<std::size_t>(box[2]));
   std::span<Sample> left(samples);
-  for (std::size_t i = 0; i < buffered_offsets_.size(); ++i) {
-    for (std::int32_t z = 0; z < buffered_slices_[i]; ++z, left = left.subspan(rows)) {
-      scratch_->get(buffered_offsets_[i] + static_cast<std::uint64_t>(z) * slice_bytes_ +
-                        static_cast<std::uint64_t>(y) * row * sizeof(Sample),
-                    std::as_writable_bytes(left.first(rows)));
-    }
+  for (std::uint64_t z = 0; !left.empty(); ++z, left = left.subspan(rows)) {
+    scratch_->get(
+        scratch_begin_ + z * slice_bytes_ + static_cast<std::uint64_t>(y) * row * sizeof(Sample),
+        std::as_writable_bytes(left.first(rows)));
   }
-  row_ = std::move(samples);
-  sink_.add_samples(brick_assembler_.bricks(row_, box));
+  add_bricks(samples, BrickLayout(box));
+}
+
+template <typename Sample>
+void BrickLayers::add_bricks(const std::vector<Sample>& samples, const BrickLayout& box) {
+  brick_bytes_.resize(samples.size() * sizeof(Sample));
+  in_parallel(static_cast<std::size_t>(box.counts()[1]), [&](std::size_t by) {
+    for (std::int32_t bx = 0; bx < box.counts()[0]; ++bx) {
+      const GridCounts brick = {bx, static_cast<std::int32_t>(by), 0};
+      copy_brick(samples, box, brick, brick_bytes_.data() + box.offset(brick) * sizeof(Sample));
+    }
+  });
+  sink_.add_samples(brick_bytes_);
 }
 
 }  // namespace multitetra

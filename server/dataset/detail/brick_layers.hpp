@@ -11,23 +11,10 @@
 #include <vector>
 
 #include "server/core/spectrum/sample_bricks.hpp"
-#include "server/dataset/detail/prepared_sinks.hpp"
+#include "server/dataset/dataset_writer.hpp"
 #include "server/volume/volume_source.hpp"
 
 namespace multitetra {
-
-// Rearranges boxes of whole bricks so that each brick is contiguous, in brick order.
-class BrickAssembler {
- public:
-  // Returns the bytes of all bricks of the box, valid until the next call.
-  [[nodiscard]] std::span<const std::byte> bricks(const Samples& box, const GridCounts& dims);
-
- private:
-  template <typename Sample>
-  void rearrange(const std::vector<Sample>& samples, const BrickLayout& box);
-
-  std::vector<std::byte> bytes_;
-};
 
 class BrickLayers {
  public:
@@ -35,7 +22,7 @@ class BrickLayers {
   static constexpr std::int32_t kSlices = BrickLayout::kSampleSide;
 
   // `sink` must outlive this object.
-  BrickLayers(const VolumeHeader& header, PreparedSink& sink);
+  BrickLayers(const VolumeHeader& header, BrickSink& sink);
 
   // Adds the next slices, which must lie in one layer of bricks.
   void add(const Samples& slab, std::int32_t slices);
@@ -44,19 +31,19 @@ class BrickLayers {
   void flush();
   template <typename Sample>
   void add_row(std::int32_t y, const GridCounts& box);
+  // Adds a box of whole bricks: rearranges them so that each is contiguous, in brick order.
+  template <typename Sample>
+  void add_bricks(const std::vector<Sample>& samples, const BrickLayout& box);
 
   GridCounts dims_;
   SampleType type_;
   std::size_t slice_bytes_;
-  PreparedSink& sink_;
-  BrickAssembler brick_assembler_;
+  BrickSink& sink_;
   std::int32_t layer_begin_ = 0;
   std::unique_ptr<Scratch> scratch_;
-  std::int32_t slices_in_layer_ = 0;  // Buffered.
-  // Offset of each buffered slab in the scratch space.
-  std::vector<std::uint64_t> buffered_offsets_;
-  std::vector<std::int32_t> buffered_slices_;  // Number of slices of each buffered slab.
-  Samples row_;
+  std::int32_t slices_in_layer_ = 0;    // In the scratch space, one after another.
+  std::uint64_t scratch_begin_ = 0;     // Offset of the first of them.
+  std::vector<std::byte> brick_bytes_;  // Of the box that is being added.
 };
 
 }  // namespace multitetra

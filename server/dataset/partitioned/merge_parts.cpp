@@ -4,7 +4,6 @@
 
 #include "common/base/in_parallel.hpp"
 #include "common/base/scratch_file.hpp"
-#include "server/core/spectrum/cell_layers.hpp"
 #include "server/core/spectrum/plane_sources.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
 #include "server/dataset/brick_codec.hpp"
@@ -59,9 +58,7 @@ class PartMerger {
 
   DatasetInfo merge() {
     take_parts();
-    DatasetWriter writer(
-        dataset_,
-        {.dims = info_.dims, .type = info_.type, .spectrum_bricks = SpectrumLayout(info_).size()});
+    DatasetWriter writer(dataset_, info_);
     make_spectrum(writer);
     writer.finish(plan_.plan.metadata,
                   {.coarse = SectionBytes(coarse_bytes(info_), coarse_),
@@ -198,17 +195,6 @@ class PartMerger {
 };
 
 }  // namespace
-
-std::vector<std::size_t> missing_parts(const fs::path& dataset) {
-  const StoredPlan known = plan_of(dataset);
-  std::vector<std::size_t> missing;
-  for (std::size_t part = 0; part < known.plan.parts; ++part) {
-    const auto text = small_text(part_file(dataset, part, ".json"));
-    const auto record = text ? parse_record(*text) : fail(ErrorCode::kUnknown, "");
-    if (!record || record->plan != known.id) missing.push_back(part);
-  }
-  return missing;
-}
 
 DatasetInfo merge_parts(const fs::path& dataset, const PartOptions& options) {
   const DatasetInfo info = PartMerger(dataset, options).merge();

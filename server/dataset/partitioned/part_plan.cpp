@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <span>
 #include <utility>
 
@@ -152,32 +153,26 @@ Result<PartPlan> parse_plan(std::string_view text) {
   const auto bad = [](const std::string& what) {
     return fail(ErrorCode::kDamagedData, "The plan " + what + " Plan again.");
   };
-  const auto has = [&](const char* key, PlanJson::value_t type) {
-    return json->contains(key) && json->at(key).type() == type;
-  };
-  if (!has("parts", PlanJson::value_t::number_unsigned) ||
-      json->at("parts").get<std::uint64_t>() < 1 ||
-      json->at("parts").get<std::uint64_t>() > kMaxParts) {
-    return bad("must have a number of parts from 1 to " + std::to_string(kMaxParts) + ".");
+  try {
+    const auto parts = json->at("parts").get<std::size_t>();
+    if (parts < 1 || parts > kMaxParts) {
+      return bad("must have a number of parts from 1 to " + std::to_string(kMaxParts) + ".");
+    }
+    auto metadata = parse_metadata(json->at("metadata").get_ref<const std::string&>());
+    if (!metadata) return bad("has invalid metadata: " + metadata.error().text);
+    auto edges = json->at("bins").get<std::vector<float>>();
+    const bool is_increasing =
+        std::adjacent_find(edges.begin(), edges.end(), std::greater_equal<>()) == edges.end() &&
+        std::all_of(edges.begin(), edges.end(), [](float edge) { return std::isfinite(edge); });
+    if (!is_increasing) return bad("has bins with edges that do not increase.");
+    if (edges.size() == 1 || edges.size() > IsovalueBins::kMaxCount + 1) {
+      return bad("has too many bins.");
+    }
+    return PartPlan{
+        .metadata = *std::move(metadata), .bins = IsovalueBins(std::move(edges)), .parts = parts};
+  } catch (const PlanJson::exception&) {
+    return bad("lacks its parts, metadata or bins.");
   }
-  if (!has("metadata", PlanJson::value_t::string) || !has("bins", PlanJson::value_t::array)) {
-    return bad("has no metadata or no bins.");
-  }
-  auto metadata = parse_metadata(json->at("metadata").get_ref<const std::string&>());
-  if (!metadata) return bad("has invalid metadata: " + metadata.error().text);
-  std::vector<float> edges;
-  for (const PlanJson& edge : json->at("bins")) {
-    const bool is_next = edge.is_number() && std::isfinite(edge.get<float>()) &&
-                         (edges.empty() || edge.get<float>() > edges.back());
-    if (!is_next) return bad("has bins with edges that do not increase.");
-    edges.push_back(edge.get<float>());
-  }
-  if (edges.size() == 1 || edges.size() > IsovalueBins::kMaxCount + 1) {
-    return bad("has too many bins.");
-  }
-  return PartPlan{.metadata = *std::move(metadata),
-                  .bins = IsovalueBins(std::move(edges)),
-                  .parts = json->at("parts").get<std::size_t>()};
 }
 
 std::filesystem::path parts_folder(const std::filesystem::path& dataset) {

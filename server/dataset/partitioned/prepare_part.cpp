@@ -1,22 +1,150 @@
+#include <algorithm>
+#include <cassert>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <utility>
+#include <variant>
 
 #include "common/base/in_parallel.hpp"
 #include "common/base/scratch_file.hpp"
-#include "server/core/spectrum/cell_layers.hpp"
+#include "server/core/spectrum/cell_ranges.hpp"
 #include "server/core/spectrum/plane_sources.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
-#include "server/dataset/box_of_volume.hpp"
+#include "server/core/spectrum/spectrum_inputs.hpp"
+#include "server/dataset/detail/brick_layers.hpp"
+#include "server/dataset/detail/bricked_samples.hpp"
 #include "server/dataset/partitioned/detail/part_files.hpp"
 #include "server/dataset/partitioned/part_plan.hpp"
 #include "server/dataset/partitioned/prepare_parts.hpp"
 #include "server/dataset/prepared_format.hpp"
+#include "server/volume/volume_source.hpp"
 
 namespace multitetra {
 namespace {
 
 namespace fs = std::filesystem;
+
+GridCounts counts_of(GridPoint extent) { return {extent.x, extent.y, extent.z}; }
+
+// Copies the columns from `begin` to `end` of `slices` slices.
+void crop(const Samples& slab, const VolumeHeader& header, std::int32_t slices, GridPoint begin,
+          GridPoint end, Samples& into) {
+  std::visit(
+      [&](const auto& from) {
+        using Values = std::decay_t<decltype(from)>;
+        if (!std::holds_alternative<Values>(into)) into = Values();
+        auto& cropped = std::get<Values>(into);
+        cropped.clear();
+        for (std::int32_t z = 0; z < slices; ++z) {
+          for (std::int32_t y = begin.y; y < end.y; ++y) {
+            const auto row = from.begin() + std::ptrdiff_t{header.dims[0]} *
+                                                (y + std::ptrdiff_t{header.dims[1]} * z);
+            cropped.insert(cropped.end(), row + begin.x, row + end.x);
+          }
+        }
+      },
+      slab);
+}
+
+void in_threads(std::size_t count, const std::function<void(std::size_t)>& body) {
+  in_parallel(count, body);
+}
+
+// A box of samples, read once from a volume's source and stored in an unnamed temporary file, its
+// bricks one after another; with the ranges of its cells and its coarse samples.
+class BoxOfVolume : public SampleBoxes, private BrickSink {
+ public:
+  // Reads the samples from `begin` to `end` (exclusive), at most `slab_bytes` or a slice at a time.
+  // Requires a non-empty box within the volume whose lower corner has coordinates that are
+  // multiples of 16. Calls `progress` with the samples done and in all. Throws VolumeFileError if
+  // the source fails, DatasetFileError if the disk fails.
+  BoxOfVolume(VolumeSource& source, const DatasetInfo& info, GridPoint begin, GridPoint end,
+              const fs::path& folder, std::size_t slab_bytes,
+              const std::function<void(std::uint64_t done, std::uint64_t all)>& progress)
+      : begin_(begin),
+        folder_(folder),
+        file_(folder),
+        layout_(counts_of(end - begin)),
+        width_(static_cast<std::uint64_t>(bytes_per_sample(info.type))),
+        box_info_(with_dims(info, layout_.dims())),
+        ranges_file_(folder),
+        coarse_file_(folder),
+        samples_(layout_.dims(), source.header().type,
+                 [this](std::size_t first, std::span<std::byte> bytes) {
+                   file_.get(width_ * layout_.offset(layout_.at(first)), bytes);
+                 }) {
+    const VolumeHeader& whole = source.header();
+    VolumeHeader box = whole;
+    box.dims = layout_.dims();
+    BrickLayers layers(box, *this);
+    CellRanges ranges(box_info_, ranges_file_);
+    CoarseVolume coarse(box_info_, coarse_file_);
+    const std::uint64_t slice_bytes = whole.samples_per_slice() * width_;
+    std::int32_t most = BrickLayers::kSlices;
+    while (most > 1 && static_cast<std::uint64_t>(most) * slice_bytes > slab_bytes) most /= 2;
+    Samples slab;
+    Samples cropped;
+    for (std::int32_t z = begin.z; z < end.z; z += most) {
+      const std::int32_t slices = std::min(most, end.z - z);
+      source.read(z, slices, slab);
+      crop(slab, whole, slices, begin, end, cropped);
+      layers.add(cropped, slices);
+      ranges.add(cropped, slices, in_threads);
+      coarse.add(cropped, slices);
+      progress(box.samples_per_slice() * static_cast<std::uint64_t>(z + slices - begin.z),
+               box.samples_per_slice() * static_cast<std::uint64_t>(end.z - begin.z));
+    }
+  }
+
+  // Reads a box within this one, in the coordinates of the volume.
+  void read(GridPoint first, GridPoint extent, Samples& into) const override {
+    samples_.read(first - begin_, extent, into);
+  }
+  // Write the ranges of these cells, or the coarse samples at these points, in the coordinates of
+  // the volume. All their samples must be in this box.
+  void put_ranges(const CellBox& cells, ArrayWriter& into) const {
+    put(ranges_file_, cell_extent(box_info_), cells, 2 * width_, into);
+  }
+  void put_coarse(const CellBox& points, ArrayWriter& into) const {
+    put(coarse_file_, coarse_extent(box_info_), points, width_, into);
+  }
+
+ private:
+  static DatasetInfo with_dims(DatasetInfo info, const GridCounts& dims) {
+    info.dims = dims;
+    return info;
+  }
+  void put(const Scratch& from, const LevelExtent& all, const CellBox& part, std::uint64_t width,
+           ArrayWriter& into) const {
+    if (part.begin.x >= part.end.x) return;
+    std::vector<std::byte> row(width * static_cast<std::size_t>(part.end.x - part.begin.x));
+    for (std::int32_t z = part.begin.z; z < part.end.z; ++z) {
+      for (std::int32_t y = part.begin.y; y < part.end.y; ++y) {
+        const GridPoint here = GridPoint{part.begin.x, y, z} - all.unit_point(begin_);
+        from.get(width * all.index(here), row);
+        into.add(row);
+      }
+    }
+  }
+  void add_samples(std::span<const std::byte> bytes) override { (void)file_.put(bytes); }
+  [[nodiscard]] std::unique_ptr<Scratch> new_scratch() const override {
+    return std::make_unique<ScratchFile>(folder_);
+  }
+
+  GridPoint begin_;
+  fs::path folder_;
+  ScratchFile file_;
+  BrickLayout layout_;
+  std::uint64_t width_;
+  DatasetInfo box_info_;  // As if the box were the volume.
+  ScratchFile ranges_file_;
+  ScratchFile coarse_file_;
+  BrickedSamples samples_;
+};
 
 class PartMaker {
  public:
@@ -35,12 +163,8 @@ class PartMaker {
     if (box_.is_empty()) return;
     const PartBox read = with_halo(info_, box_);
     samples_ = std::make_unique<BoxOfVolume>(
-        source, read.begin, read.end,
-        BoxOfVolume::Options{.folder = parts_folder(dataset),
-                             .slab_bytes = options.slab_bytes,
-                             .progress = [&](std::uint64_t done, std::uint64_t all) {
-                               report("samples", done, all);
-                             }});
+        source, info_, read.begin, read.end, parts_folder(dataset), options.slab_bytes,
+        [&](std::uint64_t done, std::uint64_t all) { report("samples", done, all); });
   }
 
   void make() {
@@ -51,9 +175,6 @@ class PartMaker {
   }
 
  private:
-  static void in_threads(std::size_t count, const std::function<void(std::size_t)>& body) {
-    in_parallel(count, body);
-  }
   std::size_t checked_number(std::size_t part) const {
     if (part < plan_.plan.parts) return part;
     throw std::invalid_argument("The plan has " + std::to_string(plan_.plan.parts) +
@@ -115,13 +236,9 @@ class PartMaker {
   void put_layers() {
     ArrayWriter ranges(part_file(dataset_, number_, ".ranges"));
     ArrayWriter coarse(part_file(dataset_, number_, ".coarse"));
-    const CellBox cells = cells_of_part(info_, box_, box_of(cell_extent(info_)));
-    for (std::int32_t z = cells.begin.z; z < cells.end.z; ++z) {
-      ranges.add(ranges_of_layer(info_, *samples_, cells, z, in_threads));
-    }
-    const CellBox points = cells_of_part(info_, box_, box_of(coarse_extent(info_)));
-    for (std::int32_t z = points.begin.z; z < points.end.z; ++z) {
-      coarse.add(coarse_of_layer(info_, *samples_, points, z, in_threads));
+    if (samples_) {
+      samples_->put_ranges(cells_of_part(info_, box_, box_of(cell_extent(info_))), ranges);
+      samples_->put_coarse(cells_of_part(info_, box_, box_of(coarse_extent(info_))), coarse);
     }
     record_.ranges = ranges.finish();
     record_.coarse = coarse.finish();

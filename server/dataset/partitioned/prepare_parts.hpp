@@ -37,9 +37,6 @@ struct PartOptions {
 void prepare_part(VolumeSource& source, const std::filesystem::path& dataset, std::size_t part,
                   const PartOptions& options = {});
 
-// Returns the parts of the plan that are not yet prepared, counted from 0. Throws DatasetFileError.
-[[nodiscard]] std::vector<std::size_t> missing_parts(const std::filesystem::path& dataset);
-
 // Writes the dataset and removes the files of the parts. Throws DatasetFileError, changing nothing,
 // if parts are missing or damaged.
 DatasetInfo merge_parts(const std::filesystem::path& dataset, const PartOptions& options = {});

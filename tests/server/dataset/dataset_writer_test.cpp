@@ -40,7 +40,7 @@ TEST(DatasetWriter, LeavesOnlyTheOldFileWithoutFinish) {
   const fs::path path = folder.file("a.mtd", "old");
   for (std::size_t steps = 0; steps < kSteps.size(); ++steps) {
     {
-      DatasetWriter writer(path, small_prepared().shape());
+      DatasetWriter writer(path, small_prepared().metadata.info);
       for (std::size_t i = 0; i < steps; ++i) kSteps[i](writer, small_prepared());
     }
     EXPECT_EQ(bytes_of_file(path), "old");
@@ -68,7 +68,7 @@ TEST(DatasetWriter, LeavesTheOldOrTheNewFileWhenKilled) {
       const fs::path path = folder.path() / "a.mtd";
       if (has_old) folder.file("a.mtd", "old");
       const int status = status_of_child([&] {
-        DatasetWriter writer(path, example.shape());
+        DatasetWriter writer(path, example.metadata.info);
         for (std::size_t i = 0; i < steps; ++i) kSteps[i](writer, example);
         ::raise(SIGKILL);
       });
@@ -110,8 +110,8 @@ TEST(DatasetWriter, KeepsTheFileOfTheLastWriter) {
   const PreparedExample example = small_prepared();
   PreparedExample other = example;
   other.coarse[0] = 'X';
-  DatasetWriter first(path, example.shape());
-  DatasetWriter second(path, other.shape());
+  DatasetWriter first(path, example.metadata.info);
+  DatasetWriter second(path, other.metadata.info);
   add_samples(first, example);
   add_samples(second, other);
   add_spectrum(second, other);

@@ -235,9 +235,7 @@ TEST(OpenDataset, RejectsWrongBins) {
   const auto write = [&](std::span<const std::byte> coarse, std::span<const std::byte> ranges,
                          std::span<const float> edges) {
     const std::filesystem::path path = folder.path() / "bad.mtd";
-    DatasetWriter writer(path, {.dims = good->info.dims,
-                                .type = good->info.type,
-                                .spectrum_bricks = good->spectrum.layout.size()});
+    DatasetWriter writer(path, good->info);
     const BrickLayout layout(good->info.dims);
     for (std::size_t i = 0; i < layout.size(); ++i) {
       const RetainedBytes brick = good->samples->brick(i);

@@ -97,7 +97,7 @@ TEST(PreparedFile, AcceptsSamplesAndSpectrumInAnyOrderAndPieces) {
       prepared_example(generate(GeneratorKind::kHead, {.size = 40, .noise = 10}));
   write_prepared(folder.path() / "a.mtd", example);
 
-  DatasetWriter spectrum_first(folder.path() / "b.mtd", example.shape());
+  DatasetWriter spectrum_first(folder.path() / "b.mtd", example.metadata.info);
   add_spectrum(spectrum_first, example);
   std::string layer;
   for (std::size_t i = 0; i < example.sample_bricks.size(); ++i) {
@@ -109,7 +109,7 @@ TEST(PreparedFile, AcceptsSamplesAndSpectrumInAnyOrderAndPieces) {
   finish(spectrum_first, example);
   EXPECT_EQ(bytes_of_file(folder.path() / "b.mtd"), bytes_of_file(folder.path() / "a.mtd"));
 
-  DatasetWriter in_turns(folder.path() / "c.mtd", example.shape());
+  DatasetWriter in_turns(folder.path() / "c.mtd", example.metadata.info);
   for (std::size_t i = 0; i < example.sample_bricks.size(); ++i) {
     in_turns.add_samples(bytes_of(example.sample_bricks[i]));
     if (i < example.spectrum_bricks.size()) {

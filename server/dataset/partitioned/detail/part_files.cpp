@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 using PartJson = nlohmann::json;
 
 constexpr const char* kRecordFormat = "multitetra-part";
+constexpr std::uint32_t kMaxCoordinate = 1u << 20;
 
 template <typename Action>
 auto with_disk(const Action& action) {
@@ -37,57 +38,27 @@ const fs::path& in_new_folder(const fs::path& file) {
   return file;
 }
 
-PartJson json_of(const ArrayFacts& facts) {
-  return {{"bytes", facts.bytes}, {"checksum", facts.checksum}};
-}
 PartJson json_of(GridPoint p) { return {p.x, p.y, p.z}; }
 
-// Reads the fields of a record; keeps the first error.
-class RecordReader {
- public:
-  explicit RecordReader(const PartJson& json) : json_(json) {}
+std::optional<GridPoint> point_from(const PartJson& json) {
+  const auto p = json.get<std::array<std::uint32_t, 3>>();
+  if (*std::max_element(p.begin(), p.end()) > kMaxCoordinate) return std::nullopt;
+  return by_axis(
+      [&](int axis) { return static_cast<std::int32_t>(p[static_cast<std::size_t>(axis)]); });
+}
 
-  [[nodiscard]] bool is_good() const { return is_good_; }
-  std::uint64_t number(const PartJson& object, const char* key) {
-    if (!object.is_object() || !object.contains(key) || !object.at(key).is_number_unsigned()) {
-      is_good_ = false;
-      return 0;
-    }
-    return object.at(key).get<std::uint64_t>();
+// Returns the checksum of an array that is read in portions.
+template <typename Read>
+std::uint64_t checksum_of(std::uint64_t bytes, const Read& read) {
+  RunningChecksum sum;
+  std::vector<std::byte> portion;
+  for (std::uint64_t done = 0; done < bytes; done += portion.size()) {
+    portion.resize(std::min<std::uint64_t>(std::uint64_t{1} << 20, bytes - done));
+    read(done, portion);
+    sum.add(portion);
   }
-  std::uint64_t number(const char* key) { return number(json_, key); }
-  ArrayFacts facts(const char* key) {
-    if (!json_.contains(key)) {
-      is_good_ = false;
-      return {};
-    }
-    return {.bytes = number(json_.at(key), "bytes"), .checksum = number(json_.at(key), "checksum")};
-  }
-  GridPoint point(const char* key) {
-    if (!json_.contains(key) || !json_.at(key).is_array() || json_.at(key).size() != 3) {
-      is_good_ = false;
-      return {};
-    }
-    return by_axis([&](int axis) {
-      const PartJson& value = json_.at(key).at(static_cast<std::size_t>(axis));
-      const bool is_coordinate =
-          value.is_number_unsigned() && value.get<std::uint64_t>() <= 1u << 20;
-      is_good_ = is_good_ && is_coordinate;
-      return is_coordinate ? value.get<std::int32_t>() : 0;
-    });
-  }
-  std::vector<std::byte> bytes(const char* key) {
-    const bool is_text = json_.contains(key) && json_.at(key).is_string();
-    auto bytes =
-        is_text ? bytes_from_hex(json_.at(key).get_ref<const std::string&>()) : std::nullopt;
-    if (!bytes) is_good_ = false;
-    return std::move(bytes).value_or(std::vector<std::byte>());
-  }
-
- private:
-  const PartJson& json_;
-  bool is_good_ = true;
-};
+  return sum.value();
+}
 
 // Returns whether the name is that of a part's file, of this plan or an earlier one: "3.bricks".
 bool is_part_file(const fs::path& file) {
@@ -100,6 +71,8 @@ bool is_part_file(const fs::path& file) {
 }
 
 }  // namespace
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ArrayFacts, bytes, checksum)
 
 std::string text_with_checksum(nlohmann::json& json) {
   const std::string text = json_text(json);
@@ -175,15 +148,10 @@ void CurvesWriter::get(std::uint64_t offset, std::span<std::byte> into) const {
 }
 
 ArrayFacts CurvesWriter::finish() {
-  RunningChecksum sum;
-  std::vector<std::byte> portion;
-  for (std::uint64_t done = 0; done < bytes_; done += portion.size()) {
-    portion.resize(std::min<std::uint64_t>(std::uint64_t{1} << 20, bytes_ - done));
-    get(done, portion);
-    sum.add(portion);
-  }
+  const std::uint64_t sum = checksum_of(
+      bytes_, [this](std::uint64_t offset, std::span<std::byte> into) { get(offset, into); });
   with_disk([&] { file_.commit(Durability::kMachineStop); });
-  return {.bytes = bytes_, .checksum = sum.value()};
+  return {.bytes = bytes_, .checksum = sum};
 }
 
 std::uint64_t CurvesReader::put(std::span<const std::byte>) {
@@ -199,14 +167,10 @@ void CurvesReader::get(std::uint64_t offset, std::span<std::byte> into) const {
 
 void check_array(const fs::path& file, const ArrayFacts& facts) {
   const FileSource source(file);
-  RunningChecksum sum;
-  std::vector<std::byte> portion;
-  for (std::uint64_t done = 0; done < source.size(); done += portion.size()) {
-    portion.resize(std::min<std::uint64_t>(std::uint64_t{1} << 20, source.size() - done));
-    source.read(done, portion);
-    sum.add(portion);
-  }
-  if (source.size() == facts.bytes && sum.value() == facts.checksum) return;
+  const auto read = [&](std::uint64_t offset, std::span<std::byte> into) {
+    source.read(offset, into);
+  };
+  if (source.size() == facts.bytes && checksum_of(facts.bytes, read) == facts.checksum) return;
   throw DatasetFileError(file, "its checksum does not match. Prepare this part again.");
 }
 
@@ -215,11 +179,11 @@ std::string record_text(const PartRecord& record) {
                    {"version", 1},
                    {"plan", record.plan},
                    {"part", record.part},
-                   {"bricks", json_of(record.bricks)},
-                   {"index", json_of(record.index)},
-                   {"ranges", json_of(record.ranges)},
-                   {"coarse", json_of(record.coarse)},
-                   {"curves", json_of(record.curves)},
+                   {"bricks", record.bricks},
+                   {"index", record.index},
+                   {"ranges", record.ranges},
+                   {"coarse", record.coarse},
+                   {"curves", record.curves},
                    {"cells_begin", json_of(record.cell_curves.cells.begin)},
                    {"cells_end", json_of(record.cell_curves.cells.end)},
                    {"tile", json_of(record.cell_curves.tile)},
@@ -230,22 +194,29 @@ std::string record_text(const PartRecord& record) {
 Result<PartRecord> parse_record(std::string_view text) {
   const auto json = json_with_checksum(text, kRecordFormat);
   if (!json) return tl::unexpected(json.error());
-  RecordReader reader(*json);
-  PartRecord record{.plan = reader.number("plan"),
-                    .part = static_cast<std::size_t>(reader.number("part")),
-                    .bricks = reader.facts("bricks"),
-                    .index = reader.facts("index"),
-                    .ranges = reader.facts("ranges"),
-                    .coarse = reader.facts("coarse"),
-                    .curves = reader.facts("curves"),
-                    .cell_curves = {.cells = {.begin = reader.point("cells_begin"),
-                                              .end = reader.point("cells_end")},
-                                    .tile = reader.point("tile"),
-                                    .tile_ranges = reader.bytes("places")}};
-  const GridPoint tile = record.cell_curves.tile;
-  const bool has_tiles = std::min({tile.x, tile.y, tile.z}) >= 1;
-  if (reader.is_good() && (has_tiles || record.cell_curves.tile_ranges.empty())) return record;
-  return fail(ErrorCode::kDamagedData, "The record is damaged. Prepare this part again.");
+  const auto damaged = [] {
+    return fail(ErrorCode::kDamagedData, "The record is damaged. Prepare this part again.");
+  };
+  try {
+    const auto begin = point_from(json->at("cells_begin"));
+    const auto end = point_from(json->at("cells_end"));
+    const auto tile = point_from(json->at("tile"));
+    auto places = bytes_from_hex(json->at("places").get_ref<const std::string&>());
+    if (!begin || !end || !tile || !places) return damaged();
+    if (std::min({tile->x, tile->y, tile->z}) < 1 && !places->empty()) return damaged();
+    return PartRecord{.plan = json->at("plan"),
+                      .part = json->at("part"),
+                      .bricks = json->at("bricks"),
+                      .index = json->at("index"),
+                      .ranges = json->at("ranges"),
+                      .coarse = json->at("coarse"),
+                      .curves = json->at("curves"),
+                      .cell_curves = {.cells = {.begin = *begin, .end = *end},
+                                      .tile = *tile,
+                                      .tile_ranges = *std::move(places)}};
+  } catch (const PartJson::exception&) {
+    return damaged();
+  }
 }
 
 fs::path part_file(const fs::path& dataset, std::size_t part, const char* suffix) {
