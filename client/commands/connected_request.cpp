@@ -1,11 +1,13 @@
 #include "client/commands/connected_request.hpp"
 
 #include <algorithm>
+#include <iostream>
 #include <map>
 #include <set>
 #include <tuple>
 #include <utility>
 
+#include "client/library/report.hpp"
 #include "common/base/exit_codes.hpp"
 #include "common/base/nearest_word.hpp"
 #include "common/request/request_notices.hpp"
@@ -225,6 +227,18 @@ void share_budget(ConnectedRequests& connected) {
       for (IsosurfaceRequest& request : one->requests) request = *share++;
     }
   }
+}
+
+void finish(OutputPart& part, const CommittedStep& step,
+            const std::optional<ScalarRequest>& scalars, const SurfaceArguments& arguments,
+            const OutputArguments& output) {
+  part.report.request = step.begin.request;
+  part.report.surface = whole_surface(step);
+  part.report.colors = step.begin.scalars;
+  if (scalars) part.report.color_by = scalars->dataset;
+  finish(part, step.mesh, arguments, output);
+  if (!step.begin.scalars || output.quiet) return;
+  std::cerr << color_accuracy_text(*step.begin.scalars, step.largest_scalar_deviation) << std::endl;
 }
 
 }  // namespace multitetra

@@ -13,6 +13,7 @@
 #include "client/library/isolated_thresholds.hpp"
 #include "common/cli/command.hpp"
 #include "common/cli/surface_options.hpp"
+#include "common/cli/surface_output.hpp"
 #include "common/cli/terminal.hpp"
 
 namespace multitetra {
@@ -66,5 +67,11 @@ struct ConnectedRequests {
 // Divides the budget among the surfaces of each time, in proportion to sizes estimated by the
 // server.
 void share_budget(ConnectedRequests& connected);
+
+// Makes the output of a final step, with its report and notices. Prints the accuracy of colors
+// unless `output` is quiet.
+void finish(OutputPart& part, const CommittedStep& step,
+            const std::optional<ScalarRequest>& scalars, const SurfaceArguments& arguments,
+            const OutputArguments& output);
 
 }  // namespace multitetra

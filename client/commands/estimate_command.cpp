@@ -1,7 +1,8 @@
-#include "client/commands/estimate_command.hpp"
-
 #include <iostream>
+#include <memory>
 
+#include "client/commands/commands.hpp"
+#include "client/commands/connected_request.hpp"
 #include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
@@ -10,6 +11,11 @@
 
 namespace multitetra {
 namespace {
+
+struct EstimateArguments {
+  SurfaceOrder order;
+  bool json = false;
+};
 
 void print(const EstimateReply& reply, const IsosurfaceRequest& request, const DatasetInfo& info) {
   const TriangleRange range = expected_triangles(reply.triangles, request.max_triangles);
@@ -35,24 +41,6 @@ Json json_of(const EstimateReply& reply, const DatasetRequest& surface) {
           {"triangles_most", range.most},
           {"bytes", reply.bytes},
           {"error_bound_world", reply.error_bound_world}};
-}
-
-}  // namespace
-
-void add_estimate(Command& app, EstimateArguments& a) {
-  Command* command =
-      app.add_subcommand("estimate", "Estimate the size of an isosurface without making it");
-  add_order_options(*command, a.order,
-                    {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize});
-  command->add_flag("--json", a.json, "Print JSON");
-  command->footer(
-      std::string("Most surfaces have about this many triangles; large smooth ones may have a "
-                  "third of that.\n"
-                  "The surface itself stays within its budget.\n"
-                  "Examples:\n"
-                  "  multitetra-client estimate --dataset head --isovalue 500.5 --error 1\n"
-                  "  multitetra-client estimate --dataset head --max-bytes 1000000 --json\n") +
-      kExitCodes);
 }
 
 int estimate(const EstimateArguments& arguments) {
@@ -81,6 +69,26 @@ int estimate(const EstimateArguments& arguments) {
   }
   std::cout << text_of(report);
   return kOk;
+}
+
+}  // namespace
+
+void add_estimate(Command& program, Run& run) {
+  const auto a = std::make_shared<EstimateArguments>();
+  Command* command =
+      program.add_subcommand("estimate", "Estimate the size of an isosurface without making it");
+  add_order_options(*command, a->order,
+                    {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize});
+  command->add_flag("--json", a->json, "Print JSON");
+  command->footer(
+      std::string("Most surfaces have about this many triangles; large smooth ones may have a "
+                  "third of that.\n"
+                  "The surface itself stays within its budget.\n"
+                  "Examples:\n"
+                  "  multitetra-client estimate --dataset head --isovalue 500.5 --error 1\n"
+                  "  multitetra-client estimate --dataset head --max-bytes 1000000 --json\n") +
+      kExitCodes);
+  command->callback([a, &run] { run = [a] { return estimate(*a); }; });
 }
 
 }  // namespace multitetra

@@ -1,15 +1,15 @@
-#include "client/commands/fetch_command.hpp"
-
+// `multitetra-client fetch`: fetches an isosurface, checks it and writes a mesh file.
 #include <filesystem>
 #include <iostream>
+#include <memory>
 #include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "client/commands/commands.hpp"
 #include "client/commands/fetch_parts.hpp"
-#include "client/commands/fetched_surface.hpp"
 #include "client/commands/program.hpp"
 #include "client/library/client.hpp"
 #include "client/library/report.hpp"
@@ -220,8 +220,6 @@ class Fetch {
   std::vector<OutputPart> outputs_;
 };
 
-}  // namespace
-
 int fetch(const FetchArguments& arguments) {
   const MeshFormat format = mesh_format_of(arguments.output.file, arguments.order.surface);
   std::vector<FetchPart> parts = parts_of(arguments, format);
@@ -238,29 +236,32 @@ int fetch(const FetchArguments& arguments) {
   return kOk;
 }
 
-void add_fetch(Command& app, FetchArguments& a) {
+}  // namespace
+
+void add_fetch(Command& program, Run& run) {
+  const auto a = std::make_shared<FetchArguments>();
   Command* command =
-      app.add_subcommand("fetch", "Fetch an isosurface, check it and write it as a mesh file");
+      program.add_subcommand("fetch", "Fetch an isosurface, check it and write it as a mesh file");
   add_order_options(
-      *command, a.order,
+      *command, a->order,
       {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize, FieldGroup::kColors});
-  add_output_options(*command, a.order.surface, a.output);
+  add_output_options(*command, a->order.surface, a->output);
   command
-      ->add_option("--resume", a.resume_directory,
+      ->add_option("--resume", a->resume_directory,
                    "Keep tiles in this folder and fetch only missing ones; an interrupted run "
                    "continues where it stopped")
       ->type_name("DIR");
   command->begin_group("Transfer");
   command->add_flag(
-      "--previews", a.previews,
+      "--previews", a->previews,
       "Fetch and check coarser surfaces first, as a viewer does; implied by --save-steps");
   command
       ->add_option(
-          "--retries", a.retries,
+          "--retries", a->retries,
           "Consecutive retries when the server cannot be reached or the connection is lost")
       ->within(0, 1'000'000)
       ->capture_default_str();
-  command->add_option("--save-steps", a.steps_directory, "Write every step to this directory")
+  command->add_option("--save-steps", a->steps_directory, "Write every step to this directory")
       ->type_name("DIR");
   command->footer(
       std::string(
@@ -280,6 +281,7 @@ void add_fetch(Command& app, FetchArguments& a) {
           "  multitetra-client fetch --server tcp://example.org:7410 --dataset head "
           "--error 2 --unit world --save-steps steps -o head.stl\n") +
       kExitCodes);
+  command->callback([a, &run] { run = [a] { return fetch(*a); }; });
 }
 
 }  // namespace multitetra

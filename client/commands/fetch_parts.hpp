@@ -8,11 +8,20 @@
 #include <vector>
 
 #include "client/commands/connected_request.hpp"
-#include "client/commands/fetch_command.hpp"
+#include "common/cli/surface_output.hpp"
 #include "common/dataset/surface_name.hpp"
 #include "common/wire/mesh_files.hpp"
 
 namespace multitetra {
+
+struct FetchArguments {
+  SurfaceOrder order;
+  bool previews = false;
+  int retries = 5;
+  std::string resume_directory;
+  std::string steps_directory;
+  OutputArguments output;
+};
 
 // One of the fetched surfaces and its output files.
 struct FetchPart {

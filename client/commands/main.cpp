@@ -1,13 +1,11 @@
 // multitetra-client: lists a server's datasets and fetches isosurfaces as mesh files.
 #include <iostream>
+#include <memory>
 #include <string>
 
+#include "client/commands/commands.hpp"
 #include "client/commands/connected_request.hpp"
-#include "client/commands/estimate_command.hpp"
-#include "client/commands/fetch_command.hpp"
 #include "client/commands/program.hpp"
-#include "client/commands/snapshot_command.hpp"
-#include "client/commands/view_command.hpp"
 #include "client/library/report.hpp"
 #include "common/cli/command_line.hpp"
 #include "common/cli/program.hpp"
@@ -29,11 +27,12 @@ int list(const ListArguments& arguments) {
   return kOk;
 }
 
-void add_list(Command& app, ListArguments& arguments) {
-  Command* command = app.add_subcommand("list", "List the datasets of a server");
-  command->add_option("series", arguments.series, "List the members of this series");
-  add_server_options(*command, arguments.server);
-  command->add_flag("--json", arguments.json, "Print JSON, with histograms and affine maps");
+void add_list(Command& program, Run& run) {
+  const auto a = std::make_shared<ListArguments>();
+  Command* command = program.add_subcommand("list", "List the datasets of a server");
+  command->add_option("series", a->series, "List the members of this series");
+  add_server_options(*command, a->server);
+  command->add_flag("--json", a->json, "Print JSON, with histograms and affine maps");
   command->footer(std::string("Examples:\n"
                               "  multitetra-client list\n"
                               "  multitetra-client list organs\n"
@@ -41,6 +40,7 @@ void add_list(Command& app, ListArguments& arguments) {
                               "  multitetra-client list --server wss://example.org "
                               "--token-file token\n") +
                   kExitCodes);
+  command->callback([a, &run] { run = [a] { return list(*a); }; });
 }
 
 int run(int argc, char** argv) {
@@ -54,22 +54,14 @@ int run(int argc, char** argv) {
                          "  multitetra-client snapshot --dataset head -o head.png\n"
                          "Each command has its own --help.\n") +
              kExitCodes);
-  ListArguments list_arguments;
-  EstimateArguments estimate_arguments;
-  FetchArguments fetch_arguments;
-  SnapshotArguments snapshot_arguments;
-  ViewArguments view_arguments;
-  add_list(app, list_arguments);
-  add_estimate(app, estimate_arguments);
-  add_fetch(app, fetch_arguments);
-  add_snapshot(app, snapshot_arguments);
-  add_view(app, view_arguments);
+  Run command;
+  add_list(app, command);
+  add_estimate(app, command);
+  add_fetch(app, command);
+  add_snapshot(app, command);
+  add_view(app, command);
   if (const auto code = parse_command_line(app, argc, argv)) return *code;
-  if (app.got_subcommand("list")) return list(list_arguments);
-  if (app.got_subcommand("estimate")) return estimate(estimate_arguments);
-  if (app.got_subcommand("snapshot")) return snapshot(snapshot_arguments);
-  if (app.got_subcommand("view")) return view(view_arguments);
-  return fetch(fetch_arguments);
+  return command();
 }
 
 }  // namespace

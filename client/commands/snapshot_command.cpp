@@ -1,18 +1,18 @@
-#include "client/commands/snapshot_command.hpp"
-
+// `multitetra-client snapshot`: draws surfaces into a picture file, without a display.
 #include <algorithm>
 #include <chrono>
 #include <iostream>
 #include <iterator>
+#include <memory>
 #include <optional>
 #include <set>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "client/commands/fetched_surface.hpp"
+#include "client/commands/commands.hpp"
 #include "client/commands/snapshot_scenes.hpp"
-#include "client/commands/surface_appearances.hpp"
 #include "common/base/exit_codes.hpp"
 #include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
@@ -22,11 +22,36 @@
 #include "common/image/png_file.hpp"
 #include "common/json/json_report.hpp"
 #include "common/picture/annotations.hpp"
+#include "common/picture/camera.hpp"
 #include "common/picture/rasterizer.hpp"
 #include "common/request/request_notices.hpp"
 
 namespace multitetra {
 namespace {
+
+struct SnapshotArguments {
+  SurfaceOrder order;
+  std::string picture;
+  std::string size = "1280x960";  // WIDTHxHEIGHT in pixels.
+  double azimuth = kDefaultAzimuth;
+  double elevation = kDefaultElevation;
+  std::string up = "z";  // See up_axis_from().
+  std::string background = "dark";
+  std::string shading = "field";
+  bool wireframe = false;
+  // Omits scale bar and legend.
+  bool is_bare = false;
+  // Opacities in the order of the isovalues.
+  std::vector<double> opacities = {};
+  std::vector<std::string> surface_colors = {};  // "#rrggbb", in the same order.
+  int threads = 0;
+  bool json = false;
+};
+
+struct PictureSize {
+  int width = 0;
+  int height = 0;
+};
 
 using Clock = std::chrono::steady_clock;
 
@@ -274,8 +299,7 @@ void add_drawing_options(Command& command, SnapshotArguments& a) {
       ->within(1, 1024);
 }
 
-}  // namespace
-
+// Parses "1280x960". Returns kInvalidArgument for anything else and above kMaxPictureSide.
 Result<PictureSize> parse_picture_size(const std::string& text) {
   const auto sides = parse_numbers<int>(text, 2, 'x');
   const auto is_side = [](int n) { return n >= 1 && n <= kMaxPictureSide; };
@@ -304,8 +328,8 @@ int snapshot(const SnapshotArguments& arguments) {
   Json reports = Json::array();
   bool is_empty = true;
   for (const Scene& scene : scenes) {
-    std::vector<DrawnSurface> appearances =
-        value_or_usage_error(appearances_of(arguments, scene.datasets));
+    std::vector<DrawnSurface> appearances = value_or_usage_error(
+        appearances_of(arguments.opacities, arguments.surface_colors, scene.datasets));
     Taken taken = taken_surfaces(arguments, connected.client, scene);
     const std::size_t empty = taken.empty_surfaces();
     is_empty &= empty == taken.surfaces.size();
@@ -327,38 +351,42 @@ int snapshot(const SnapshotArguments& arguments) {
   return kOk;
 }
 
-void add_snapshot(Command& app, SnapshotArguments& a) {
-  Command* command = app.add_subcommand(
+}  // namespace
+
+void add_snapshot(Command& program, Run& run) {
+  const auto a = std::make_shared<SnapshotArguments>();
+  Command* command = program.add_subcommand(
       "snapshot", "Fetch isosurfaces and draw them into a PNG file, without a display");
-  command->add_option("-o,--output", a.picture, "Picture to write (.png)")
+  command->add_option("-o,--output", a->picture, "Picture to write (.png)")
       ->required()
       ->type_name("FILE");
-  command->add_option("--size", a.size, "Width and height in pixels")
+  command->add_option("--size", a->size, "Width and height in pixels")
       ->type_name("WxH")
       ->capture_default_str();
   command
-      ->add_option("--azimuth", a.azimuth,
+      ->add_option("--azimuth", a->azimuth,
                    "Degrees around the z axis; 0 looks along +y (at a patient's face), 90 along -x")
       ->within(-3600.0, 3600.0)
       ->type_name("DEGREES")
       ->capture_default_str();
-  command->add_option("--elevation", a.elevation, "Degrees: -90 looks from below, 90 from above")
+  command->add_option("--elevation", a->elevation, "Degrees: -90 looks from below, 90 from above")
       ->within(-90.0, 90.0)
       ->type_name("DEGREES")
       ->capture_default_str();
-  add_drawing_options(*command, a);
+  add_drawing_options(*command, *a);
   command->begin_group();
   // Averaged triangle normals show creases in a picture; the field's normals are smooth.
-  a.order.surface.query.request.normal_bits = kMinNormalBits;
+  a->order.surface.query.request.normal_bits = kMinNormalBits;
   add_order_options(
-      *command, a.order,
+      *command, a->order,
       {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize, FieldGroup::kColors});
   command->option("--normals").default_text(std::to_string(kMinNormalBits));
-  add_output_options(*command, a.order.surface);
+  add_output_options(*command, a->order.surface);
   command->begin_group("Reports");
-  command->add_flag("--json", a.json, "Print a JSON report");
-  command->add_flag("--quiet", a.order.quiet, "Print errors only");
+  command->add_flag("--json", a->json, "Print a JSON report");
+  command->add_flag("--quiet", a->order.quiet, "Print errors only");
   command->footer(std::string(kSnapshotExamples) + kExitCodes);
+  command->callback([a, &run] { run = [a] { return snapshot(*a); }; });
 }
 
 }  // namespace multitetra

@@ -2,12 +2,30 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <string_view>
 
 #include "client/load/load_session.hpp"
 #include "client/load/misbehaviour.hpp"
-#include "client/load/source_addresses.hpp"
 
 namespace multitetra {
+
+// The local addresses from which simulated clients connect.
+class SourceAddresses {
+ public:
+  // The system chooses.
+  SourceAddresses() = default;
+  // Accepts an IPv4 network, "127.0.1.0/24", without its first and last address, or one address.
+  [[nodiscard]] static Result<SourceAddresses> from(std::string_view text);
+
+  [[nodiscard]] std::size_t count() const { return count_; }  // 0: the system chooses.
+  // Returns the address of a client, counted from 0; addresses are used in turn.
+  [[nodiscard]] std::string of(std::size_t client) const;
+
+ private:
+  std::uint32_t first_ = 0;
+  std::size_t count_ = 0;
+};
 
 struct LoadOptions {
   // start, stop and give_up are set by run_load().

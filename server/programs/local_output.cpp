@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <iostream>
+#include <optional>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "common/base/exit_codes.hpp"
@@ -12,6 +15,8 @@
 #include "common/request/lattice_limit.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/request/threshold_shrinking.hpp"
+#include "common/wire/scalar_codes.hpp"
+#include "server/core/sampling/vertex_scalars.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
 #include "server/programs/thread_options.hpp"
 #include "server/volume/volume_files.hpp"
@@ -104,10 +109,12 @@ std::vector<std::string> files_of_isovalues(const LocalArguments& arguments) {
 }
 
 LocalOutput::LocalOutput(const LocalArguments& arguments, Progress& progress)
-    : arguments_(arguments),
-      progress_(progress),
-      colors_(arguments.surface),
-      notices_(arguments.output.quiet) {}
+    : arguments_(arguments), progress_(progress), notices_(arguments.output.quiet) {
+  auto scalars = scalars_for(arguments.surface.query);
+  if (!scalars) throw std::invalid_argument(scalars.error().text);
+  scalars_ = *std::move(scalars);
+  if (scalars_) field_ = open_dataset(scalars_->dataset);
+}
 
 std::vector<IsosurfaceRequest> LocalOutput::requests(const DatasetInfo& info) {
   auto requests = requests_from(arguments_.surface, info);
@@ -145,13 +152,30 @@ void LocalOutput::add(LocalSurface surface, const DatasetInfo& info, const std::
                   .file = file,
                   .max_bytes = arguments_.surface.query.request.max_bytes,
                   .names_itself = names_itself};
-  part.report.colors = colors_.add_scalars(surface.mesh, info, arguments_.output.quiet);
-  part.report.color_by = colors_.dataset();
+  if (scalars_) {
+    part.report.colors = add_scalars(surface.mesh, info);
+    part.report.color_by = field_->info.name;
+  }
   part.report.request = request;
   part.report.surface = surface.whole;
   if (surface.common_triangles) part.report.more["common_triangles"] = *surface.common_triangles;
   finish(part, surface.mesh, arguments_.surface, arguments_.output);
   parts_.push_back(std::move(part));
+}
+
+ScalarRange LocalOutput::add_scalars(LatticeMesh& mesh, const DatasetInfo& surface) const {
+  if (const auto fits = check_same_world(*scalars_, surface, field_->info); !fits) {
+    throw ExitError(kUsage, fits.error().text);
+  }
+  const ScalarRange range = range_for(*scalars_, field_->info);
+  const VertexScalars found = vertex_scalars(*field_, mesh, grid_to_world(surface));
+  if (field_->check) field_->check();
+  const std::string codes = encode_scalars(mesh.vertices, found.values, range);
+  mesh.scalars = decode_scalars(codes, mesh.vertices, range).value();
+  if (!arguments_.output.quiet) {
+    std::cerr << color_accuracy_text(range, found.largest_deviation) << std::endl;
+  }
+  return range;
 }
 
 void LocalOutput::write_reports() {

@@ -8,8 +8,9 @@
 
 #include "common/cli/surface_output.hpp"
 #include "common/mesh/mesh.hpp"
+#include "common/request/scalar_request.hpp"
+#include "server/dataset/dataset.hpp"
 #include "server/programs/progress.hpp"
-#include "server/programs/vertex_colors.hpp"
 
 namespace multitetra {
 
@@ -40,7 +41,9 @@ struct LocalSurface {
 
 class LocalOutput {
  public:
-  // The arguments must outlive the output.
+  // Opens the dataset of --color-by, a file or an address, if it is given. The arguments must
+  // outlive the output. Throws std::invalid_argument for invalid colors, and as open_dataset()
+  // does.
   LocalOutput(const LocalArguments& arguments, Progress& progress);
 
   [[nodiscard]] Notices& notices() { return notices_; }
@@ -61,11 +64,16 @@ class LocalOutput {
   [[nodiscard]] int report();
 
  private:
+  // Sets the mesh's scalars: the field's values at its vertices, encoded in the returned range as
+  // they are sent to clients. Prints the accuracy. Throws ExitError (kUsage) if the datasets lie in
+  // different worlds.
+  ScalarRange add_scalars(LatticeMesh& mesh, const DatasetInfo& surface) const;
   void write_reports();
 
   const LocalArguments& arguments_;
   Progress& progress_;
-  VertexColors colors_;
+  std::optional<ScalarRequest> scalars_;
+  DatasetPtr field_;  // Of the colors; null without them.
   Notices notices_;
   std::vector<OutputPart> parts_;
 };

@@ -1,7 +1,14 @@
 #include "server/programs/prepare/prepare_run.hpp"
 
+#include <algorithm>
 #include <exception>
+#include <filesystem>
 #include <iostream>
+#include <optional>
+#include <set>
+#include <string>
+#include <system_error>
+#include <vector>
 
 #include "common/base/address_text.hpp"
 #include "common/base/exit_codes.hpp"
@@ -14,10 +21,59 @@
 #include "server/dataset/prepared_file.hpp"
 #include "server/dataset/section_table.hpp"
 #include "server/programs/label_volume_text.hpp"
-#include "server/programs/prepare/stale_members.hpp"
+#include "server/programs/prepare/prepare_arguments.hpp"
+#include "server/programs/prepare/prepare_jobs.hpp"
 
 namespace multitetra {
 namespace {
+
+namespace fs = std::filesystem;
+
+// Returns whether the jobs, or options such as --label all, cover the member's place in its series.
+bool is_requested(const SeriesMember& member, const SeriesArguments& requested,
+                  const std::vector<PrepareJob>& jobs) {
+  const bool has_times = requested.all_times || !requested.time_series.empty();
+  return std::any_of(jobs.begin(), jobs.end(), [&](const PrepareJob& job) {
+    return job.member && job.member->series == member.series && job.member->field == member.field &&
+           job.member->label.has_value() == member.label.has_value() &&
+           (requested.wants_all_labels() || job.member->label == member.label) &&
+           job.member->time.has_value() == member.time.has_value() &&
+           (has_times || job.member->time == member.time);
+  });
+}
+
+std::optional<SeriesMember> member_in(const fs::path& dataset) {
+  try {
+    return PreparedFile(dataset.string()).info().member;
+  } catch (const std::exception&) {  // Keep a file that is not a dataset or is damaged.
+    return std::nullopt;
+  }
+}
+
+// Removes members that an earlier run of the same preparation made and that the series no longer
+// has: of the same series and fields, with times and labels that `arguments` select. Requires a
+// local folder. Returns messages for them.
+std::string remove_stale_members(const PrepareArguments& arguments,
+                                 const std::vector<PrepareJob>& jobs) {
+  std::set<fs::path> stale;
+  std::error_code error;
+  for (fs::directory_iterator at(arguments.output, error), end; !error && at != end;
+       at.increment(error)) {
+    const fs::path& file = at->path();
+    const bool is_made = std::any_of(jobs.begin(), jobs.end(), [&](const PrepareJob& job) {
+      return job.output.filename() == file.filename();
+    });
+    if (file.extension() != ".mtd" || is_made) continue;
+    const auto member = member_in(file);
+    if (member && is_requested(*member, arguments.series, jobs)) stale.insert(file);
+  }
+  std::string lines;
+  for (const fs::path& file : stale) {
+    fs::remove(file);
+    lines += file.string() + ": removed; it is no longer in the series\n";
+  }
+  return lines;
+}
 
 // Returns a job's name for messages.
 std::string shown_name(const PrepareJob& job) {
@@ -50,17 +106,6 @@ void hint_at_labels(const PrepareArguments& arguments, const PrepareJob& job,
   std::cerr << "prepare: '" << shown_name(job)
             << "' looks like a label map: --label all prepares each label as a smooth surface."
             << std::endl;
-}
-
-// Removes members of a previous run that the series no longer has, and returns messages for them.
-std::string remove_stale_members(const PrepareArguments& arguments,
-                                 const std::vector<PrepareJob>& jobs) {
-  std::string lines;
-  for (const std::filesystem::path& file : stale_members(arguments, jobs, arguments.output)) {
-    std::filesystem::remove(file);
-    lines += file.string() + ": removed; it is no longer in the series\n";
-  }
-  return lines;
 }
 
 }  // namespace

@@ -1,11 +1,13 @@
 #include "server/programs/serving/listener_options.hpp"
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <csignal>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -16,11 +18,24 @@
 #include "server/http/target.hpp"
 #include "server/operations/heap_trimmer.hpp"
 #include "server/operations/log.hpp"
-#include "server/operations/open_files.hpp"
 #include "server/operations/request_log.hpp"
 
 namespace multitetra {
 namespace {
+
+// Raises the process's limit of open files, including connections, to the maximum allowed by the
+// system, and returns it.
+std::uint64_t allow_most_open_files() {
+  constexpr rlim_t kMaxOpenFiles = 1 << 20;  // No server has that many connections.
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return 0;
+  const rlim_t wanted = std::min(limit.rlim_max, kMaxOpenFiles);
+  if (limit.rlim_cur < wanted) {
+    const rlimit more = {.rlim_cur = wanted, .rlim_max = limit.rlim_max};
+    if (::setrlimit(RLIMIT_NOFILE, &more) == 0) limit = more;
+  }
+  return limit.rlim_cur;
+}
 
 std::string machine_name() {
   std::array<char, 256> name{};
