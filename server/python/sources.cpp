@@ -4,22 +4,54 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "common/base/address_text.hpp"
 #include "common/python/raise.hpp"
-#include "server/python/array_slices.hpp"
 #include "server/python/engine_definitions.hpp"
+#include "server/volume/formats/stored_volume.hpp"
 #include "server/volume/volume_files.hpp"
-
-namespace py = pybind11;
-using namespace pybind11::literals;
 
 namespace multitetra {
 namespace {
+
+// The slices of an array-like object of Python.
+// Calls `fill(first, end, into)` for slices first to end - 1: it copies them to the array `into` of
+// shape (end - first, height, width) and raises what prevents it. Each call takes the GIL.
+class ArraySlices final : public StoredSlices {
+ public:
+  // `shape` is (depth, height, width).
+  ArraySlices(pybind11::function fill, const std::array<std::int64_t, 3>& shape, StoredType type);
+  ~ArraySlices() override {
+    const py::gil_scoped_acquire held;
+    fill_ = py::function();
+  }
+
+  void read(std::size_t first, std::size_t count, std::byte* into) override {
+    const py::gil_scoped_acquire held;
+    const py::dtype type =
+        with_number_type(type_, []<typename Number>() { return py::dtype::of<Number>(); });
+    const std::vector<py::ssize_t> shape = {static_cast<py::ssize_t>(count), shape_[1], shape_[2]};
+    const py::array view(type, shape, into, py::none());  // None owns it, so it is no copy.
+    fill_(first, first + count, view);
+  }
+
+ private:
+  pybind11::function fill_;
+  std::array<std::int64_t, 3> shape_;
+  StoredType type_;
+};
+
+ArraySlices::ArraySlices(py::function fill, const std::array<std::int64_t, 3>& shape,
+                         StoredType type)
+    : fill_(std::move(fill)), shape_(shape), type_(type) {}
 
 using StoredSlicesPtr = std::unique_ptr<StoredSlices>;
 using Notify = std::function<void(const std::string&)>;

@@ -176,7 +176,38 @@ class IsosurfaceRoute {
       : options_(options), meshes_(options.mesh_cache_bytes) {}
 
   // Makes nothing for HEAD, nor if the client's copy is current.
-  [[nodiscard]] asio::awaitable<HttpResponse> answer(ResourceRequest request);
+  [[nodiscard]] asio::awaitable<HttpResponse> answer(ResourceRequest request) {
+    RequestContext& context = request.context;
+    const auto wanted = requested_file(request);
+    if (!wanted) {
+      const bool is_unacceptable = wanted.error().code == ErrorCode::kUnsupportedVersion;
+      co_return is_unacceptable
+          ? error_answer(406, {ErrorCode::kInvalidArgument, wanted.error().text},
+                         context.request_id)
+          : context.refused(wanted.error());
+    }
+    HttpResponse response;
+    add_field(response, "Content-Type", media_type(wanted->form.format));
+    add_field(response, "Cache-Control", "no-cache");
+    if (wanted->is_format_negotiated) add_field(response, "Vary", "Accept");
+    const IsosurfaceRequest& first = wanted->requests.front();
+    context.record->set_surface(first.isovalue, first.error, multitetra::name(first.unit));
+    std::optional<StoredMesh> mesh = meshes_.find(wanted->key);
+    if (!mesh && needs_body(request.http, wanted->tag)) {
+      auto made = co_await make_within_budget(*wanted, context);
+      if (!made) co_return context.refused(made.error());
+      if (!*made) co_return no_storage(context);
+      mesh = *std::move(made);
+    }
+    response.is_length_known = mesh.has_value();
+    if (mesh) {
+      response.fields += mesh->fields;
+      response.body = mesh->body;
+    }
+    if (!wanted->tag.empty()) apply_conditions(response, request.http, wanted->tag);
+    if (response.status == 200 && mesh && mesh->body.length == 0) response.status = 204;
+    co_return response;
+  }
 
  private:
   struct Made {
@@ -188,126 +219,88 @@ class IsosurfaceRoute {
   // Makes one file. The surfaces share a budget in proportion to their estimated sizes.
   [[nodiscard]] asio::awaitable<Result<Made>> make(const RequestedFile& wanted,
                                                    std::vector<IsosurfaceRequest> requests,
-                                                   RequestContext& context);
+                                                   RequestContext& context) {
+    if (needs_shared_budget(requests)) {
+      std::vector<EstimatedSize> sizes;
+      for (IsosurfaceRequest request : requests) {
+        request.max_triangles = request.max_bytes = 0;
+        const auto size =
+            co_await context.service_client->estimate(wanted.info.name, std::move(request));
+        if (!size) co_return tl::unexpected(size.error());
+        sizes.push_back({.triangles = size->triangles, .bytes = size->bytes});
+      }
+      share_budget(requests, sizes);
+    }
+    SurfacesRequest surfaces{.dataset = wanted.info.name,
+                             .requests = std::move(requests),
+                             .scalars = wanted.scalars,
+                             .max_triangles = options_.max_mesh_triangles};
+    const MeshStorage place = {
+        .max_in_memory = options_.max_mesh_bytes_in_memory,
+        .folder = options_.temporary_folder,
+        .reservation = [this, share = context.client->quota_key()](std::uint64_t bytes) {
+          return meshes_.reserve(share, bytes);
+        }};
+    std::function<Result<Made>(std::vector<Surface>, const std::stop_token&)> store =
+        [info = wanted.info, form = wanted.form, place](
+            std::vector<Surface> made, const std::stop_token& stop) -> Result<Made> {
+      std::uint64_t triangles = 0;
+      for (const Surface& surface : made) triangles += surface.mesh.triangles.size();
+      auto file = store_if_there_is_room(std::move(made), info, form, place, stop);
+      if (!file) return tl::unexpected(file.error());
+      return Made{.file = *std::move(file), .triangles = triangles};
+    };
+    co_return co_await context.service_client->made_from_surfaces<Made>(
+        std::move(surfaces), "mesh file", std::move(store));
+  }
   // Makes the wanted file. A budget of bytes is one of the file: a budget of triangles that is
   // corrected by the size of the file made with it.
   [[nodiscard]] asio::awaitable<Result<std::optional<StoredMesh>>> make_within_budget(
-      const RequestedFile& wanted, RequestContext& context);
+      const RequestedFile& wanted, RequestContext& context) {
+    constexpr int kMaxFiles = 5;
+    constexpr double kSafetyFactor = 0.98;  // Smaller meshes have more bytes per triangle.
+    if (context.watch) context.watch();
+    std::vector<IsosurfaceRequest> requests = wanted.requests;
+    const std::uint64_t max_bytes = requests.front().max_bytes;
+    const bool has_normals = requests.front().normal_bits > 0;
+    double max_triangles = static_cast<double>(max_bytes) /
+                           bytes_of_triangle(wanted.form, has_normals, wanted.scalars.has_value());
+    for (int files = 1;; ++files) {
+      for (std::size_t i = 0; max_bytes > 0 && i < requests.size(); ++i) {
+        const std::uint64_t own = wanted.requests[i].max_triangles;
+        const auto of_bytes =
+            std::max<std::uint64_t>(static_cast<std::uint64_t>(max_triangles), requests.size());
+        requests[i].max_bytes = 0;
+        requests[i].max_triangles = own == 0 ? of_bytes : std::min(own, of_bytes);
+      }
+      auto made = co_await make(wanted, requests, context);
+      if (!made) {
+        Error error = made.error();
+        if (max_bytes > 0 && error.code == ErrorCode::kLimitExceeded) {
+          error.text = "A file of " + std::to_string(max_bytes) + " bytes has about " +
+                       std::to_string(static_cast<std::uint64_t>(max_triangles)) + " triangles. " +
+                       error.text;
+        }
+        co_return tl::unexpected(error);
+      }
+      const bool fits = max_bytes == 0 || !made->file || made->file->body.length <= max_bytes;
+      if (fits) {
+        if (made->file && !wanted.tag.empty()) meshes_.keep(wanted.key, *made->file);
+        co_return std::move(made->file);
+      }
+      if (files == kMaxFiles || made->triangles == 0) {
+        co_return fail(ErrorCode::kLimitExceeded,
+                       "The file has at least " + std::to_string(made->file->body.length) +
+                           " bytes, more than max_bytes. Allow more, or use another format.");
+      }
+      max_triangles = kSafetyFactor * static_cast<double>(made->triangles) *
+                      static_cast<double>(max_bytes) / static_cast<double>(made->file->body.length);
+    }
+  }
 
   const RouteOptions& options_;
   MeshFileCache meshes_;
 };
-
-asio::awaitable<Result<IsosurfaceRoute::Made>> IsosurfaceRoute::make(
-    const RequestedFile& wanted, std::vector<IsosurfaceRequest> requests, RequestContext& context) {
-  if (needs_shared_budget(requests)) {
-    std::vector<EstimatedSize> sizes;
-    for (IsosurfaceRequest request : requests) {
-      request.max_triangles = request.max_bytes = 0;
-      const auto size =
-          co_await context.service_client->estimate(wanted.info.name, std::move(request));
-      if (!size) co_return tl::unexpected(size.error());
-      sizes.push_back({.triangles = size->triangles, .bytes = size->bytes});
-    }
-    share_budget(requests, sizes);
-  }
-  SurfacesRequest surfaces{.dataset = wanted.info.name,
-                           .requests = std::move(requests),
-                           .scalars = wanted.scalars,
-                           .max_triangles = options_.max_mesh_triangles};
-  const MeshStorage place = {
-      .max_in_memory = options_.max_mesh_bytes_in_memory,
-      .folder = options_.temporary_folder,
-      .reservation = [this, share = context.client->quota_key()](std::uint64_t bytes) {
-        return meshes_.reserve(share, bytes);
-      }};
-  std::function<Result<Made>(std::vector<Surface>, const std::stop_token&)> store =
-      [info = wanted.info, form = wanted.form, place](std::vector<Surface> made,
-                                                      const std::stop_token& stop) -> Result<Made> {
-    std::uint64_t triangles = 0;
-    for (const Surface& surface : made) triangles += surface.mesh.triangles.size();
-    auto file = store_if_there_is_room(std::move(made), info, form, place, stop);
-    if (!file) return tl::unexpected(file.error());
-    return Made{.file = *std::move(file), .triangles = triangles};
-  };
-  co_return co_await context.service_client->made_from_surfaces<Made>(
-      std::move(surfaces), "mesh file", std::move(store));
-}
-
-asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make_within_budget(
-    const RequestedFile& wanted, RequestContext& context) {
-  constexpr int kMaxFiles = 5;
-  constexpr double kSafetyFactor = 0.98;  // Smaller meshes have more bytes per triangle.
-  if (context.watch) context.watch();
-  std::vector<IsosurfaceRequest> requests = wanted.requests;
-  const std::uint64_t max_bytes = requests.front().max_bytes;
-  const bool has_normals = requests.front().normal_bits > 0;
-  double max_triangles = static_cast<double>(max_bytes) /
-                         bytes_of_triangle(wanted.form, has_normals, wanted.scalars.has_value());
-  for (int files = 1;; ++files) {
-    for (std::size_t i = 0; max_bytes > 0 && i < requests.size(); ++i) {
-      const std::uint64_t own = wanted.requests[i].max_triangles;
-      const auto of_bytes =
-          std::max<std::uint64_t>(static_cast<std::uint64_t>(max_triangles), requests.size());
-      requests[i].max_bytes = 0;
-      requests[i].max_triangles = own == 0 ? of_bytes : std::min(own, of_bytes);
-    }
-    auto made = co_await make(wanted, requests, context);
-    if (!made) {
-      Error error = made.error();
-      if (max_bytes > 0 && error.code == ErrorCode::kLimitExceeded) {
-        error.text = "A file of " + std::to_string(max_bytes) + " bytes has about " +
-                     std::to_string(static_cast<std::uint64_t>(max_triangles)) + " triangles. " +
-                     error.text;
-      }
-      co_return tl::unexpected(error);
-    }
-    const bool fits = max_bytes == 0 || !made->file || made->file->body.length <= max_bytes;
-    if (fits) {
-      if (made->file && !wanted.tag.empty()) meshes_.keep(wanted.key, *made->file);
-      co_return std::move(made->file);
-    }
-    if (files == kMaxFiles || made->triangles == 0) {
-      co_return fail(ErrorCode::kLimitExceeded,
-                     "The file has at least " + std::to_string(made->file->body.length) +
-                         " bytes, more than max_bytes. Allow more, or use another format.");
-    }
-    max_triangles = kSafetyFactor * static_cast<double>(made->triangles) *
-                    static_cast<double>(max_bytes) / static_cast<double>(made->file->body.length);
-  }
-}
-
-asio::awaitable<HttpResponse> IsosurfaceRoute::answer(ResourceRequest request) {
-  RequestContext& context = request.context;
-  const auto wanted = requested_file(request);
-  if (!wanted) {
-    const bool is_unacceptable = wanted.error().code == ErrorCode::kUnsupportedVersion;
-    co_return is_unacceptable
-        ? error_answer(406, {ErrorCode::kInvalidArgument, wanted.error().text}, context.request_id)
-        : context.refused(wanted.error());
-  }
-  HttpResponse response;
-  add_field(response, "Content-Type", media_type(wanted->form.format));
-  add_field(response, "Cache-Control", "no-cache");
-  if (wanted->is_format_negotiated) add_field(response, "Vary", "Accept");
-  const IsosurfaceRequest& first = wanted->requests.front();
-  context.record->set_surface(first.isovalue, first.error, multitetra::name(first.unit));
-  std::optional<StoredMesh> mesh = meshes_.find(wanted->key);
-  if (!mesh && needs_body(request.http, wanted->tag)) {
-    auto made = co_await make_within_budget(*wanted, context);
-    if (!made) co_return context.refused(made.error());
-    if (!*made) co_return no_storage(context);
-    mesh = *std::move(made);
-  }
-  response.is_length_known = mesh.has_value();
-  if (mesh) {
-    response.fields += mesh->fields;
-    response.body = mesh->body;
-  }
-  if (!wanted->tag.empty()) apply_conditions(response, request.http, wanted->tag);
-  if (response.status == 200 && mesh && mesh->body.length == 0) response.status = 204;
-  co_return response;
-}
 
 }  // namespace
 

@@ -54,52 +54,50 @@ class ThumbnailRoute {
  public:
   // Returns a PNG of 128 x 96 pixels with a transparent background. The surface is a preview. Makes
   // nothing for HEAD, nor if the client's copy is current.
-  [[nodiscard]] asio::awaitable<HttpResponse> answer(ResourceRequest request);
+  [[nodiscard]] asio::awaitable<HttpResponse> answer(ResourceRequest request) {
+    RequestContext& context = request.context;
+    const auto query = parse_thumbnail_query(request.target.query);
+    if (!query) co_return context.refused(query.error());
+    const auto info = context.service_client->client_access().describe(request.path[0]);
+    if (!info) co_return context.refused(info.error());
+    const auto& suggested = info->suggested_isovalues;
+    const double isovalue = query->isovalue.value_or(suggested.empty() ? info->min : suggested[0]);
+    SurfacesRequest surface{.dataset = info->name,
+                            .requests = {preview(*info, isovalue)},
+                            .max_triangles = kMaxTriangles};
+    context.record->set_surface(isovalue, surface.requests[0].error, name(ErrorUnit::kVoxel));
+    const std::string key = std::string(kThumbnailForm) + key_of(*info) + ' ' +
+                            shortest_text(isovalue) + ' ' + query->up;
+    const std::string tag = info->content_id != 0 ? tag_of(key) : "";
+    HttpResponse response;
+    add_field(response, "Content-Type", "image/png");
+    add_field(response, "Cache-Control", "no-cache");
+    if (const SharedBytes* const kept = tag.empty() ? nullptr : kept_.find(key)) {
+      response.body = body_of(*kept);
+    } else if (!needs_body(request.http, tag)) {
+      response.is_length_known = false;
+    } else {
+      if (context.watch) context.watch();
+      std::function<Result<SharedBytes>(std::vector<Surface>, const std::stop_token&)> draw =
+          [info = *info, up = *up_axis_from(query->up)](const std::vector<Surface>& surfaces,
+                                                        const std::stop_token&) {
+            return std::make_shared<const std::string>(thumbnail_of(surfaces.front(), info, up));
+          };
+      const auto picture = co_await context.service_client->made_from_surfaces<SharedBytes>(
+          std::move(surface), "thumbnail", std::move(draw));
+      if (!picture) co_return context.refused(picture.error());
+      if (!tag.empty()) kept_.add(key, *picture, (*picture)->size() + key.size());
+      response.body = body_of(*picture);
+    }
+    if (!tag.empty()) apply_conditions(response, request.http, tag);
+    co_return response;
+  }
 
  private:
   static constexpr std::size_t kMaxCachedBytes = std::size_t{8} << 20;
 
   LruMap<std::string, SharedBytes> kept_{kMaxCachedBytes};
 };
-
-asio::awaitable<HttpResponse> ThumbnailRoute::answer(ResourceRequest request) {
-  RequestContext& context = request.context;
-  const auto query = parse_thumbnail_query(request.target.query);
-  if (!query) co_return context.refused(query.error());
-  const auto info = context.service_client->client_access().describe(request.path[0]);
-  if (!info) co_return context.refused(info.error());
-  const auto& suggested = info->suggested_isovalues;
-  const double isovalue = query->isovalue.value_or(suggested.empty() ? info->min : suggested[0]);
-  SurfacesRequest surface{.dataset = info->name,
-                          .requests = {preview(*info, isovalue)},
-                          .max_triangles = kMaxTriangles};
-  context.record->set_surface(isovalue, surface.requests[0].error, name(ErrorUnit::kVoxel));
-  const std::string key =
-      std::string(kThumbnailForm) + key_of(*info) + ' ' + shortest_text(isovalue) + ' ' + query->up;
-  const std::string tag = info->content_id != 0 ? tag_of(key) : "";
-  HttpResponse response;
-  add_field(response, "Content-Type", "image/png");
-  add_field(response, "Cache-Control", "no-cache");
-  if (const SharedBytes* const kept = tag.empty() ? nullptr : kept_.find(key)) {
-    response.body = body_of(*kept);
-  } else if (!needs_body(request.http, tag)) {
-    response.is_length_known = false;
-  } else {
-    if (context.watch) context.watch();
-    std::function<Result<SharedBytes>(std::vector<Surface>, const std::stop_token&)> draw =
-        [info = *info, up = *up_axis_from(query->up)](const std::vector<Surface>& surfaces,
-                                                      const std::stop_token&) {
-          return std::make_shared<const std::string>(thumbnail_of(surfaces.front(), info, up));
-        };
-    const auto picture = co_await context.service_client->made_from_surfaces<SharedBytes>(
-        std::move(surface), "thumbnail", std::move(draw));
-    if (!picture) co_return context.refused(picture.error());
-    if (!tag.empty()) kept_.add(key, *picture, (*picture)->size() + key.size());
-    response.body = body_of(*picture);
-  }
-  if (!tag.empty()) apply_conditions(response, request.http, tag);
-  co_return response;
-}
 
 }  // namespace
 

@@ -117,13 +117,67 @@ class TilesetRoute {
 
   // A file costs at most the surface in one cell. Makes nothing for HEAD, nor if the client's copy
   // is current. Shared caches may store a response if the answer is for all clients.
-  [[nodiscard]] asio::awaitable<HttpResponse> answer(ResourceRequest request);
+  [[nodiscard]] asio::awaitable<HttpResponse> answer(ResourceRequest request) {
+    RequestContext& context = request.context;
+    const ClientAccess& client_access = context.service_client->client_access();
+    const auto found = requested_file(request.path, client_access);
+    if (!found) co_return context.refused(found.error());
+    const RequestedFilePtr wanted = *found;
+    const TilesetSettings& settings = wanted->tileset.settings();
+    context.record->set_surface(settings.isovalue, settings.error,
+                                multitetra::name(ErrorUnit::kVoxel));
+    const bool is_lasting = wanted->is_known && !wanted->is_first;
+    HttpResponse response;
+    add_field(response, "Content-Type",
+              wanted->is_surface ? media_type(MeshFormat::kGlb) : "application/json");
+    const std::string scope = client_access.is_for_all() ? "public" : "private";
+    add_field(response, "Cache-Control",
+              scope + (is_lasting ? ", max-age=31536000, immutable" : ", no-cache"));
+    const SharedBytes* const known = kept_.find(wanted->key);
+    if (known != nullptr) {
+      response.body = body_of(*known);
+    } else if (!needs_body(request.http, wanted->tag)) {
+      response.is_length_known = false;
+    } else {
+      const auto made = co_await make(wanted, context);
+      if (!made) co_return context.refused(made.error());
+      if (wanted->is_known) kept_.add(wanted->key, *made, (*made)->size() + wanted->key.size());
+      response.body = body_of(*made);
+    }
+    if (!wanted->tag.empty()) apply_conditions(response, request.http, wanted->tag);
+    co_return response;
+  }
 
  private:
   [[nodiscard]] Result<RequestedFilePtr> requested_file(const PathValues& path,
-                                                        const ClientAccess& client_access);
+                                                        const ClientAccess& client_access) {
+    const auto file = tileset_file(path);
+    if (!file) return tl::unexpected(file.error());
+    const std::string key =
+        file->settings + '/' + file->id + '/' + file->file + '/' + file->dataset;
+    auto info = client_access.describe(file->dataset);
+    if (!info) return tl::unexpected(info.error());
+    const RequestedFilePtr* const known = paths_.find(key);
+    if (known != nullptr && (*known)->tileset.info() == *info) return *known;
+    auto wanted = resolved(*file, *std::move(info));
+    if (!wanted) return tl::unexpected(wanted.error());
+    const auto kept = std::make_shared<const RequestedFile>(*std::move(wanted));
+    paths_.add(key, kept, /*weight=*/1);
+    return kept;
+  }
   [[nodiscard]] asio::awaitable<Result<SharedBytes>> make(RequestedFilePtr wanted,
-                                                          RequestContext& context);
+                                                          RequestContext& context) {
+    if (context.watch) context.watch();
+    SurfacesRequest surface{.dataset = wanted->tileset.info().name,
+                            .requests = {wanted->tileset.request(wanted->cell)},
+                            .max_triangles = options_.max_mesh_triangles};
+    std::function<Result<SharedBytes>(std::vector<Surface>, const std::stop_token&)> write =
+        [wanted](std::vector<Surface> surfaces, const std::stop_token&) {
+          return file_of(*wanted, std::move(surfaces.front()));
+        };
+    co_return co_await context.service_client->made_from_surfaces<SharedBytes>(
+        std::move(surface), "cell", std::move(write));
+  }
 
   static constexpr std::size_t kMaxCachedPaths = 1024;
   static constexpr std::size_t kMaxCachedBytes = std::size_t{64} << 20;
@@ -133,67 +187,6 @@ class TilesetRoute {
   // Parsed paths, valid while their dataset is unchanged.
   LruMap<std::string, RequestedFilePtr> paths_{kMaxCachedPaths};
 };
-
-Result<RequestedFilePtr> TilesetRoute::requested_file(const PathValues& path,
-                                                      const ClientAccess& client_access) {
-  const auto file = tileset_file(path);
-  if (!file) return tl::unexpected(file.error());
-  const std::string key = file->settings + '/' + file->id + '/' + file->file + '/' + file->dataset;
-  auto info = client_access.describe(file->dataset);
-  if (!info) return tl::unexpected(info.error());
-  const RequestedFilePtr* const known = paths_.find(key);
-  if (known != nullptr && (*known)->tileset.info() == *info) return *known;
-  auto wanted = resolved(*file, *std::move(info));
-  if (!wanted) return tl::unexpected(wanted.error());
-  const auto kept = std::make_shared<const RequestedFile>(*std::move(wanted));
-  paths_.add(key, kept, /*weight=*/1);
-  return kept;
-}
-
-asio::awaitable<Result<SharedBytes>> TilesetRoute::make(RequestedFilePtr wanted,
-                                                        RequestContext& context) {
-  if (context.watch) context.watch();
-  SurfacesRequest surface{.dataset = wanted->tileset.info().name,
-                          .requests = {wanted->tileset.request(wanted->cell)},
-                          .max_triangles = options_.max_mesh_triangles};
-  std::function<Result<SharedBytes>(std::vector<Surface>, const std::stop_token&)> write =
-      [wanted](std::vector<Surface> surfaces, const std::stop_token&) {
-        return file_of(*wanted, std::move(surfaces.front()));
-      };
-  co_return co_await context.service_client->made_from_surfaces<SharedBytes>(
-      std::move(surface), "cell", std::move(write));
-}
-
-asio::awaitable<HttpResponse> TilesetRoute::answer(ResourceRequest request) {
-  RequestContext& context = request.context;
-  const ClientAccess& client_access = context.service_client->client_access();
-  const auto found = requested_file(request.path, client_access);
-  if (!found) co_return context.refused(found.error());
-  const RequestedFilePtr wanted = *found;
-  const TilesetSettings& settings = wanted->tileset.settings();
-  context.record->set_surface(settings.isovalue, settings.error,
-                              multitetra::name(ErrorUnit::kVoxel));
-  const bool is_lasting = wanted->is_known && !wanted->is_first;
-  HttpResponse response;
-  add_field(response, "Content-Type",
-            wanted->is_surface ? media_type(MeshFormat::kGlb) : "application/json");
-  const std::string scope = client_access.is_for_all() ? "public" : "private";
-  add_field(response, "Cache-Control",
-            scope + (is_lasting ? ", max-age=31536000, immutable" : ", no-cache"));
-  const SharedBytes* const known = kept_.find(wanted->key);
-  if (known != nullptr) {
-    response.body = body_of(*known);
-  } else if (!needs_body(request.http, wanted->tag)) {
-    response.is_length_known = false;
-  } else {
-    const auto made = co_await make(wanted, context);
-    if (!made) co_return context.refused(made.error());
-    if (wanted->is_known) kept_.add(wanted->key, *made, (*made)->size() + wanted->key.size());
-    response.body = body_of(*made);
-  }
-  if (!wanted->tag.empty()) apply_conditions(response, request.http, wanted->tag);
-  co_return response;
-}
 
 }  // namespace
 
