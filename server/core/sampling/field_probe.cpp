@@ -30,10 +30,7 @@ ProbedPlace probed(const PreparedVolume& volume, CoordinateSystem coordinates, c
                     .index = is_world ? world_to_index(place) : place};
   visit_type(info.type, [&]<typename Sample>(const Sample*) {
     BrickReader<Sample> reader(volume);
-    const auto value = [&](const Vec3& index) {
-      if (!is_in_data(index, info)) return static_cast<double>(kNoField);
-      return linear_value(reader, reader.unit_place(index));
-    };
+    const auto value = [&](const Vec3& index) { return value_at(reader, info, index); };
     const double here = value(found.index);
     if (std::isnan(here)) return;
     Vec3 gradient{};

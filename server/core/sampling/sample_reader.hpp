@@ -167,4 +167,11 @@ template <typename Reader>
   return value;
 }
 
+// Returns the trilinear value at a place in sample indices, or kNoField.
+template <typename Reader>
+[[nodiscard]] double value_at(Reader& reader, const DatasetInfo& info, const Vec3& index) {
+  if (!is_in_data(index, info)) return static_cast<double>(kNoField);
+  return linear_value(reader, reader.unit_place(index));
+}
+
 }  // namespace multitetra

@@ -6,26 +6,6 @@
 #include "server/core/sampling/sample_reader.hpp"
 
 namespace multitetra {
-namespace {
-
-template <typename Sample>
-class ScalarField {
- public:
-  explicit ScalarField(const PreparedVolume& field) : info_(field.info), reader_(field) {}
-
-  // Returns the value at a place in sample indices of the field.
-  [[nodiscard]] double operator()(const Vec3& index) {
-    if (!is_in_data(index, info_)) return static_cast<double>(kNoField);
-    return linear_value(reader_, reader_.unit_place(index));
-  }
-
- private:
-  const DatasetInfo& info_;
-  BrickReader<Sample> reader_;
-};
-
-}  // namespace
-
 VertexScalars vertex_scalars(const PreparedVolume& field, const LatticeMesh& mesh,
                              const Affine& grid_to_world) {
   const Affine to_index = composed(inverse(field.info.index_to_world), grid_to_world);
@@ -36,11 +16,11 @@ VertexScalars vertex_scalars(const PreparedVolume& field, const LatticeMesh& mes
   }
   VertexScalars scalars;
   visit_type(field.info.type, [&]<typename Sample>(const Sample*) {
-    ScalarField<Sample> value_at(field);
+    BrickReader<Sample> reader(field);
     scalars.values.reserve(places.size());
-    for (const Vec3& place : places) scalars.values.push_back(value_at(place));
+    for (const Vec3& place : places) scalars.values.push_back(value_at(reader, field.info, place));
     const auto compare = [&](const Vec3& place, double interpolated) {
-      const double deviation = std::abs(value_at(place) - interpolated);
+      const double deviation = std::abs(value_at(reader, field.info, place) - interpolated);
       // False for NaN.
       if (deviation > scalars.largest_deviation) scalars.largest_deviation = deviation;
     };

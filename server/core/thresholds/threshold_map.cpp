@@ -48,9 +48,58 @@ bool has_finite_squares(const Affine& map, const Box& box) {
 
 // The parts of a request's map, before its regions are indexed.
 struct MapParts {
-  MapParts(const IsosurfaceRequest& request, const DatasetInfo& info);
+  MapParts(const IsosurfaceRequest& request, const DatasetInfo& info)
+      : combination(request.thresholds.combination),
+        everywhere(world(request.error, unit_of(request, info))),
+        error_floor(world(request.thresholds.error_floor, unit_of(request, info))),
+        places(places_of(info)),
+        regions(request.thresholds.regions, combination,
+                request.thresholds.coordinates == CoordinateSystem::kWorld ? grid_to_world(info)
+                                                                           : grid_to_index(info),
+                unit_of(request, info)),
+        has_finite_squares(multitetra::has_finite_squares(grid_to_world(info), places)) {
+    const LocalThresholds& thresholds = request.thresholds;
+    if (thresholds.grid && has_finite_squares) {
+      const Affine to_samples =
+          composed(inverse(thresholds.grid->index_to_world), grid_to_world(info));
+      has_finite_squares = multitetra::has_finite_squares(to_samples, places);
+      if (has_finite_squares) grid.emplace(*thresholds.grid, to_samples, unit_of(request, info));
+    }
+    if (thresholds.view && has_finite_squares) {
+      const bool is_in_world = thresholds.coordinates == CoordinateSystem::kWorld;
+      view.emplace(is_in_world ? *thresholds.view : in_world(*thresholds.view, info.index_to_world),
+                   grid_to_world(info), unit_of(request, info));
+    }
+  }
 
-  [[nodiscard]] double largest() const;
+  // A part that is defined everywhere bounds the result: in order, it hides the parts after it; for
+  // the minimum, it is an upper bound.
+  [[nodiscard]] double largest() const {
+    constexpr double kNothing = std::numeric_limits<double>::infinity();
+    if (!has_finite_squares) return error_floor;
+    const RegionSet::List list = regions.relevant(regions.all(), places);
+    double of_regions = 0;
+    for (const RegionSet::Index i : list.regions) {
+      of_regions = std::max(of_regions, regions.threshold(i));
+    }
+    const double of_grid = grid ? grid->largest_in(places) : 0;
+    const bool is_grid_whole = grid && !grid->least_in(places).has_gap;
+    const double of_view = view ? view->largest_in(places) : 0;
+    if (combination == Combination::kMinimum) {
+      const double whole =
+          std::min({list.is_closed ? of_regions : kNothing, is_grid_whole ? of_grid : kNothing,
+                    view ? of_view : kNothing});
+      const double any = std::max({of_regions, of_grid, of_view, everywhere});
+      return std::max(std::min(whole, any), error_floor);
+    }
+    double largest = of_regions;
+    if (!list.is_closed) {
+      largest = std::max(largest, view            ? of_view
+                                  : is_grid_whole ? of_grid
+                                                  : std::max(of_grid, everywhere));
+    }
+    return std::max(largest, error_floor);
+  }
 
   Combination combination;
   double everywhere;
@@ -62,58 +111,6 @@ struct MapParts {
   // If not set, the map is `error_floor` everywhere.
   bool has_finite_squares;
 };
-
-MapParts::MapParts(const IsosurfaceRequest& request, const DatasetInfo& info)
-    : combination(request.thresholds.combination),
-      everywhere(world(request.error, unit_of(request, info))),
-      error_floor(world(request.thresholds.error_floor, unit_of(request, info))),
-      places(places_of(info)),
-      regions(request.thresholds.regions, combination,
-              request.thresholds.coordinates == CoordinateSystem::kWorld ? grid_to_world(info)
-                                                                         : grid_to_index(info),
-              unit_of(request, info)),
-      has_finite_squares(multitetra::has_finite_squares(grid_to_world(info), places)) {
-  const LocalThresholds& thresholds = request.thresholds;
-  if (thresholds.grid && has_finite_squares) {
-    const Affine to_samples =
-        composed(inverse(thresholds.grid->index_to_world), grid_to_world(info));
-    has_finite_squares = multitetra::has_finite_squares(to_samples, places);
-    if (has_finite_squares) grid.emplace(*thresholds.grid, to_samples, unit_of(request, info));
-  }
-  if (thresholds.view && has_finite_squares) {
-    const bool is_in_world = thresholds.coordinates == CoordinateSystem::kWorld;
-    view.emplace(is_in_world ? *thresholds.view : in_world(*thresholds.view, info.index_to_world),
-                 grid_to_world(info), unit_of(request, info));
-  }
-}
-
-// A part that is defined everywhere bounds the result: in order, it hides the parts after it; for
-// the minimum, it is an upper bound.
-double MapParts::largest() const {
-  constexpr double kNothing = std::numeric_limits<double>::infinity();
-  if (!has_finite_squares) return error_floor;
-  const RegionSet::List list = regions.relevant(regions.all(), places);
-  double of_regions = 0;
-  for (const RegionSet::Index i : list.regions) {
-    of_regions = std::max(of_regions, regions.threshold(i));
-  }
-  const double of_grid = grid ? grid->largest_in(places) : 0;
-  const bool is_grid_whole = grid && !grid->least_in(places).has_gap;
-  const double of_view = view ? view->largest_in(places) : 0;
-  if (combination == Combination::kMinimum) {
-    const double whole = std::min({list.is_closed ? of_regions : kNothing,
-                                   is_grid_whole ? of_grid : kNothing, view ? of_view : kNothing});
-    const double any = std::max({of_regions, of_grid, of_view, everywhere});
-    return std::max(std::min(whole, any), error_floor);
-  }
-  double largest = of_regions;
-  if (!list.is_closed) {
-    largest = std::max(largest, view            ? of_view
-                                : is_grid_whole ? of_grid
-                                                : std::max(of_grid, everywhere));
-  }
-  return std::max(largest, error_floor);
-}
 
 }  // namespace
 

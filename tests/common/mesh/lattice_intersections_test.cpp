@@ -1,6 +1,6 @@
 // Compares self-intersections of meshes with a brute-force check: segments against triangles, all
 // pairs, in 128-bit arithmetic.
-#include "common/mesh/lattice_intersections.hpp"
+#include "tests/support/lattice_intersections.hpp"
 
 #include <gtest/gtest.h>
 

@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/mesh/lattice_intersections.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "tests/support/distance_statistics.hpp"
+#include "tests/support/lattice_intersections.hpp"
 #include "tests/support/prepared_fields.hpp"
 #include "tests/support/threshold_maps.hpp"
 #include "tests/support/tiled_surfaces.hpp"

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "common/mesh/content_digest.hpp"
-#include "common/mesh/lattice_intersections.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "server/extraction/detail/simplified_surface.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "tests/support/lattice_intersections.hpp"
 #include "tests/support/prepared_fields.hpp"
 #include "tests/support/tiled_surfaces.hpp"
 

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "common/mesh/lattice_intersections.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/distance_statistics.hpp"
+#include "tests/support/lattice_intersections.hpp"
 #include "tests/support/prepared_fields.hpp"
 #include "tests/support/public_volumes.hpp"
 #include "tests/support/threshold_maps.hpp"

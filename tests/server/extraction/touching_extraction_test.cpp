@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "common/mesh/content_digest.hpp"
-#include "common/mesh/lattice_intersections.hpp"
 #include "server/core/simplification/touching_surfaces.hpp"
 #include "server/volume/labels/label_map.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/lattice_intersections.hpp"
 #include "tests/support/make_dataset.hpp"
 #include "tests/support/simplifying.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/mesh/lattice_intersections.hpp"
 #include "server/core/simplification/simplification.hpp"
+#include "tests/support/lattice_intersections.hpp"
 #include "tests/support/simplifying.hpp"
 
 namespace multitetra::testing {
