@@ -26,6 +26,7 @@
 #include "server/programs/commands.hpp"
 #include "server/programs/dataset_folder.hpp"
 #include "server/programs/label_volume_text.hpp"
+#include "server/programs/volume_options.hpp"
 #include "server/volume/formats/volume_formats.hpp"
 #include "server/volume/volume_files.hpp"
 
@@ -35,6 +36,7 @@ namespace {
 struct InfoArguments {
   std::string file;
   bool json = false;
+  bool requires_isolation = false;
 };
 
 // Returns the histogram as one line of block characters, logarithmic, in at most `width` columns.
@@ -163,8 +165,10 @@ Json json_of(const PreparedFile& file) {
 }
 
 // What this kernel has for isolating the readers of files.
-Json json_of(const Isolation& isolation) {
-  return {{"landlock", isolation.landlock}, {"seccomp", isolation.seccomp}};
+void print_report(Json report) {
+  const Isolation isolation = isolation_of_this_kernel();
+  report["isolation"] = {{"landlock", isolation.landlock}, {"seccomp", isolation.seccomp}};
+  std::cout << text_of(report);
 }
 
 int info_of_folder(const InfoArguments& arguments) {
@@ -178,10 +182,7 @@ int info_of_folder(const InfoArguments& arguments) {
     }
   };
   const ExitCode code = with_each_dataset(arguments.file, print_failure, [](const auto&...) {});
-  if (arguments.json) {
-    std::cout << text_of(
-        {{"datasets", std::move(datasets)}, {"isolation", json_of(isolation_of_this_kernel())}});
-  }
+  if (arguments.json) print_report({{"datasets", std::move(datasets)}});
   return code;
 }
 
@@ -255,6 +256,7 @@ bool is_source(const std::string& file) {
 }
 
 int info_of_source(const InfoArguments& arguments) {
+  apply_isolation_option(arguments.requires_isolation);
   const auto notice = [&](const std::string& text) {
     if (!arguments.json) std::cerr << printable(text, /*keeps_lines=*/false) << "\n";
   };
@@ -262,7 +264,7 @@ int info_of_source(const InfoArguments& arguments) {
     const auto source = open_volume(
         arguments.file, {.choice = {.resample = true, .first = true}, .notice = notice});
     if (arguments.json) {
-      std::cout << text_of(json_of(*source));
+      print_report(json_of(*source));
     } else {
       print_source(arguments.file, *source);
     }
@@ -277,9 +279,7 @@ int info(const InfoArguments& arguments) {
   if (is_folder_of_datasets(arguments.file)) return info_of_folder(arguments);
   const PreparedFile file(arguments.file);
   if (arguments.json) {
-    Json report = json_of(file);
-    report["isolation"] = json_of(isolation_of_this_kernel());
-    std::cout << text_of(report);
+    print_report(json_of(file));
   } else {
     print_facts(arguments.file, file);
   }
@@ -301,6 +301,7 @@ void add_info_command(Command& program, Run& run) {
       ->required()
       ->type_name("DATASET");
   command->add_flag("--json", arguments->json, "Print JSON, with the histogram");
+  add_isolation_option(*command, arguments->requires_isolation);
   command->footer(
       "Examples:\n"
       "  multitetra-server info head.mtd\n"

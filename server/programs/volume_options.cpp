@@ -129,9 +129,7 @@ void VolumeOptions::add_to(Command& command) {
                 "Accept an --orient that exchanges left and right, for a volume that is stored as "
                 "its mirror image")
       ->needs(orientation);
-  command.add_flag("--require-isolation", requires_isolation,
-                   "Read files only where the kernel can isolate their readers: with Landlock and "
-                   "seccomp");
+  add_isolation_option(command, requires_isolation);
   command
       .add_option("--length-unit", length_unit,
                   "Unit of spacing and coordinates, such as mm or um; replaces that of the file")
@@ -146,9 +144,13 @@ void VolumeOptions::add_space_to(Command& command) {
       ->one_of({"LPS", "RAS", "none"});
 }
 
-namespace {
+void add_isolation_option(Command& command, bool& is_required) {
+  command.add_flag("--require-isolation", is_required,
+                   "Read files only where the kernel can isolate their readers: with Landlock and "
+                   "seccomp");
+}
 
-void report_isolation(bool is_required) {
+void apply_isolation_option(bool is_required) {
   static std::once_flag once;
   if (is_required) require_isolation();
   std::call_once(once, [] {
@@ -158,8 +160,6 @@ void report_isolation(bool is_required) {
               << ". The readers of files are isolated in part; --require-isolation refuses that.\n";
   });
 }
-
-}  // namespace
 
 std::string VolumeOptions::command_line() const {
   std::ostringstream text;
@@ -231,7 +231,7 @@ Placement VolumeOptions::placement() const {
 }
 
 VolumeFileOptions VolumeOptions::parsed() const {
-  report_isolation(requires_isolation);
+  apply_isolation_option(requires_isolation);
   VolumeFileOptions options;
   options.choice = {.array = array,
                     .level = level,

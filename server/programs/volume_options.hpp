@@ -21,6 +21,11 @@ namespace multitetra {
 // Adds --pad-value (empty by default) and --pad, for commands that prepare.
 void add_border_options(Command& command, std::string& outside, std::optional<int>& margin);
 
+// Adds --require-isolation.
+void add_isolation_option(Command& command, bool& is_required);
+// Applies it. Prints what the kernel lacks for isolating readers, once.
+void apply_isolation_option(bool is_required);
+
 struct VolumeOptions {
   std::string array;
   std::optional<int> level;
@@ -50,9 +55,8 @@ struct VolumeOptions {
   void add_to(Command& command);
   // Adds --space, for commands without another option of that name.
   void add_space_to(Command& command);
-  // Returns the parsed options, and applies --require-isolation. Prints what the kernel lacks for
-  // isolating readers, once. Throws ExitError (kUsage) for an invalid component or length unit, or
-  // a spacing that is not positive.
+  // Returns the parsed options, after apply_isolation_option(). Throws ExitError (kUsage) for an
+  // invalid component or length unit, or a spacing that is not positive.
   [[nodiscard]] VolumeFileOptions parsed() const;
   // Returns the options that differ from their defaults, as on the command line.
   [[nodiscard]] std::string command_line() const;

@@ -490,6 +490,23 @@ def servers_without_datasets_end():
     server.ends_well()
 
 
+def what_kernels_lack_is_told_or_refused():
+    make("torus")
+    server = f"{sys.executable} {PROJECT}/tests/support/without_landlock.py {PROGRAMS}/multitetra-server"
+    missing = "no landlock, seccomp"
+    run("server extract torus.mtd --isovalue 0 -o torus.ply --quiet")
+    for command in ("prepare torus.nrrd -o other.mtd", "info torus.nrrd", "certify torus.ply --volume torus.nrrd --isovalue 0 --error 9"):
+        expect_exit(0, f"isolation: {missing}. ", f"{server} {command}")
+        refused = printed(f"{server} {command} --require-isolation")
+        check(f"this system cannot isolate its reader ({missing}), and --require-isolation is given" in refused, refused)
+        check("isolation:" not in run(f"server {command} --require-isolation"), f"something is missing for {command}")
+    served = "serve torus.nrrd --tcp 127.0.0.1:0 --http off --require-isolation"
+    expect_exit(2, f"cannot isolate its reader ({missing})", f"{server} {served}")
+    for file in ("torus.mtd", "torus.nrrd", "."):
+        check(report_of(f"server info {file}")["isolation"]["seccomp"] is True, f"info {file} --json")
+    check('"landlock": 0' in run(f"{server} info torus.nrrd --json"), "info --json tells another kernel")
+
+
 def folders_of_datasets_are_verified():
     make("torus")
     check(report_of("server verify torus.mtd")["is_whole"] is True, "the report of verify")
@@ -549,5 +566,5 @@ if __name__ == "__main__":
                clients_name_what_is_wrong, every_kind_is_extracted_without_a_crack, meshes_and_models_are_written,
                raw_files_are_described_by_options, axes_and_units_are_set_by_options, folders_of_volumes_are_prepared,
                volumes_without_a_surface_are_refused, inputs_are_never_overwritten, servers_programs_name_what_is_wrong,
-               servers_without_datasets_end, folders_of_datasets_are_verified, command_lines_are_completed_and_explained,
+               servers_without_datasets_end, what_kernels_lack_is_told_or_refused, folders_of_datasets_are_verified, command_lines_are_completed_and_explained,
                view_prints_the_address_of_the_page)

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/base/exit_codes.hpp"
@@ -14,6 +15,7 @@
 #include "server/programs/serving/serve_options.hpp"
 #include "server/programs/view/viewed_volumes.hpp"
 #include "server/programs/view/volume_queue.hpp"
+#include "server/programs/volume_options.hpp"
 
 namespace multitetra {
 namespace {
@@ -21,10 +23,11 @@ namespace {
 struct ServeArguments {
   ServeOptions options;
   OptionSources sources;
+  bool requires_isolation = false;
 };
 
 // Prepares volumes into a cache while it serves.
-int serve(ServeOptions options) {
+int serve(ServeOptions options, bool requires_isolation) {
   std::vector<std::string> volumes;
   std::erase_if(options.datasets, [&](const std::string& input) {
     if (!is_unprepared(input)) return false;
@@ -33,11 +36,13 @@ int serve(ServeOptions options) {
   });
   if (volumes.empty()) return serve_until_stopped(options);
   const ThreadLimit limit(options.threads);
+  VolumeQueueOptions reading{.command = "serve",
+                             .cache_folder = options.volume_cache,
+                             .quiet = ::isatty(STDERR_FILENO) == 0};
+  reading.volume.requires_isolation = requires_isolation;
   std::optional<VolumeQueue> queue;
   try {
-    queue.emplace(volumes, VolumeQueueOptions{.command = "serve",
-                                              .cache_folder = options.volume_cache,
-                                              .quiet = ::isatty(STDERR_FILENO) == 0});
+    queue.emplace(volumes, std::move(reading));
   } catch (const VolumeFileError& problem) {
     throw ExitError(kUsage, problem.what());
   }
@@ -56,6 +61,7 @@ void add_serve_command(Command& program, Run& run) {
   Command* command = program.add_subcommand(
       "serve", "Serve volumes and datasets to clients until stopped (Ctrl-C)");
   add_serve_options(*command, a->options);
+  add_isolation_option(*command, a->requires_isolation);
   add_option_sources(*command, a->sources);
   command->footer(
       "Examples:\n"
@@ -84,7 +90,7 @@ void add_serve_command(Command& program, Run& run) {
       throw UsageError("datasets", "give a volume, a dataset or a folder of datasets.");
     (void)server_options(a->options);  // Throws for invalid options.
     (void)http_options(a->options.listeners);
-    run = [a] { return serve(a->options); };
+    run = [a] { return serve(a->options, a->requires_isolation); };
   });
 }
 
