@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds all libFuzzer harnesses and runs each, or the named ones, for SECONDS (default: 60), or all of them together
+# Builds the libFuzzer harnesses, all or the named ones, and runs each for SECONDS (default: 60), or all of them together
 # for MINUTES, one per processor at a time. Stops starting harnesses after a finding. Each starts with the corpus of
 # earlier runs in tests/fuzz/corpus. New inputs stay in build/fuzz/corpus, minimized to those needed for their coverage;
 # --keep packs them into tests/fuzz/corpus. Findings are stored in build/fuzz/findings: fix them, and add each as a
@@ -37,7 +37,7 @@ export runs=$build/runs.tsv
 if [ -w /dev/shm ]; then export TMPDIR=/dev/shm; fi  # Harnesses that read files write many.
 
 cmake --preset fuzz -B "$build" >/dev/null
-cmake --build "$build"
+cmake --build "$build" --target write_seeds "${harnesses[@]}"
 "$build/bin/write_seeds" "$build/seeds"
 mkdir -p "$build/findings"
 

@@ -51,7 +51,8 @@ bool reaches_into(const LatticeTriangle& triangle, const OctreeCube& cube, int r
 std::vector<ObstaclesOfLevel> obstacles_in(const std::vector<CubesOfLevel>& cubes, int resolution) {
   std::vector<ObstaclesOfLevel> obstacles(cubes.size());
   for (std::size_t size = cubes.size() - 1; size-- > 0;) {
-    for (const auto& [cube, unused] : cubes[size]) {
+    for (const auto& entry : cubes[size]) {
+      const auto& cube = entry.first;
       std::vector<LatticeTriangle>& found = obstacles[size][cube];
       const auto look_at = [&](const LatticeTriangle& triangle) {
         if (reaches_into(triangle, cube, resolution)) found.push_back(triangle);
