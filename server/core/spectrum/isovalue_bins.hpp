@@ -5,6 +5,7 @@
 // errors 0.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -42,11 +43,12 @@ class IsovalueBins {
   // Returns the bin of an isovalue, or none if it has no surface.
   [[nodiscard]] std::optional<int> bin_of(double isovalue) const;
 
-  // Returns the bin that contains `value`: the first with isovalues >= value. Requires count() > 0
-  // and a value that is not below all edges.
+  // Returns the bin that contains `value`, or the nearest one: the edges of a damaged file may not
+  // fit its samples. Requires count() > 0.
   [[nodiscard]] int first_from(float value) const {
-    const auto cell = static_cast<std::size_t>((double{value} - double{edges_.front()}) * scale_);
-    int bin = guide_[cell < guide_.size() ? cell : guide_.size() - 1];
+    const double cell = (double{value} - double{edges_.front()}) * scale_;
+    const auto last_cell = static_cast<double>(guide_.size() - 1);
+    int bin = guide_[static_cast<std::size_t>(std::max(0.0, std::min(cell, last_cell)))];
     while (bin > 0 && low(bin) > value) --bin;
     const int last = count() - 1;
     if (bin < last && high(bin) <= value) bin = search(bin, value);

@@ -177,6 +177,9 @@ TEST(IsovalueBins, FindEveryValueBetweenItsEdges) {
         ASSERT_EQ(bins.bin_of(static_cast<double>(value)), bin) << setting.name;
       }
     }
+    // As in a file whose samples contradict them.
+    EXPECT_EQ(bins.first_from(-1e30F), 0) << setting.name;
+    EXPECT_EQ(bins.first_from(1e30F), bins.count() - 1) << setting.name;
   }
 }
 
