@@ -146,8 +146,7 @@ void VolumeOptions::add_space_to(Command& command) {
 
 void add_isolation_option(Command& command, bool& is_required) {
   command.add_flag("--require-isolation", is_required,
-                   "Read files only where the kernel can isolate their readers: with Landlock and "
-                   "seccomp");
+                   "Refuse to read files without Landlock and seccomp");
 }
 
 void apply_isolation_option(bool is_required) {
