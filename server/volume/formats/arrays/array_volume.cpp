@@ -307,10 +307,17 @@ StoredVolume described_volume(const ArrayContainer& file, const std::string& arr
     if (role == DimensionRole::kComponent && !has_components) role = DimensionRole::kChannel;
   }
   StoredVolume volume{.header = std::move(meaning.header)};
-  volume.contents.times.count = meaning.times.count;
   ImageHeader& header = volume.header;
   header.type = meaning.is_unsigned ? unsigned_type(*type) : *type;
   set_dims(path, array, shape, place, header);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    header.dims[axis] = meaning.sides[axis].value_or(header.dims[axis]);
+  }
+  if (choice.array.empty()) {  // Else this is one of them.
+    volume.contents.times.count = meaning.times.count;
+    volume.channels = std::max<std::int64_t>(1, std::ssize(meaning.channels));
+    volume.contents.fields = std::move(meaning.channels);
+  }
   if (meaning.is_geometry_unread && !choice.given.spacing) {
     volume.notices.push_back("'" + path.string() + "': this is " + meaning.name +
                              "; its geometry is not read. Give it with --spacing and --origin.");
@@ -350,6 +357,7 @@ void list_arrays(const ArrayContainer& file, const std::string& array, VolumeCon
   std::sort(names.begin(), names.end());
   names.resize(std::min(names.size(), kMaxSourceMembers));
   const auto last_part = [](const std::string& name) { return name.substr(name.rfind('/') + 1); };
+  const bool has_channels = !contents.fields.empty();  // The arrays of which are these.
   std::map<std::string, int> uses;
   for (const std::string& name : names) uses[last_part(name)] += file.shape(name) == shape;
   for (const std::string& name : names) {
@@ -357,7 +365,7 @@ void list_arrays(const ArrayContainer& file, const std::string& array, VolumeCon
                                 .name = name,
                                 .detail = shape_text(file.shape(name)),
                                 .option = "--array " + name});
-    if (file.shape(name) != shape) continue;
+    if (file.shape(name) != shape || has_channels) continue;
     const std::string last = last_part(name);
     const std::string field = member_name_from(uses[last] == 1 ? last : name.substr(1));
     if (field.empty()) {

@@ -22,6 +22,7 @@ constexpr std::array kConventions = {
     ArrayConvention{"BigDataViewer", kNumbersAsStored, &big_data_viewer_arrays,
                     &describe_big_data_viewer},
     ArrayConvention{"axistags", kNumbersAsStored, &axistags_arrays, &describe_axistags},
+    ArrayConvention{"Imaris", kNumbersAsStored, &imaris_arrays, &describe_imaris},
     ArrayConvention{"ITK", kNumbersAsStored, &itk_arrays, &describe_itk},
     ArrayConvention{"DREAM.3D", kNumbersAsStored, &dream3d_arrays, &describe_dream3d},
 };

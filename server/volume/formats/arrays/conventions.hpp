@@ -32,6 +32,10 @@ struct ArrayMeaning {
   // The file's geometry is of a kind that is not read.
   bool is_geometry_unread = false;
   bool has_levels = false;  // The array is one of the levels of a pyramid, for --level.
+  // Of the image along x, y, z, if the array is padded.
+  std::array<std::optional<std::int64_t>, 3> sides = {};
+  // Those of which the array is one, for --channel.
+  std::vector<SourceField> channels = {};
 };
 
 struct ArrayConvention {

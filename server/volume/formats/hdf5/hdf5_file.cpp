@@ -1,13 +1,11 @@
 #include "server/volume/formats/hdf5/hdf5_file.hpp"
 
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "server/volume/formats/hdf5/detail/hdf5_container.hpp"
 #include "server/volume/formats/hdf5/detail/hdf5_lzf.hpp"
-#include "server/volume/formats/hdf5/detail/imaris_volume.hpp"
 #include "server/volume/formats/netcdf_file.hpp"
 
 namespace multitetra {
@@ -28,25 +26,6 @@ bool is_netcdf4(const fs::path& path) {
   return false;
 }
 
-StoredVolume open_imaris(const fs::path& path, Hdf5Id file, ImarisVolume imaris,
-                         const VolumeChoice& choice) {
-  StoredVolume volume{.header = {.values = kNumbersAsStored},
-                      .contents = std::move(imaris.contents)};
-  volume.channels = std::max<std::int64_t>(1, std::ssize(volume.contents.fields));
-  const Hdf5Container container(path, file.get(), choice.allow_external_files);
-  ImageHeader& header = volume.header;
-  header.type = container.type(imaris.dataset).value_or(StoredType::kU8);
-  header.dims = imaris.dims;
-  set_box_axes(header, imaris.origin, imaris.spacing);
-  header.meaning.length_unit = imaris.unit;
-  check_header(path, header);
-  volume.slices =
-      array_slices(hdf5_reader(path, std::move(file), imaris.dataset, choice.allow_external_files),
-                   {header.dims[2], header.dims[1], header.dims[0]},
-                   {.axes = {2, 1, 0}, .at = {0, 0, 0}, .type = header.type});
-  return volume;
-}
-
 }  // namespace
 
 bool is_hdf5(std::string_view beginning) {
@@ -60,9 +39,6 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   register_hdf5_lzf();
   if (is_netcdf4(path)) return open_netcdf(path, choice);
   Hdf5Id file = open_hdf5_file(path);
-  if (std::optional<ImarisVolume> imaris = imaris_volume(path, file.get(), choice)) {
-    return open_imaris(path, std::move(file), *std::move(imaris), choice);
-  }
   Hdf5Container container(path, file.get(), choice.allow_external_files);
   container.described_by = choice.described_by;
   const std::string array = chosen_array(container, choice);
@@ -78,10 +54,13 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   StoredVolume volume = described_volume(container, array, std::move(meaning), choice,
                                          /*has_components=*/true, place);
   if (choice.first) list_arrays(container, array, volume.contents);
-  const std::vector<std::int64_t> shape = container.shape(array);
+  std::vector<std::int64_t> shape = container.shape(array);
+  for (std::size_t axis = 0; axis < 3; ++axis) {  // Without padding.
+    if (place.axes[axis]) shape[*place.axes[axis]] = volume.header.dims[axis];
+  }
   volume.slices =
-      array_slices(hdf5_reader(path, std::move(file), array, choice.allow_external_files), shape,
-                   std::move(place));
+      array_slices(hdf5_reader(path, std::move(file), array, choice.allow_external_files),
+                   std::move(shape), std::move(place));
   return volume;
 }
 

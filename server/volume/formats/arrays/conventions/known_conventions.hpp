@@ -16,6 +16,7 @@ MULTITETRA_CONVENTION(axistags);         // ilastik, vigra: JSON in the attribut
 MULTITETRA_CONVENTION(big_data_viewer);  // /t00000/s00/0/cells, and an XML file beside.
 MULTITETRA_CONVENTION(dream3d);          // /DataContainers/NAME/_SIMPL_GEOMETRY.
 MULTITETRA_CONVENTION(emd);              // Groups with `emd_group_type`.
+MULTITETRA_CONVENTION(imaris);           // /DataSet/ResolutionLevel 0/TimePoint 0/Channel 0/Data.
 MULTITETRA_CONVENTION(itk);              // /ITKImage/0/VoxelData.
 MULTITETRA_CONVENTION(minc);             // MINC 1 (NetCDF) and 2 (/minc-2.0).
 MULTITETRA_CONVENTION(nexus);            // Groups with NX_class NXdata.

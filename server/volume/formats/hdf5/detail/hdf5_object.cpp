@@ -258,12 +258,6 @@ std::vector<std::string> hdf5_texts(hid_t object, const char* name) {
   return texts;
 }
 
-std::string hdf5_text(hid_t object, const char* name) {
-  std::string text;
-  for (const std::string& part : hdf5_texts(object, name)) text += part;
-  return text;
-}
-
 Hdf5Id open_hdf5_object(const fs::path& file, hid_t in, const std::string& name,
                         bool allow_external_files) {
   LinkGuard guard{.file = file, .allow_external_files = allow_external_files};

@@ -1,5 +1,5 @@
-// Helpers of the HDF5 readers: identifiers, attributes, and references to other files. Only the
-// hdf5_ and imaris_ files include libhdf5.
+// Helpers of the HDF5 reader: identifiers, attributes, and references to other files. Only the
+// hdf5_ files include libhdf5.
 #pragma once
 
 #include <hdf5.h>
@@ -58,9 +58,6 @@ struct Hdf5Mapping {
 // Returns up to `most` numbers of an attribute; none if it is missing or not numeric.
 [[nodiscard]] std::vector<double> hdf5_numbers(hid_t object, const char* attribute,
                                                std::size_t most);
-
-// Returns a text attribute, possibly stored as an array of characters (Imaris); empty if missing.
-[[nodiscard]] std::string hdf5_text(hid_t object, const char* attribute);
 
 // Returns the texts of an attribute with one or several; none if it is missing.
 [[nodiscard]] std::vector<std::string> hdf5_texts(hid_t object, const char* attribute);
