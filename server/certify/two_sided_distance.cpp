@@ -4,8 +4,11 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
+#include <utility>
 
 #include "common/base/in_parallel.hpp"
+#include "common/base/vec3.hpp"
 #include "common/mesh/surface_distance.hpp"
 
 namespace multitetra {
@@ -27,6 +30,23 @@ double bound_by(const SurfaceTriangle& triangle, const SurfaceTriangle& other) {
   return farthest;
 }
 
+// Returns the largest distance of a point of a triangle from its nearest corner: the radius of the
+// circle through the corners, or, with an obtuse angle, that of a point on the longest side, as far
+// from one of its ends as from the obtuse corner.
+double reach_of(const SurfaceTriangle& triangle) {
+  std::array<double, 3> squares{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    squares[i] = squared_length(difference(triangle[i], triangle[(i + 1) % 3]));
+  }
+  std::ranges::sort(squares);
+  const auto [a, b, c] = squares;
+  const double area =
+      length(cross(difference(triangle[1], triangle[0]), difference(triangle[2], triangle[0])));
+  if (c == 0) return 0;
+  if (a + b > c && area > 0) return std::sqrt(a * b * c) / (2 * area);
+  return std::sqrt(c) * std::max(a / (a + c - b), b / (b + c - a));
+}
+
 // Returns a bound of the distance from any point of the triangle to the other surface: the least
 // over the triangles nearest to the corners.
 double bound_of(const SurfaceTriangle& triangle, const std::array<Found, 3>& nearest) {
@@ -46,6 +66,7 @@ double bound_of(const SurfaceTriangle& triangle, const std::array<Found, 3>& nea
 struct Piece {
   SurfaceTriangle corners;
   std::array<Found, 3> nearest;
+  std::uint32_t triangle = 0;  // Its number in the mesh.
   double bound = 0;
 };
 
@@ -74,16 +95,30 @@ class MaximumSearch {
       : other_(other), search_(search) {}
 
   SurfaceDistance run(const TriangleMesh& mesh) {
-    const std::vector<std::uint32_t> triangles = undecided_triangles(mesh);
+    find_bounds(mesh);
+    std::size_t remaining_pieces = kMaxPiecesOfAll * search_.max_pieces;
+    // Whether the maximum exceeds the limit matters more than its last digits, and takes less.
+    decides_limit_ = search_.limit && result_.maximum <= *search_.limit;
+    if (decides_limit_) search_triangles(mesh, remaining_pieces);
+    decides_limit_ = false;
+    result_.undecided = 0;
+    search_triangles(mesh, remaining_pieces);
+    result_.maximum_at_most = std::max(result_.maximum, std::ranges::max(bounds_));
+    return result_;
+  }
+
+ private:
+  // Cuts the triangles while pieces are undecided and some may still be cut; tightens `bounds_`.
+  void search_triangles(const TriangleMesh& mesh, std::size_t& remaining_pieces) {
+    const std::vector<std::uint32_t> triangles = undecided_triangles();
     // A batch at a time needs little memory. The first batches have the largest bounds.
     const std::size_t batch = std::max<std::size_t>(search_.max_pieces / 16, 1);
-    std::size_t remaining_pieces = kMaxPiecesOfAll * search_.max_pieces;
     for (std::size_t begin = 0; begin < triangles.size(); begin += batch) {
       const std::size_t end = std::min(begin + batch, triangles.size());
       std::vector<Piece> pieces;
       for (std::size_t i = begin; i < end; ++i) {
         pieces.push_back(piece_of(mesh, triangles[i]));
-        pieces.back().bound = bounds_[triangles[i]];
+        pieces.back().bound = std::exchange(bounds_[triangles[i]], 0);
       }
       keep_undecided(pieces);
       for (int round = 0;
@@ -95,14 +130,16 @@ class MaximumSearch {
         }
         keep_undecided(pieces);
       }
-      for (const Piece& piece : pieces) dropped_bound_ = std::max(dropped_bound_, piece.bound);
+      for (const Piece& piece : pieces) leave(piece);
       result_.undecided += pieces.size();
     }
-    result_.maximum_at_most = std::max({result_.maximum, settled_bound_, dropped_bound_});
-    return result_;
   }
 
- private:
+  // Adds a piece that is not cut further to its triangle's bound.
+  void leave(const Piece& piece) {
+    bounds_[piece.triangle] = std::max(bounds_[piece.triangle], piece.bound);
+  }
+
   void record(const Vec3& point, double distance) {
     if (distance <= result_.maximum) return;
     result_.maximum = distance;
@@ -110,45 +147,54 @@ class MaximumSearch {
   }
 
   [[nodiscard]] bool is_undecided(double bound) const {
-    if (bound > result_.maximum + search_.tolerance) return true;
-    return search_.limit && result_.maximum <= *search_.limit && bound > *search_.limit;
+    const bool is_beyond =
+        search_.limit && result_.maximum <= *search_.limit && bound > *search_.limit;
+    return is_beyond || (!decides_limit_ && bound > result_.maximum + search_.tolerance);
   }
 
-  // Where surfaces share vertices, a fan of triangles is nearest to a corner, and any of it is
-  // found there; the middle finds the one that runs along.
+  // Returns a lower bound for an undecided piece, by the distance of its middle. Where surfaces
+  // share vertices, a fan of triangles is nearest to a corner, and any of it is found there; the
+  // middle finds the one that runs along. Where the other surface bends, no point is farther than
+  // the nearest of corners and middle and its distance from that.
   [[nodiscard]] double tightened(double bound, const SurfaceTriangle& corners,
-                                 const SurfaceTriangle* nearest) const {
+                                 const std::array<Found, 3>& nearest) const {
     if (!is_undecided(bound)) return bound;
     const Vec3 center = scaled(sum(sum(corners[0], corners[1]), corners[2]), 1.0 / 3);
-    return std::min(bound, bound_by(corners, *other_.nearest(center, nearest).triangle));
+    const Found found = other_.nearest(center, nearest[0].triangle);
+    double farthest = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t j = (i + 1) % 3;
+      const double known = std::max({nearest[i].distance, nearest[j].distance, found.distance});
+      farthest = std::max(farthest, known + reach_of({corners[i], corners[j], center}));
+    }
+    return std::min({bound, bound_by(corners, *found.triangle), farthest});
   }
 
-  [[nodiscard]] Piece piece_of(const TriangleMesh& mesh, std::size_t triangle) const {
+  [[nodiscard]] Piece piece_of(const TriangleMesh& mesh, std::uint32_t triangle) const {
     const TriangleIndices& t = mesh.triangles[triangle];
     return {.corners = {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]},
-            .nearest = {nearest_[t[0]], nearest_[t[1]], nearest_[t[2]]}};
+            .nearest = {nearest_[t[0]], nearest_[t[1]], nearest_[t[2]]},
+            .triangle = triangle};
   }
 
-  // Returns the triangles whose interior may be farther than all vertices; largest bounds first.
-  std::vector<std::uint32_t> undecided_triangles(const TriangleMesh& mesh) {
+  void find_bounds(const TriangleMesh& mesh) {
     nearest_ = nearest_of(mesh.vertices, other_, search_.stop);
     for (std::size_t i = 0; i < nearest_.size(); ++i) {
       record(mesh.vertices[i], nearest_[i].distance);
     }
     bounds_.resize(mesh.triangles.size());
     const auto find_bound = [&](std::size_t i) {
-      const Piece piece = piece_of(mesh, i);
-      bounds_[i] = tightened(bound_of(piece.corners, piece.nearest), piece.corners,
-                             piece.nearest[0].triangle);
+      const Piece piece = piece_of(mesh, static_cast<std::uint32_t>(i));
+      bounds_[i] = tightened(bound_of(piece.corners, piece.nearest), piece.corners, piece.nearest);
     };
     in_parallel(bounds_.size(), find_bound, search_.stop);
+  }
+
+  // Returns the triangles whose interior may be farther than all vertices; largest bounds first.
+  [[nodiscard]] std::vector<std::uint32_t> undecided_triangles() const {
     std::vector<std::uint32_t> undecided;
     for (std::uint32_t i = 0; i < bounds_.size(); ++i) {
-      if (is_undecided(bounds_[i])) {
-        undecided.push_back(i);
-      } else {
-        settled_bound_ = std::max(settled_bound_, bounds_[i]);
-      }
+      if (is_undecided(bounds_[i])) undecided.push_back(i);
     }
     std::stable_sort(undecided.begin(), undecided.end(),
                      [&](std::uint32_t i, std::uint32_t j) { return bounds_[i] > bounds_[j]; });
@@ -158,16 +204,17 @@ class MaximumSearch {
   void keep_undecided(std::vector<Piece>& pieces) {
     std::erase_if(pieces, [&](const Piece& piece) {
       if (is_undecided(piece.bound)) return false;
-      settled_bound_ = std::max(settled_bound_, piece.bound);
+      leave(piece);
       return true;
     });
     if (pieces.size() <= search_.max_pieces) return;
     // Drops those with the smallest bounds.
     std::stable_sort(pieces.begin(), pieces.end(),
                      [](const Piece& a, const Piece& b) { return a.bound > b.bound; });
-    dropped_bound_ = std::max(dropped_bound_, pieces[search_.max_pieces].bound);
+    const auto dropped = pieces.begin() + static_cast<std::ptrdiff_t>(search_.max_pieces);
+    std::for_each(dropped, pieces.end(), [&](const Piece& piece) { leave(piece); });
     result_.undecided += pieces.size() - search_.max_pieces;
-    pieces.erase(pieces.begin() + static_cast<std::ptrdiff_t>(search_.max_pieces), pieces.end());
+    pieces.erase(dropped, pieces.end());
   }
 
   [[nodiscard]] std::vector<Piece> cut(const std::vector<Piece>& pieces) const {
@@ -187,9 +234,10 @@ class MaximumSearch {
                                           {{ab, bc, ca}, {nab, nbc, nca}}}};
       for (std::size_t part = 0; part < 4; ++part) {
         parts[4 * i + part] = four[part];
+        parts[4 * i + part].triangle = pieces[i].triangle;
         const double bound = bound_of(four[part].corners, four[part].nearest);
-        parts[4 * i + part].bound = tightened(std::min(pieces[i].bound, bound), four[part].corners,
-                                              four[part].nearest[0].triangle);
+        parts[4 * i + part].bound =
+            tightened(std::min(pieces[i].bound, bound), four[part].corners, four[part].nearest);
       }
     };
     in_parallel(pieces.size(), cut_one, search_.stop);
@@ -201,10 +249,7 @@ class MaximumSearch {
   SurfaceDistance result_;
   std::vector<Found> nearest_;  // By vertex.
   std::vector<double> bounds_;  // By triangle.
-  // The largest bound of pieces that need no further search.
-  double settled_bound_ = 0;
-  // The largest bound of dropped pieces.
-  double dropped_bound_ = 0;
+  bool decides_limit_ = false;  // Searches only for points beyond the limit.
 };
 
 void sample(SurfaceDistance& result, std::span<const SurfaceTriangle> triangles,

@@ -21,7 +21,7 @@ struct DistanceSearch {
   std::uint64_t samples = 200'000;  // For mean and 99th percentile.
   // Tolerance of the maximum, in the unit of the coordinates.
   double tolerance = 0;
-  // The search continues below the tolerance until it is known whether the maximum exceeds this.
+  // Whether the maximum exceeds this is decided first, below the tolerance if necessary.
   std::optional<double> limit = std::nullopt;
   // Maximum number of pieces that are split at once; forty times as many are split in all.
   std::size_t max_pieces = 400'000;

@@ -126,6 +126,16 @@ TEST(TwoSidedDistance, DecidesMoreTrianglesThanItSplitsAtOnce) {
   EXPECT_LE(found.maximum_at_most - found.maximum, 1e-4);
 }
 
+TEST(TwoSidedDistance, DecidesTheLimitBeforeTheMaximum) {
+  const TriangleMesh a = testing::sphere({0, 0, 0}, 1, 40);
+  const TriangleMesh b = testing::shifted(testing::sphere({0, 0, 0}, 1, 23), {0.01, 0, 0});
+  const double maximum = two_sided_distance(a, b, {.tolerance = 1e-4}).mesh_to_reference.maximum;
+  DistanceSearch search{.tolerance = 1e-4, .max_pieces = 150};
+  EXPECT_GT(two_sided_distance(a, b, search).mesh_to_reference.maximum_at_most, 1.2 * maximum);
+  search.limit = 1.2 * maximum;
+  EXPECT_LE(two_sided_distance(a, b, search).mesh_to_reference.maximum_at_most, *search.limit);
+}
+
 // At a shared vertex any triangle of the fan may be found nearest.
 TEST(TwoSidedDistance, DecidesNearlyEqualMeshesWithoutASearch) {
   const TriangleMesh a = testing::sphere({0, 0, 0}, 1, 20);
