@@ -111,8 +111,9 @@ class MaximumSearch {
   // Cuts the triangles while pieces are undecided and some may still be cut; tightens `bounds_`.
   void search_triangles(const TriangleMesh& mesh, std::size_t& remaining_pieces) {
     const std::vector<std::uint32_t> triangles = undecided_triangles();
-    // A batch at a time needs little memory. The first batches have the largest bounds.
-    const std::size_t batch = std::max<std::size_t>(search_.max_pieces / 16, 1);
+    // A batch at a time needs little memory; in small ones, few pieces are dropped. The first
+    // batches have the largest bounds.
+    const std::size_t batch = std::max<std::size_t>(search_.max_pieces / 256, 1);
     for (std::size_t begin = 0; begin < triangles.size(); begin += batch) {
       const std::size_t end = std::min(begin + batch, triangles.size());
       std::vector<Piece> pieces;
