@@ -102,13 +102,13 @@ const actions = {
   reset: () => viewer.reset(),
   lookUpright: (direction: readonly [number, number, number]) => viewer.lookFrom(viewer.stage.upright(direction)),
   escape: () => {
-    if (!downloads.cancel() && !bar.closeCertificate()) viewer.measuring.clear();
+    if (!downloads.cancel() && !bar.closeCertificate()) viewer.overlays.measuring.clear();
   },
   help: () => help.toggle(),
   fullScreen: () => void toggleFullScreen(),
   undo: () => changes.undo(settings.get(), (to) => viewer.set(to)),
   redo: () => changes.redo(settings.get(), (to) => viewer.set(to)),
-  stepTime: (steps: number) => viewer.stepTime(steps),
+  stepTime: (steps: number) => viewer.playback.step(steps),
   roll: (radians: number) => viewer.roll(radians),
   toggleSlices: () => {
     if (!queries.datasets.get().permitsSamples) return notices.announce(noSamples, true);

@@ -579,8 +579,14 @@ async function hidesSmallComponents(page) {
     return { vertices, faces, shown: value("components_written"), all: value("components"), digest: value("content_digest") };
   };
   const [large, larger] = [written(6), written(12)];
-  let sent = 0; // Counts frames of the surface's connection.
-  page.once("websocket", (socket) => socket.on("framesent", ({ payload }) => (sent += payload.length > 2 ? 1 : 0))); // Pings have two bytes.
+  let sent = 0; // Counts frames of the surface's connection, whose first one names no part of the viewer.
+  page.on("websocket", (socket) => {
+    let isOfSurface = null;
+    socket.on("framesent", ({ payload }) => {
+      isOfSurface ??= !payload.includes("queries");
+      sent += isOfSurface ? 1 : 0;
+    });
+  });
   // The setting in the address applies from the first frame. With the field's gradients the mesh equals the command
   // line's; without them it is the finest level's, another triangulation of the same surface.
   await open(page, "#dataset=dusty&isovalue=100&error=0&axes=false&shading=field&min_component=6", await serveFolder(folder));

@@ -132,7 +132,7 @@ export class EmbeddedViewer {
       valueUnit: info.valueUnit,
       suggestedIsovalues: [...info.suggestedIsovalues],
       member: memberOf(info),
-      times: this.viewer.times?.all ?? [],
+      times: this.viewer.playback.times?.all ?? [],
     };
   }
 }

@@ -61,7 +61,7 @@ export class Downloads {
   // Records every time of a series, then restores the current one.
   async times(form: "video" | "pictures"): Promise<void> {
     const { viewer } = this;
-    const { times } = viewer;
+    const { times } = viewer.playback;
     if (!times) return viewer.notices.announce("This dataset has no times.", true);
     const show = async (at: number) => {
       viewer.set({ t: times.all[at] ?? times.now, playing: false });
@@ -79,7 +79,7 @@ export class Downloads {
     const isWhole = surfaces.shownTiles(this.viewer.get()).every(({ shown }) => shown.facts.isFinal && isAtTime(shown.info, time));
     const { failure } = surfaces.progressOf(0);
     if (info && isAtTime(info, time) && isAtTime(surfaces.firstShown?.info ?? info, time) && isWhole && failure === null) return;
-    throw new Error(`the surface at ${timeText(time, info?.member?.timeUnit ?? "", this.viewer.times?.all ?? [])} was not received.`);
+    throw new Error(`the surface at ${timeText(time, info?.member?.timeUnit ?? "", this.viewer.playback.times?.all ?? [])} was not received.`);
   }
 
   // Stops filming; returns false if nothing is being filmed.

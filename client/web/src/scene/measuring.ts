@@ -4,7 +4,7 @@
 import * as THREE from "three";
 import { type MassProperties, volumeBound } from "../mesh/mass_properties";
 import type { DatasetInfo, Label, ProbedPlace } from "../protocol/messages";
-import { h } from "../shared/elements";
+import { button, h } from "../shared/elements";
 import { grouped, inDigits } from "../shared/quantities";
 import { type MeasuredPlace, maxNoteLength, maxPlaces } from "../state/settings";
 import {
@@ -166,11 +166,11 @@ export class Measuring {
 
   private writeWords(info: DatasetInfo): void {
     const { places } = this;
-    const close = h("button", { type: "button", class: "close", "aria-label": "Clear the measurement" }, "×");
-    close.addEventListener("click", () => {
+    const clear = () => {
       this.clear();
       this.leave();
-    });
+    };
+    const close = button("×", clear, { class: "close", "aria-label": "Clear the measurement" });
     const last = places[places.length - 1];
     const label = last.surface?.tiles.shown.info.member?.label;
     this.element.replaceChildren(
@@ -230,9 +230,7 @@ export class Measuring {
   }
 
   private partButton(surface: NonNullable<Place["surface"]>): HTMLElement {
-    const button = h("button", { type: "button", class: "measure-part" }, "Measure this part");
-    button.addEventListener("click", () => void this.measurePart(surface));
-    return button;
+    return button("Measure this part", () => void this.measurePart(surface), { class: "measure-part" });
   }
 
   private async measurePart(surface: NonNullable<Place["surface"]>): Promise<void> {
@@ -249,13 +247,12 @@ export class Measuring {
   }
 
   private hideButton({ tiles }: NonNullable<Place["surface"]>, world: Vec3): HTMLElement {
-    const button = h("button", { type: "button", class: "hide-part" }, "Hide this part");
-    button.addEventListener("click", () => {
+    const hide = () => {
       this.clear();
       this.hidePart(tiles.at, world, tiles.shown.info);
       this.leave();
-    });
-    return button;
+    };
+    return button("Hide this part", hide, { class: "hide-part" });
   }
 
   private follow(): void {

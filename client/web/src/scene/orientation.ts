@@ -2,7 +2,7 @@
 // button for the view from there. If the space is unknown, another button shows and switches the up axis.
 import * as THREE from "three";
 import { type DatasetInfo, WorldSpace } from "../protocol/messages";
-import { h } from "../shared/elements";
+import { button, h } from "../shared/elements";
 import type { Vec3 } from "../stream/dataset";
 import type { AxisArm } from "./annotations";
 import { type AxisName, axisNames } from "./axis_names";
@@ -36,19 +36,10 @@ export class Orientation {
     this.names = axisNames(info);
     this.turner.hidden = info.space !== WorldSpace.UNSPECIFIED;
     this.ends = this.names.map(({ letter, word, direction }, i) => {
-      const button = h(
-        "button",
-        {
-          type: "button",
-          class: `end axis-${"xyz"[i >> 1]}`,
-          "aria-label": `Look from ${word}`,
-          "data-tip": `Look from ${word}.`,
-        },
-        letter,
-      );
       const towards = new THREE.Vector3(...direction);
-      button.addEventListener("click", () => this.lookFrom(towards));
-      return { button, arm: h("span", { class: `arm axis-${"xyz"[i >> 1]}` }), direction: towards };
+      const words = { "aria-label": `Look from ${word}`, "data-tip": `Look from ${word}.` };
+      const end = button(letter, () => this.lookFrom(towards), { class: `end axis-${"xyz"[i >> 1]}`, ...words });
+      return { button: end, arm: h("span", { class: `arm axis-${"xyz"[i >> 1]}` }), direction: towards };
     });
     this.element.replaceChildren(...this.ends.map(({ arm }) => arm), ...this.ends.map(({ button }) => button), this.turner);
     this.element.hidden = false;

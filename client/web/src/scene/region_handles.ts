@@ -1,6 +1,7 @@
 // A region in the scene: a box or a ball with draggable handles. A box's faces move along their
 // axis, a ball's outer handle changes its radius, and the center moves the whole region.
 import * as THREE from "three";
+import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 
 import type { Region } from "../state/settings";
 import type { Vec3 } from "../stream/dataset";
@@ -229,21 +230,9 @@ export function lineMaterial(opacity = 0.9, depthTest = true): THREE.LineBasicMa
 }
 
 function rings(): THREE.LineSegments {
-  const points: number[] = [];
-  const n = 96;
-  for (let axis = 0; axis < 3; ++axis) {
-    for (let i = 0; i < n; ++i) {
-      for (const turn of [i, i + 1]) {
-        const p = [0, 0, 0];
-        p[(axis + 1) % 3] = Math.cos((2 * Math.PI * turn) / n);
-        p[(axis + 2) % 3] = Math.sin((2 * Math.PI * turn) / n);
-        points.push(...p);
-      }
-    }
-  }
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
-  return new THREE.LineSegments(geometry, lineMaterial());
+  const ring = new THREE.EdgesGeometry(new THREE.CircleGeometry(1, 96));
+  const all = mergeGeometries([ring, ring.clone().rotateX(Math.PI / 2), ring.clone().rotateY(Math.PI / 2)]);
+  return new THREE.LineSegments(all, lineMaterial());
 }
 
 function middle(low: Vec3, high: Vec3): Vec3 {

@@ -5,6 +5,7 @@ import type { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
 import { type ColorMap, type ColorScale, colorRow, endsOf, fractionInShader } from "../shared/color_maps";
 import type { Affine, Vec3 } from "../stream/dataset";
 import type { SliceValues } from "../stream/dataset_queries";
+import { affineMatrix } from "./affine_matrix";
 import { layers } from "./layers";
 import { gridCorners, valueAt } from "./slice_grid";
 import { wideLines } from "./wide_lines";
@@ -138,13 +139,11 @@ export class SlicePlane {
       one.material.dispose();
     }
     this.lines.clear();
-    for (const { segments, toWorld: m, color } of all) {
+    for (const { segments, toWorld, color } of all) {
       const line = wideLines(segments, { color, width: 1.5 });
       line.material.clippingPlanes = this.clip;
       line.matrixAutoUpdate = false;
-      line.matrix
-        .set(m[0], m[3], m[6], m[9], m[1], m[4], m[7], m[10], m[2], m[5], m[8], m[11], 0, 0, 0, 1)
-        .multiply(new THREE.Matrix4().setPosition(line.position));
+      line.matrix.copy(affineMatrix(toWorld)).multiply(new THREE.Matrix4().setPosition(line.position));
       this.lines.add(line);
     }
     this.invalidate();

@@ -9,6 +9,7 @@ import type { LatticeBox } from "../mesh/tile_mesh";
 import type { Coloring, Settings, SurfaceSettings } from "../state/settings";
 import type { Affine } from "../stream/dataset";
 import type { DecodedTile, Selection } from "../workers/worker_messages";
+import { affineMatrix } from "./affine_matrix";
 import { areSamePlanes } from "./cut_plane";
 import type { FieldColors } from "./field_colors";
 import { layers } from "./layers";
@@ -83,24 +84,7 @@ export class Surface {
     geometry.setDrawRange(0, 0);
     const mesh = new THREE.Mesh(geometry);
     mesh.matrixAutoUpdate = false;
-    mesh.matrix.set(
-      toWorld[0],
-      toWorld[3],
-      toWorld[6],
-      toWorld[9],
-      toWorld[1],
-      toWorld[4],
-      toWorld[7],
-      toWorld[10],
-      toWorld[2],
-      toWorld[5],
-      toWorld[8],
-      toWorld[11],
-      0,
-      0,
-      0,
-      1,
-    );
+    mesh.matrix.copy(affineMatrix(toWorld));
     mesh.frustumCulled = false; // Until it is uploaded.
     mesh.userData.triangles = tile.triangles.length / 3;
     const added: SurfaceTile = {

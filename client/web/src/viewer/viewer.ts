@@ -7,40 +7,32 @@ import type * as THREE from "three";
 import { serverAddress } from "../page/server_address";
 import { emptySurfaceText } from "../panel/empty_surface";
 import { Notices } from "../panel/notices";
-import type { ShownTimes } from "../panel/time_bar";
 import type { DatasetInfo } from "../protocol/messages";
 import { SampleViews } from "../samples/sample_views";
 import { permittedSettings, planesThrough } from "../samples/slices";
 import { contextGoneText } from "../scene/context_keeper";
 import { boxBetween, clipPlanes, croppedBox } from "../scene/crop";
-import { initialCut } from "../scene/cut_plane";
-import { Gestures } from "../scene/gestures";
-import { Handles } from "../scene/handles";
-import { LabelHover } from "../scene/label_hover";
-import { Measuring } from "../scene/measuring";
-import { Orientation } from "../scene/orientation";
-import { type Picked, Picking } from "../scene/picking";
+import type { Picked } from "../scene/picking";
 import { pngOf } from "../scene/png";
-import { SceneDecorations } from "../scene/scene_decorations";
 import { Stage } from "../scene/stage";
 import { h } from "../shared/elements";
 import { Events } from "../state/events";
-import { changeFromWritten, initialSelection, settingsOfChoice, withLabelChanges } from "../state/label_surfaces";
-import { type Entry, findByName, isSameData, isSameSeries, nameOfLabel, unknownDatasetText, withTimeOfDataset } from "../state/series";
+import { changeFromWritten, initialSelection, settingsOfChoice } from "../state/label_surfaces";
+import { type Entry, findByName, isSameData, isSameSeries, unknownDatasetText } from "../state/series";
 import { defaults, isOtherRequest, type Settings, type WrittenSettings } from "../state/settings";
 import { Store } from "../state/store";
-import { withAllSurfaces } from "../state/surfaces";
-import { assumedPlacement, coordinateResolution, labelBox, type Vec3, worldBox } from "../stream/dataset";
+import { assumedPlacement, labelBox, type Vec3, worldBox } from "../stream/dataset";
 import { DatasetQueries } from "../stream/dataset_queries";
 import { ReadingWatch } from "../stream/reading_watch";
-import { suggestedIsovalue, type View } from "../stream/request";
+import type { View } from "../stream/request";
 import { sceneOf, sceneRefusal } from "../surfaces/scene_at";
 import type { ShownSurface } from "../surfaces/shown_surface";
 import { SurfaceSet } from "../surfaces/surface_set";
 import { TilePool } from "../workers/tile_pool";
+import { Overlays } from "./overlays";
 import { drawPicture, pictureHeading, surfaceKeys } from "./picture";
 import { Playback } from "./playback";
-import { type PartsChange, withoutPart } from "./surface_parts";
+import { completedChange } from "./setting_changes";
 import { ViewDependentDetail } from "./view_dependent_detail";
 import type { ViewerEvents } from "./viewer_events";
 import { type PictureOptions, type TokenStorage, tokenInMemory, type ViewerOptions } from "./viewer_options";
@@ -57,16 +49,12 @@ export class Viewer {
   readonly pool = new TilePool(Math.min(window.parent === window ? 6 : 3, Math.max(2, (navigator.hardwareConcurrency || 4) - 1)));
   readonly surfaces: SurfaceSet;
   readonly notices: Notices;
-  readonly measuring: Measuring;
   info: DatasetInfo | null = null; // The current dataset.
   private readonly events = new Events<ViewerEvents>();
-  private readonly decorations: SceneDecorations;
-  private readonly orientation: Orientation;
-  private readonly handles: Handles;
-  private readonly gestures: Gestures;
+  readonly overlays: Overlays;
   readonly queries: DatasetQueries;
   private readonly samples: SampleViews;
-  private readonly playback: Playback;
+  readonly playback: Playback;
   private readonly token: TokenStorage;
   private isDragging = false;
   private readonly detail = new ViewDependentDetail();
@@ -95,7 +83,10 @@ export class Viewer {
     this.notices = new Notices(
       {
         connectNow: () => this.surfaces.connect(),
-        useToken: (typed) => this.useToken(typed),
+        useToken: (typed) => {
+          this.token.set(typed);
+          this.surfaces.connect();
+        },
         confirmSize: () => this.surfaces.confirmSize(),
         focusScene: () => this.canvas.focus(),
         showAgain,
@@ -107,23 +98,6 @@ export class Viewer {
       () => this.token.get(),
       (text) => this.notices.announce(text),
       () => this.queries.checkList(),
-    );
-    this.decorations = new SceneDecorations(this.stage);
-    this.orientation = new Orientation(
-      this.stage,
-      (direction) => this.lookFrom(direction),
-      (up) => this.turnUp(up),
-    );
-    this.handles = new Handles(this.stage, this.canvas, (changes, isDragging) => this.set(changes, isDragging));
-    this.gestures = new Gestures(element, this.canvas, this.stage.controls, () => this.handles.isGrabbed);
-    this.measuring = new Measuring(
-      this.stage,
-      this.pool,
-      (info, world) => this.queries.probe(info.name, world),
-      (places) => this.set({ places }),
-      () => this.canvas.focus(),
-      (surface, place, info) => this.changeParts(withoutPart(this.get(), surface, place, coordinateResolution(info))),
-      (label) => nameOfLabel(label, this.get()),
     );
     const turn = (changes: Partial<Settings>, isDragging: boolean) => this.set(changes, isDragging);
     this.samples = new SampleViews(
@@ -140,69 +114,32 @@ export class Viewer {
       turn,
       (place) => this.addPlace(place),
     );
-    this.playback = new Playback({
-      surfaces: this.surfaces,
-      info: () => this.info,
-      list: () => this.list,
-      settings: () => this.get(),
-      view: () => this.requestView,
-      set: turn,
+    const { canvas, stage, pool, surfaces, queries, samples } = this;
+    const shared = { surfaces, info: () => this.info, settings: () => this.get(), set: turn };
+    this.playback = new Playback({ ...shared, list: () => this.list, view: () => this.requestView });
+    this.overlays = new Overlays({
+      ...shared,
+      ...{ element, canvas, stage, pool, queries, samples },
+      lookFrom: (direction) => this.lookFrom(direction),
+      turnUp: (up) => this.turnUp(up),
+      refused: (text) => this.notices.announce(text, true),
+      picked: (place) => this.receivePick(place),
     });
-    const picking = new Picking(
-      this.stage,
-      this.canvas,
-      this.pool,
-      () => ({
-        info: this.samples.sampled,
-        tiles: this.surfaces.shownTiles(this.get()),
-        clip: clipPlanes(this.get(), this.info),
-        slice: (ray) => this.samples.hit(ray),
-      }),
-      () => this.handles.isGrabbed,
-      (place) => this.receivePick(place),
-    );
-    const labelHover = new LabelHover(
-      this.canvas,
-      () => this.surfaces.hasLabels && !this.handles.isGrabbed,
-      (x, y) => picking.find(x, y),
-      (label) => nameOfLabel(label, this.get()),
-    );
-    this.frame.append(
-      this.decorations.numbers,
-      this.decorations.scaleBar,
-      this.orientation.element,
-      this.samples.legends,
-      this.playback.bar.element,
-      this.measuring.labels,
-      this.samples.mark,
-      this.measuring.element,
-      labelHover.element,
-      this.gestures.hint,
-      this.notices.element,
-    );
+    this.frame.append(...this.overlays.elements(this.playback.bar.element), this.notices.element);
     element.append(this.samples.element);
     this.surfaces.connect();
     this.listen();
   }
 
   // Changes settings; `isDragging`: more changes follow immediately. Setting a view moves the camera.
-  set(change: Partial<Settings>, isDragging = false): void {
+  set(given: Partial<Settings>, isDragging = false): void {
     const hasEnded = this.isDragging && !isDragging;
     this.isDragging = isDragging;
     const [before, info] = [this.settings.get(), this.info];
-    if (change.dataset !== undefined) this.notices.clear();
-    const unknown = this.list.length > 0 && change.dataset && !findByName(this.list, change.dataset) ? change.dataset : null;
-    change = withLabelChanges(this.list, info, before, unknown ? { ...change, dataset: before.dataset } : change);
-    change = withTimeOfDataset(this.list, info, before, change);
+    if (given.dataset !== undefined) this.notices.clear();
+    if (given.eye && given.target) this.stage.setView(given.eye, given.target);
+    const { change, unknown } = completedChange(this.list, info, before, given, this.stage.view());
     if (change.followView && !before.followView) this.detail.enable();
-    if (change.eye && change.target) this.stage.setView(change.eye, change.target);
-    change = { ...change, ...initialCut(change, before, this.stage.view()) };
-    // Times suggest different isovalues: fixes the current ones.
-    if (change.t !== undefined && change.dataset === undefined && info) {
-      const isovalue = suggestedIsovalue(info);
-      const fixed = withAllSurfaces({ ...before, ...change }, (one) => (one.isovalue === null && !one.dataset ? { isovalue } : null));
-      change = { ...change, ...fixed };
-    }
     this.settings.set(change);
     const { dataset, labels, t } = this.settings.get();
     if (labels || t !== before.t || (dataset !== before.dataset && dataset !== this.info?.name)) this.findDataset();
@@ -223,16 +160,6 @@ export class Viewer {
     if (this.info && isSameSeries(entry.info, this.info)) return;
     this.settings.set(settingsOfChoice(entry, this.get()));
     this.useDataset(entry.info);
-  }
-
-  // The current time and all times; null: there are no times to choose.
-  get times(): ShownTimes | null {
-    return this.playback.times;
-  }
-
-  // Steps to a later or earlier time.
-  stepTime(steps: number): void {
-    this.playback.step(steps);
   }
 
   // Resolves when everything visible at the current time is complete or has failed.
@@ -280,11 +207,6 @@ export class Viewer {
     this.fit();
   }
 
-  private changeParts(parts: PartsChange): void {
-    if ("refusal" in parts) this.notices.announce(parts.refusal, true);
-    else this.set(parts.change);
-  }
-
   // Rotates the picture clockwise around its center.
   roll(radians: number): void {
     this.set({ up: this.stage.upAfterRoll(radians) });
@@ -305,16 +227,11 @@ export class Viewer {
 
   // Returns the same picture of the current state.
   drawn(options: PictureOptions): HTMLCanvasElement {
-    const {
-      decorations: { scale, visibleNumbers: numbers },
-      orientation: { arms: axes },
-      samples: { legendWords: legends },
-    } = this;
-    const { points, words } = this.measuring.measurement;
+    const { scene, words } = this.overlays.annotations;
     const head = pictureHeading(this.get(), this.info, this.list, options.isVideoFrame === true);
     const surfaces = surfaceKeys(this.get(), this.info, this.list);
     const slices = options.isVideoFrame ? null : this.samples.drawn;
-    return drawPicture(this.stage, slices, this.element, { scale, numbers, axes, legends, points, words: [...head, ...words], surfaces }, options);
+    return drawPicture(this.stage, slices, this.element, { ...scene, legends: this.samples.legendWords, words: [...head, ...words], surfaces }, options);
   }
 
   // Ends all work; empties the element.
@@ -329,11 +246,6 @@ export class Viewer {
     this.element.replaceChildren();
     this.samples.close();
     this.element.classList.remove("multitetra", "has-slices");
-  }
-
-  useToken(token: string): void {
-    this.token.set(token);
-    this.surfaces.connect();
   }
 
   // Whether nothing can be drawn any more.
@@ -355,14 +267,11 @@ export class Viewer {
   private listen(): void {
     this.settings.watch((now, before) => {
       this.element.dataset.theme = now.theme;
-      this.decorations.show(now.axes);
-      this.orientation.show(now.axes);
-      this.gestures.setCooperative(now.gestures === "cooperative" || (now.gestures === "auto" && window.parent !== window));
       if (now === before || now.up !== before.up) this.stage.setUp(now.up);
       this.applyLook();
       if (now !== before && isOtherRequest(now, before)) this.requestSurfaces();
       if (now.playing !== before.playing && now.followView) this.requestSurfaces();
-      this.measuring.show(this.info, now.places);
+      this.overlays.show(now, this.info);
       this.playback.update();
       this.events.emit("settings", now);
     });
@@ -420,16 +329,14 @@ export class Viewer {
       this.applyLook();
       return this.requestSurfaces();
     }
-    this.decorations.setDataset(now);
-    this.orientation.setDataset(now);
-    this.orientation.show(this.settings.get().axes);
+    this.overlays.setDataset(now);
     this.events.emit("dataset", now);
     const assumed = assumedPlacement(now);
     if (assumed && before?.name !== now.name)
       this.notices.announce(`The file of "${now.name}" does not state its ${assumed}: assumed, so lengths and places may be wrong.`, true);
     if (isSameData(before, now)) return; // After a lost connection: the stream resumes by itself.
-    if (before) this.measuring.clear();
-    this.measuring.show(now, this.settings.get().places);
+    if (before) this.overlays.measuring.clear();
+    this.overlays.show(this.get(), now);
     this.stage.setBounds(worldBox(now));
     const { eye, target } = this.settings.get();
     if (eye && target) this.stage.setView(eye, target);
@@ -449,7 +356,7 @@ export class Viewer {
   private applyLook(): void {
     const now = permittedSettings(this.get(), this.queries.datasets.get());
     const clip = clipPlanes(now, this.info);
-    this.handles.show(now, this.info);
+    this.overlays.handles.show(now, this.info);
     this.surfaces.applyLook(now, clip);
     this.element.classList.toggle("has-slices", now.layout === "four");
     this.samples.update();
@@ -470,9 +377,9 @@ export class Viewer {
   private reportShown(at: number, shown: ShownSurface, isFirst: boolean): void {
     const isLeading = at === this.surfaces.leader;
     if (isLeading && isFirst && !this.settings.get().eye)
-      shown.info.member?.label || this.times ? this.stage.frameBox(boxBetween(worldBox(shown.info))) : this.fit();
+      shown.info.member?.label || this.playback.times ? this.stage.frameBox(boxBetween(worldBox(shown.info))) : this.fit();
     this.samples.updateSlices();
-    for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.measuring.surfaceReplaced(tiles);
+    for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.overlays.measuring.surfaceReplaced(tiles);
     const { complete } = this.surfaces.progressOf(at);
     if (isLeading && shown.facts.isFinal && this.detail.recordDuration(complete) && this.get().followView) this.requestSurfaces();
     this.surfaces.reports.add(at);
@@ -484,7 +391,7 @@ export class Viewer {
   }
 
   private addPlace(place: Picked): void {
-    this.measuring.add(place);
+    this.overlays.measuring.add(place);
     this.events.emit("picked", place);
   }
 }
