@@ -155,12 +155,12 @@ viewer.on("progress", ({ surface }) => {
   panel.showSurface(surface, surfaces.progressOf(surface));
 });
 viewer.on("shown", () => {
-  panel.showPaused(viewer.isDetailPaused);
+  panel.accuracy.showPaused(viewer.isDetailPaused);
   hint.hidden = false;
   document.title = `${viewer.info?.name} · Multi-Tetra viewer`;
 });
-viewer.on("volume", (level) => panel.showVolume(level));
-viewer.on("picked", ({ surface }) => surface && panel.showPicked(surface.tiles.at));
+viewer.on("volume", (level) => panel.volume.showLevel(level));
+viewer.on("picked", ({ surface }) => surface && panel.labels.select(surface.tiles.at));
 settings.watch((now, before) => {
   applyTheme(now.theme);
   tools.show(now);
@@ -168,7 +168,7 @@ settings.watch((now, before) => {
   showBar(); // The visible surfaces may have changed.
   const turned = now.up !== before.up && entries().find(({ info }) => isShown(info));
   if (turned) whenShown(() => thumbnails.request(turned.info));
-  panel.showPaused(viewer.isDetailPaused);
+  panel.accuracy.showPaused(viewer.isDetailPaused);
 });
 matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => panel.histogram.redraw());
 

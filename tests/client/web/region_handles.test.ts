@@ -7,14 +7,11 @@ type Group = Parameters<Stage["scene"]["add"]>[0];
 describe("RegionHandles", () => {
   test("OutlineIsVisibleThroughSurfaces", () => {
     const groups: Group[] = [];
-    const far = { distanceTo: () => 1 };
     const stage = {
       scene: { add: (group: Group) => groups.push(group) },
-      camera: { position: far },
-      controls: { target: null },
       whenDrawn: () => {},
       invalidate: () => {},
-      worldLengthOf: () => 1,
+      worldLengthAt: () => 1,
     };
     const handles = new RegionHandles(stage as unknown as Stage, new EventTarget() as HTMLCanvasElement, () => {});
     const outline = () => groups[0].children.find(({ type, layers: { mask } }) => type === "LineSegments" && mask === 1 << layers.overlay)!;

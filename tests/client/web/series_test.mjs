@@ -80,10 +80,10 @@ async function loadsWhatIsShown(page) {
   await open(page, "#dataset=seg.label2&isovalue=0.5&surfaces=0.5,ff0000,,,hidden,seg.label5;0.5,00ff00,,,hidden,seg.label9", series);
   await complete(page);
   await page.waitForSelector('.dataset img[src^="blob:"]', { timeout: patience });
-  assert.equal(streams, 1, "one surface is shown, over one connection");
+  assert.equal(streams, 2, "one surface is shown, over one connection beside that of queries");
   await page.click('.eye[aria-label="Show label 9"]');
   await settled(page);
-  assert.equal(streams, 2);
+  assert.equal(streams, 2, "another one uses the free connection");
 }
 
 async function namesAndIsolates(page) {

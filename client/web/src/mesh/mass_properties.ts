@@ -1,5 +1,6 @@
 // Computes the area of a part of a surface and the volume it encloses, by the divergence theorem. Exact up to rounding
 // in double precision, for the surface as shown.
+import { cross, dot, minus } from "../shared/vectors";
 import { borderCaps } from "./border_caps";
 import { Components } from "./components";
 import { countEdges, type EdgeCounts } from "./edge_uses";
@@ -73,7 +74,7 @@ function measured(part: Uint32Array, lattice: Int32Array, m: readonly number[]):
   const inWorld = (v: number[]) => [0, 1, 2].map((row) => m[row] * v[0] + m[3 + row] * v[1] + m[6 + row] * v[2]);
   for (let t = 0; t < part.length; t += 3) {
     const [a, b, c] = [at(part[t]), at(part[t + 1]), at(part[t + 2])];
-    const along = (to: number[]) => inWorld(to.map((value, axis) => value - a[axis]));
+    const along = (to: number[]) => inWorld(minus(to, a));
     const normal = cross(along(b), along(c));
     area += Math.hypot(...normal) / 2;
     bends.add([part[t], part[t + 1], part[t + 2]], [a, b, c].map(inWorld), normal);
@@ -112,7 +113,7 @@ class Bends {
         continue;
       }
       this.waiting.delete(edge);
-      const side = (at: number) => places[at].map((value, axis) => value - places[from][axis]);
+      const side = (at: number) => minus(places[at], places[from]);
       const angle = Math.atan2(Math.hypot(...cross(other, normal)), dot(other, normal));
       if (dot(other, side(opposite)) < 0) this.convex += angle * Math.hypot(...side(to));
       else this.concave += angle * Math.hypot(...side(to));
@@ -140,12 +141,4 @@ function edgesOf(part: Uint32Array, points: number): EdgeCounts {
     directed.set([part[t], part[t + 1], part[t + 1], part[t + 2], part[t + 2], part[t]], 2 * t);
   }
   return countEdges(directed, points);
-}
-
-function cross(u: readonly number[], v: readonly number[]): number[] {
-  return [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-}
-
-function dot(u: readonly number[], v: readonly number[]): number {
-  return u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
 }

@@ -1,4 +1,5 @@
 // Finds the component nearest to a place, which identifies a picked component in any step of the surface.
+import { cross, dot, minus } from "../shared/vectors";
 import type { LatticeBox } from "./tile_mesh";
 
 type Point = readonly number[];
@@ -82,16 +83,4 @@ function distanceToEdge(a: Point, b: Point): number {
   const squared = dot(along, along);
   const share = squared > 0 ? Math.min(1, Math.max(0, -dot(a, along) / squared)) : 0;
   return Math.hypot(...a.map((value, axis) => value + share * along[axis]));
-}
-
-function minus(a: Point, b: Point): Point {
-  return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-}
-
-function dot(a: Point, b: Point): number {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-function cross(a: Point, b: Point): Point {
-  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 }

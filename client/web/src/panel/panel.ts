@@ -1,5 +1,4 @@
 // The side panel: all settings, in the order in which they are needed.
-import type { ShownLevel } from "../scene/volume/volume";
 import { button, h } from "../shared/elements";
 import { settingsOfEntry } from "../state/label_surfaces";
 import type { Progress, StepFacts, SurfaceSize } from "../state/progress";
@@ -36,12 +35,12 @@ export class Panel {
   readonly element: HTMLElement;
   readonly histogram: HistogramView;
   private readonly parts: PanelSection[];
-  private readonly accuracy: AccuracyPart;
+  readonly accuracy: AccuracyPart;
   private readonly surfaces: SurfacesPart;
   private readonly field: FieldPart;
-  private readonly labels: LabelsTable;
+  readonly labels: LabelsTable;
   private readonly downloads: DownloadsPart;
-  private readonly volume: VolumePart;
+  readonly volume: VolumePart;
   private readonly ofValues: HTMLElement; // Does not apply to labels alone.
   private readonly surfacesElement: HTMLElement;
   private readonly labelsElement: HTMLElement;
@@ -123,19 +122,6 @@ export class Panel {
   showExpected(size: SurfaceSize | null): void {
     this.size = size;
     this.drawExpected();
-  }
-
-  // Called when a surface was clicked.
-  showPicked(surface: number): void {
-    this.labels.select(surface);
-  }
-
-  showPaused(isPaused: boolean): void {
-    this.accuracy.showPaused(isPaused);
-  }
-
-  showVolume(level: ShownLevel | null): void {
-    this.volume.showLevel(level);
   }
 
   showSurface(surface: number, progress: Progress): void {

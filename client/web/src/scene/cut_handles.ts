@@ -6,8 +6,8 @@ import type { DatasetInfo } from "../protocol/messages";
 import type { Settings } from "../state/settings";
 import { type Vec3, worldBox } from "../stream/dataset";
 import { clipPlane, cutNormal, movedCut, rotatedCut } from "./cut_plane";
+import { HandleDragging, handleMesh, lineMaterial } from "./handle_dragging";
 import { layers } from "./layers";
-import { handleMesh, lineMaterial } from "./region_handles";
 import { cutCorners, perpendicularTo } from "./slice_grid";
 import type { Stage } from "./stage";
 
@@ -23,10 +23,10 @@ interface Grabbed {
 }
 
 const armLength = 64; // CSS pixels between the handles.
-const reach = 12;
 
 export class CutHandles {
   private readonly group = new THREE.Group();
+  private readonly dragging: HandleDragging;
   private readonly mover = handleMesh(true);
   private readonly turner = handleMesh();
   private readonly lines = new THREE.LineSegments(new THREE.BufferGeometry(), lineMaterial());
@@ -46,27 +46,16 @@ export class CutHandles {
     this.lines.frustumCulled = false;
     this.group.add(this.lines, this.mover, this.turner);
     stage.scene.add(this.group);
-    // Before the camera's controls.
-    canvas.addEventListener("pointerdown", (event) => this.grab(event), { capture: true });
-    canvas.addEventListener("pointermove", (event) => {
-      if (this.grabbed) this.drag(event, this.grabbed, true);
-      else if (event.buttons === 0 && this.handleAt(event.offsetX, event.offsetY)) canvas.style.cursor = "grab";
+    this.dragging = new HandleDragging(stage, canvas, {
+      handles: () => (this.shown ? [this.mover, this.turner] : []),
+      grab: (handle, event) => this.grab(handle === this.turner, event),
+      drag: (event, isDragging) => this.drag(event, this.grabbed!, isDragging),
     });
-    const end = (event: PointerEvent) => {
-      const { grabbed } = this;
-      if (!grabbed) return;
-      canvas.releasePointerCapture(event.pointerId);
-      this.drag(event, grabbed, false);
-      this.grabbed = null;
-      this.stage.controls.enabled = true;
-    };
-    canvas.addEventListener("pointerup", end);
-    canvas.addEventListener("pointercancel", end);
     stage.whenDrawn(() => this.place());
   }
 
   get isGrabbed(): boolean {
-    return this.grabbed !== null;
+    return this.dragging.isGrabbed;
   }
 
   show({ clip, clipAt, clipFlipped, clipNormal }: Shown, info: DatasetInfo | null): void {
@@ -110,15 +99,12 @@ export class CutHandles {
   // plane.
   private place(): void {
     if (!this.shown) return;
-    const { camera, controls } = this.stage;
-    const ofTarget = this.stage.worldLengthOf(1) / Math.max(1e-12, camera.position.distanceTo(controls.target));
-    const perPixel = (at: THREE.Vector3) => ofTarget * camera.position.distanceTo(at);
     const normal = new THREE.Vector3(...cutNormal(this.shown)!);
     const sides = this.axesOfCamera().map((side) => side.projectOnPlane(normal));
     const side = sides[0].lengthSq() > 0.25 ? sides[0] : sides[1];
     this.mover.position.copy(this.middle);
-    this.turner.position.copy(this.middle).addScaledVector(side.normalize(), armLength * perPixel(this.middle));
-    for (const mesh of [this.mover, this.turner]) mesh.scale.setScalar(7 * perPixel(mesh.position));
+    this.turner.position.copy(this.middle).addScaledVector(side.normalize(), armLength * this.stage.worldLengthAt(this.middle));
+    this.dragging.keepSize();
     this.lines.geometry.dispose();
     // The GPU's 32-bit numbers count from the plane's center.
     const places = [...this.outline, this.mover.position, this.turner.position].map((place) => place.clone().sub(this.middle));
@@ -126,25 +112,10 @@ export class CutHandles {
     this.lines.geometry = new THREE.BufferGeometry().setFromPoints(places);
   }
 
-  private handleAt(x: number, y: number): THREE.Mesh | null {
-    if (!this.shown) return null;
-    const near = [this.mover, this.turner]
-      .map((mesh) => {
-        const at = this.stage.project(mesh.position);
-        return { mesh, distance: at ? Math.hypot(at.x - x, at.y - y) : Infinity };
-      })
-      .sort((a, b) => a.distance - b.distance);
-    return near[0].distance < reach ? near[0].mesh : null;
-  }
-
-  private grab(event: PointerEvent): void {
-    const mesh = event.button === 0 ? this.handleAt(event.offsetX, event.offsetY) : null;
-    if (!mesh || !this.shown) return;
-    event.stopImmediatePropagation();
-    (event.target as Element).setPointerCapture(event.pointerId);
-    this.stage.controls.enabled = false;
+  private grab(isTurning: boolean, event: PointerEvent): void {
+    if (!this.shown) return;
     this.grabbed = {
-      isTurning: mesh === this.turner,
+      isTurning,
       x: event.offsetX,
       y: event.offsetY,
       normal: new THREE.Vector3(...cutNormal(this.shown)!),

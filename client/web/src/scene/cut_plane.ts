@@ -2,9 +2,10 @@
 import * as THREE from "three";
 
 import type { DatasetInfo } from "../protocol/messages";
+import { dot } from "../shared/vectors";
 import type { Cut, Settings } from "../state/settings";
 import { type Vec3, worldBox } from "../stream/dataset";
-import { axisNormal, dot, extentAlong } from "./slice_grid";
+import { axisNormal, extentAlong } from "./slice_grid";
 
 type CutSettings = Pick<Settings, "clip" | "clipAt" | "clipFlipped" | "clipNormal">;
 

@@ -1,20 +1,19 @@
 // Lengths, angles, areas and volumes, as numbers and text.
 
 import { inDigits, withBound } from "../shared/quantities";
+import { cross, dot, minus } from "../shared/vectors";
 import type { MeasuredPlace } from "../state/settings";
 import type { Vec3 } from "../stream/dataset";
 
 export function distanceOf(a: Vec3, b: Vec3): number {
-  return Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+  return Math.hypot(...minus(a, b));
 }
 
 // Returns degrees, 0 to 180; null if a side has no length.
 export function angleAt(corner: Vec3, a: Vec3, b: Vec3): number | null {
-  const u = a.map((value, axis) => value - corner[axis]);
-  const v = b.map((value, axis) => value - corner[axis]);
-  const cross = Math.hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
-  const dot = u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
-  return cross === 0 && dot === 0 ? null : (Math.atan2(cross, dot) * 180) / Math.PI;
+  const [u, v] = [minus(a, corner), minus(b, corner)];
+  const [sine, cosine] = [Math.hypot(...cross(u, v)), dot(u, v)];
+  return sine === 0 && cosine === 0 ? null : (Math.atan2(sine, cosine) * 180) / Math.PI;
 }
 
 // A distance bound gives no bound of the area's error.

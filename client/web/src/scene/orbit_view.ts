@@ -141,6 +141,12 @@ export abstract class OrbitView {
     return (pixels * height) / Math.max(1, this.canvas.clientHeight);
   }
 
+  // Returns the world length of a CSS pixel at a place.
+  worldLengthAt(place: THREE.Vector3): number {
+    const { position } = this.camera;
+    return (this.worldLengthOf(1) * position.distanceTo(place)) / Math.max(1e-12, position.distanceTo(this.controls.target));
+  }
+
   // Returns the ray through a place on the canvas, in CSS pixels from its corner.
   rayAt(x: number, y: number): THREE.Ray {
     const ndc = new THREE.Vector2((2 * x) / this.canvas.clientWidth - 1, 1 - (2 * y) / this.canvas.clientHeight);

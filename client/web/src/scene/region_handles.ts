@@ -3,23 +3,23 @@
 import * as THREE from "three";
 import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 
-import type { Region } from "../state/settings";
+import type { BallRegion, BoxRegion, Region } from "../state/settings";
 import type { Vec3 } from "../stream/dataset";
 import { disposeTree } from "./dispose_tree";
+import { HandleDragging, handleColor, handleMesh, lineMaterial } from "./handle_dragging";
 import { layers } from "./layers";
 import type { Stage } from "./stage";
 
-interface Handle {
+interface Handle<Shape = Region> {
   mesh: THREE.Mesh;
-  place: (region: Region) => Vec3;
   axis: THREE.Vector3 | null; // Null: moves in the view plane.
-  dragged: (region: Region, to: Vec3) => Region;
+  place(region: Shape): Vec3;
+  dragged(region: Shape, to: Vec3): Shape;
 }
-
-const color = 0x4fb3ff;
 
 export class RegionHandles {
   private readonly group = new THREE.Group();
+  private readonly dragging: HandleDragging;
   private region: Region | null = null;
   private handles: Handle[] = [];
   private grabbed: { handle: Handle; plane: THREE.Plane; offset: THREE.Vector3 } | null = null;
@@ -31,26 +31,16 @@ export class RegionHandles {
     private readonly isFilled = true, // Otherwise, only handles and outlines, which are not in exported pictures.
   ) {
     stage.scene.add(this.group);
-    // Before the camera's controls.
-    canvas.addEventListener("pointerdown", (event) => this.grab(event), { capture: true });
-    canvas.addEventListener("pointermove", (event) => {
-      this.drag(event);
-      canvas.style.cursor = event.buttons === 0 && this.handleAt(event.offsetX, event.offsetY) !== null ? "grab" : "";
+    this.dragging = new HandleDragging(stage, canvas, {
+      handles: () => this.handles.map(({ mesh }) => mesh),
+      grab: (mesh, event) => this.grab(this.handles.find((one) => one.mesh === mesh)!, event),
+      drag: (event, isDragging) => (isDragging ? this.drag(event) : this.region && this.changed(this.region, false)),
     });
-    const end = (event: PointerEvent) => {
-      if (!this.grabbed) return;
-      this.grabbed = null;
-      this.stage.controls.enabled = true;
-      canvas.releasePointerCapture(event.pointerId);
-      if (this.region) this.changed(this.region, false);
-    };
-    canvas.addEventListener("pointerup", end);
-    canvas.addEventListener("pointercancel", end);
-    stage.whenDrawn(() => this.keepSize());
+    stage.whenDrawn(() => this.dragging.keepSize());
   }
 
   get isGrabbed(): boolean {
-    return this.grabbed !== null;
+    return this.dragging.isGrabbed;
   }
 
   show(region: Region | null): void {
@@ -69,7 +59,7 @@ export class RegionHandles {
     const shape = this.region.kind === "box" ? new THREE.BoxGeometry(1, 1, 1) : new THREE.SphereGeometry(1, 48, 32);
     const glass = new THREE.Mesh(
       shape,
-      new THREE.MeshBasicMaterial({ color: color, transparent: true, opacity: 0.1, depthWrite: false, side: THREE.DoubleSide }),
+      new THREE.MeshBasicMaterial({ color: handleColor, transparent: true, opacity: 0.1, depthWrite: false, side: THREE.DoubleSide }),
     );
     glass.renderOrder = 2;
     const edges = this.region.kind === "box" ? new THREE.LineSegments(new THREE.EdgesGeometry(shape), lineMaterial()) : rings();
@@ -82,7 +72,7 @@ export class RegionHandles {
     outline.layers.set(layers.overlay);
     glass.visible = this.isFilled;
     this.group.add(glass, edges, outline);
-    this.handles = this.region.kind === "box" ? boxHandles() : ballHandles();
+    this.handles = (this.region.kind === "box" ? boxHandles() : ballHandles()) as Handle[]; // Of the same kind as the region.
     this.group.add(...this.handles.map(({ mesh }) => mesh));
   }
 
@@ -97,38 +87,10 @@ export class RegionHandles {
       }
     }
     for (const { mesh, place } of this.handles) mesh.position.set(...place(region));
-    this.keepSize();
+    this.dragging.keepSize();
   }
 
-  // Handles have a constant size on the screen.
-  private keepSize(): void {
-    const { camera } = this.stage;
-    const perPixel = this.stage.worldLengthOf(1) / camera.position.distanceTo(this.stage.controls.target);
-    for (const { mesh } of this.handles) {
-      mesh.scale.setScalar(7 * perPixel * camera.position.distanceTo(mesh.position));
-    }
-  }
-
-  private handleAt(x: number, y: number): Handle | null {
-    let nearest: Handle | null = null;
-    let least = 16;
-    for (const handle of this.handles) {
-      const at = this.stage.project(handle.mesh.position);
-      const distance = at ? Math.hypot(at.x - x, at.y - y) : Infinity;
-      if (distance < least) {
-        least = distance;
-        nearest = handle;
-      }
-    }
-    return nearest;
-  }
-
-  private grab(event: PointerEvent): void {
-    const handle = event.button === 0 ? this.handleAt(event.offsetX, event.offsetY) : null;
-    if (!handle) return;
-    event.stopImmediatePropagation();
-    (event.target as Element).setPointerCapture(event.pointerId);
-    this.stage.controls.enabled = false;
+  private grab(handle: Handle, event: PointerEvent): void {
     const { camera } = this.stage;
     const normal = camera.getWorldDirection(new THREE.Vector3());
     if (handle.axis) {
@@ -157,76 +119,44 @@ export class RegionHandles {
   }
 }
 
-function boxHandles(): Handle[] {
-  const handles: Handle[] = [];
-  for (let axis = 0; axis < 3; ++axis) {
-    for (const side of ["low", "high"] as const) {
-      handles.push({
-        mesh: handleMesh(),
-        axis: new THREE.Vector3().setComponent(axis, 1),
-        place: (region) => {
-          if (region.kind !== "box") return [0, 0, 0];
-          const at = middle(region.low, region.high);
-          at[axis] = region[side][axis];
-          return at;
-        },
-        dragged: (region, to) => {
-          if (region.kind !== "box") return region;
-          const moved = [...region[side]] as Vec3;
-          moved[axis] = side === "low" ? Math.min(to[axis], region.high[axis]) : Math.max(to[axis], region.low[axis]);
-          return { ...region, [side]: moved };
-        },
-      });
-    }
-  }
-  handles.push({
+function boxHandles(): Handle<BoxRegion>[] {
+  const ofFace = (axis: number, side: "low" | "high"): Handle<BoxRegion> => ({
+    mesh: handleMesh(),
+    axis: new THREE.Vector3().setComponent(axis, 1),
+    place: (region) => {
+      const at = middle(region.low, region.high);
+      at[axis] = region[side][axis];
+      return at;
+    },
+    dragged: (region, to) => {
+      const moved = [...region[side]] as Vec3;
+      moved[axis] = side === "low" ? Math.min(to[axis], region.high[axis]) : Math.max(to[axis], region.low[axis]);
+      return { ...region, [side]: moved };
+    },
+  });
+  const whole: Handle<BoxRegion> = {
     mesh: handleMesh(true),
     axis: null,
-    place: (region) => (region.kind === "box" ? middle(region.low, region.high) : [0, 0, 0]),
+    place: ({ low, high }) => middle(low, high),
     dragged: (region, to) => {
-      if (region.kind !== "box") return region;
       const at = middle(region.low, region.high);
       const moved = (corner: Vec3) => corner.map((v, i) => v + to[i] - at[i]) as Vec3;
       return { ...region, low: moved(region.low), high: moved(region.high) };
     },
-  });
-  return handles;
+  };
+  return [...[0, 1, 2].flatMap((axis) => [ofFace(axis, "low"), ofFace(axis, "high")]), whole];
 }
 
-function ballHandles(): Handle[] {
-  const centerOf = (region: Region): Vec3 => (region.kind === "ball" ? region.center : [0, 0, 0]);
+function ballHandles(): Handle<BallRegion>[] {
   return [
-    {
-      mesh: handleMesh(true),
-      axis: null,
-      place: centerOf,
-      dragged: (region, to) => (region.kind === "ball" ? { ...region, center: to } : region),
-    },
+    { mesh: handleMesh(true), axis: null, place: ({ center }) => center, dragged: (region, to) => ({ ...region, center: to }) },
     {
       mesh: handleMesh(),
       axis: new THREE.Vector3(1, 0, 0),
-      place: (region) => {
-        const [x, y, z] = centerOf(region);
-        return [x + (region.kind === "ball" ? region.radius : 0), y, z];
-      },
-      dragged: (region, to) => (region.kind === "ball" ? { ...region, radius: Math.max(0, to[0] - region.center[0]) } : region),
+      place: ({ center: [x, y, z], radius }) => [x + radius, y, z],
+      dragged: (region, to) => ({ ...region, radius: Math.max(0, to[0] - region.center[0]) }),
     },
   ];
-}
-
-export function handleMesh(isMiddle = false): THREE.Mesh {
-  const mesh = new THREE.Mesh(
-    isMiddle ? new THREE.OctahedronGeometry(1.25) : new THREE.SphereGeometry(1, 16, 12),
-    // Transparent, to be drawn in front of everything, including wireframes.
-    new THREE.MeshBasicMaterial({ color: isMiddle ? 0xffffff : color, depthTest: false, transparent: true }),
-  );
-  mesh.renderOrder = 4;
-  mesh.layers.set(layers.overlay);
-  return mesh;
-}
-
-export function lineMaterial(opacity = 0.9, depthTest = true): THREE.LineBasicMaterial {
-  return new THREE.LineBasicMaterial({ color: color, transparent: true, opacity, depthTest });
 }
 
 function rings(): THREE.LineSegments {

@@ -1,4 +1,5 @@
 // The pixel grid of a slice through the box of the data.
+import { cross, dot, minus } from "../shared/vectors";
 import type { Vec3 } from "../stream/dataset";
 import type { SliceGrid, SliceValues } from "../stream/dataset_queries";
 
@@ -125,21 +126,10 @@ function obliqueGrid(low: Vec3, high: Vec3, normal: Vec3, at: number, spacing: n
   return { origin, right: across.step, down: below.step, width: across.pixels, height: below.pixels };
 }
 
-export function dot(a: Vec3, b: Vec3): number {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-function cross(a: Vec3, b: Vec3): Vec3 {
-  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-}
-
 // Returns the value of the pixel nearest to a place of the plane; NaN outside the pixels' centers.
 export function valueAt({ grid, values }: SliceValues, place: Vec3): number {
   const { origin, right, down, width, height } = grid;
-  const along = (step: Vec3) => {
-    const square = step.reduce((sum, part) => sum + part * part, 0);
-    return step.reduce((sum, part, i) => sum + part * (place[i] - origin[i]), 0) / square;
-  };
+  const along = (step: Vec3) => dot(step, minus(place, origin)) / dot(step, step);
   const [x, y] = [along(right), along(down)];
   const isInside = (at: number, count: number) => at > -1e-6 && at < count - 1 + 1e-6;
   return isInside(x, width) && isInside(y, height) ? values[Math.round(y) * width + Math.round(x)] : NaN;

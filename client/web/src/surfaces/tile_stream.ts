@@ -161,7 +161,7 @@ export class TileStream implements ConnectionUser, PreviewClient {
     this.streamed = request;
     this.coloring = [];
     this.arrived.clear();
-    if (this.isFinishing) this.progress.set({ isStreaming: true, tilesToCome: 0, tilesReceived: 0 });
+    if (this.isFinishing) this.progress.set({ isStreaming: true, tilesToCome: 0, tilesReceived: 0, failure: null });
     else {
       this.started = performance.now();
       this.parts.surface.release(this);
