@@ -1,7 +1,7 @@
 import { isSound, matchBoundaries } from "../../../client/web/src/mesh/boundary_matcher";
 import { hex } from "../../../client/web/src/mesh/content_digest";
 import { boundaryOf, type TileBoundary } from "../../../client/web/src/mesh/tile_boundary";
-import type { ServerKind } from "../../../client/web/src/protocol/messages";
+import { create, ErrorCode, ErrorReplySchema, type ServerKind } from "../../../client/web/src/protocol/messages";
 import { Assembler, type AssemblerEffect } from "../../../client/web/src/stream/assembler";
 import { dataBorder } from "../../../client/web/src/stream/dataset";
 import { dataset, found, messages, request, tileFrom } from "./golden_stream";
@@ -66,6 +66,17 @@ describe("Assembler", () => {
     for (let cut = 0; cut < stream.length - 2; ++cut) {
       expect(kinds(await played(stream.slice(0, cut)))).not.toContain("committed");
     }
+  });
+
+  test("CommitsCompleteStepsBeforeARefusal", () => {
+    const assembler = newAssembler();
+    const refusal: ServerKind = { case: "error", value: create(ErrorReplySchema, { requestId: 1n, code: ErrorCode.LIMIT_EXCEEDED, text: "too large" }) };
+    const effects = [...stream.slice(0, -1), refusal].flatMap((message) => assembler.receive(message));
+    expect(kinds(effects)).not.toContain("refused");
+    const decoded = effects.flatMap((effect) => (effect.kind === "decode" ? assembler.decoded(effect.tile.key) : []));
+    expect(kinds(decoded)).toEqual(["check"]);
+    const topology = { ...found, borderEdges: 0, openEdges: 0, nonmanifoldEdges: 0, degenerateTriangles: 0 };
+    expect(kinds(assembler.checked(0, topology as never))).toEqual(["committed", "refused"]);
   });
 
   test("RejectsMissingTiles", async () => {

@@ -9,8 +9,10 @@ import {
   Combination,
   CoordinateSystem,
   create,
+  ErrorCode,
   ErrorUnit,
   EstimateSchema,
+  FrustumSchema,
   HelloSchema,
   IsosurfaceRequestSchema,
   ListDatasetsSchema,
@@ -22,6 +24,7 @@ import {
   StepPolicy,
   StreamOutcome,
   ThresholdMapSchema,
+  ThresholdViewSchema,
 } from "../../../client/web/src/protocol/messages";
 import { FileBlocks } from "../../../client/web/src/static/file_blocks";
 import { FileConversation } from "../../../client/web/src/static/file_conversation";
@@ -30,6 +33,7 @@ import { PageDatasets } from "../../../client/web/src/static/page_datasets";
 import { openPrepared, sectionChecksum } from "../../../client/web/src/static/prepared_file";
 import { RangedFile } from "../../../client/web/src/static/ranged_file";
 import { Assembler } from "../../../client/web/src/stream/assembler";
+import { applied } from "../../../client/web/src/stream/dataset";
 import { manifestTile, shellModeOf } from "../../../client/web/src/stream/step_checks";
 
 const golden = (name: string) => new Uint8Array(readFileSync(new URL(`../../golden/${name}`, import.meta.url)));
@@ -62,16 +66,9 @@ function serve(name: string, bytes: Uint8Array): string {
 
 function conversation(address: string, maxBytes?: number) {
   const messages: ServerKind[] = [];
-  return {
-    messages,
-    end: new FileConversation(
-      new PageDatasets(address),
-      tools,
-      (message) => messages.push(message),
-      () => {},
-      maxBytes,
-    ),
-  };
+  const datasets = new PageDatasets(address);
+  if (maxBytes) datasets.maxSurfaceBytes = maxBytes;
+  return { messages, end: new FileConversation(datasets, tools, (message) => messages.push(message)) };
 }
 
 const request = (isovalue: number, change = {}) =>
@@ -173,6 +170,24 @@ describe("StaticFiles", () => {
     const messages = await streamed(address, "padded", -300.5, { maxBytes: 10_000, steps: StepPolicy.FINAL_ONLY });
     expect((await digests(messages)).map(({ spacing }) => spacing)).toEqual([8]);
     expect(failureOf(messages)).toMatch(/^Every eighth sample is shown: the samples around this surface take/);
+    expect(messages.at(-1)?.value).toMatchObject({ code: ErrorCode.LIMIT_EXCEEDED });
+  });
+
+  test("AreFineNearTheEyeIfTheSurfaceIsTooLarge", async () => {
+    const address = serve("padded.mtd", golden("page_padded.mtd"));
+    const [info] = await new PageDatasets(address).list();
+    const [eye, lookAt] = [applied(info.indexToWorld, [-1, -1, -1]), applied(info.indexToWorld, [10, 10, 10])];
+    const frustum = create(FrustumSchema, { lookAt, up: [0, 0, 1], aspect: 1 });
+    const view = create(ThresholdViewSchema, { eye, fieldOfView: 35, heightPixels: 600, tolerancePixels: 1, frustum });
+    const threshold = create(ThresholdMapSchema, { ...request(0).threshold!, view });
+    const messages = await streamed(address, "padded", -300.5, { maxBytes: 10_000, request: { threshold } });
+    const assembler = new Assembler({ info, isosurface: request(-300.5, { threshold }), requestId: 1n });
+    expect(messages.flatMap((message) => assembler.receive(message)).filter(({ kind }) => kind === "failed")).toEqual([]);
+    const [preview, near] = await digests(messages);
+    expect(preview.spacing).toBe(8);
+    expect(near.triangles).toBeGreaterThan(5 * preview.triangles);
+    expect(near.triangles).toBeLessThan(10656);
+    expect(failureOf(messages)).toMatch(/^All samples are shown near the eye, and every second to eighth farther away: /);
   });
 
   test("HaveAnExpectedSize", async () => {

@@ -4,7 +4,7 @@
 //   node static_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { cpSync, existsSync, readFileSync, rmSync } from "node:fs";
+import { existsSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import path from "node:path";
 
@@ -20,6 +20,7 @@ const [withRanges, whole] = await Promise.all([webServer(true), webServer(false)
 
 await test("ShowsTheSurfaceOfTheServerFromFiles", showsTheSurface);
 await test("FetchesOnlyWhatIsNew", fetchesWhatIsNew);
+await test("ShowsLargeSurfacesFineNearTheEye", followsTheView);
 await test("SamplesFilesOnPlanesAndAtPlaces", samplesFiles);
 await test("SaysWhatNeedsAServer", saysWhatNeedsAServer);
 await test("RefusesAWebServerWithoutRanges", refusesWholeFiles);
@@ -88,6 +89,30 @@ async function fetchesWhatIsNew(page) {
   await page.reload();
   await complete(page);
   assert.deepEqual(fetched, ["gyroid.mtd 0-262143"], "the rest is in the browser's storage");
+}
+
+// An index that permits a page only some of the samples.
+async function followsTheView(page) {
+  const index = JSON.parse(readFileSync(path.join(folder, "datasets.json"), "utf8"));
+  writeFileSync(path.join(folder, "small.json"), JSON.stringify({ ...index, max_surface_megabytes: 0.2 }));
+  page.mayBeAt(new URL(withRanges).host);
+  await page.goto(`${withRanges}?static=small.json#dataset=head&isovalue=-200.5`);
+  await notice(page, /^All samples are shown near the eye.* A server shows all\./);
+  const shown = () => page.evaluate(() => ({
+    triangles: Number(document.querySelector(".fact.triangles b").textContent.replace(/\D/g, "")),
+    seal: document.querySelector(".seal").textContent,
+    picture: location.hash,
+  }));
+  const before = await shown();
+  assert.match(before.seal, /Watertight/);
+  const all = reference("head", "17", "-200.5").triangles;
+  assert(before.triangles > 0.05 * all && before.triangles < 0.9 * all, `${before.triangles} of ${all} triangles`);
+  await page.focus(".stage canvas");
+  for (let i = 0; i < 30; ++i) await page.keyboard.press("ArrowLeft");
+  for (let i = 0; (await shown()).triangles === before.triangles; ++i) {
+    assert(i < patience / 200, "another side is fine when it is near");
+    await page.waitForTimeout(200);
+  }
 }
 
 async function samplesFiles(page) {

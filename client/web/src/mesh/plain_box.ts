@@ -1,7 +1,8 @@
-// Boxes of samples as payloads of tiles (common/codec/plain_box.hpp): what a page without a server makes from a file, and
-// the decoder of sample shells marches.
+// Payloads of tiles that a page without a server makes from a file: boxes of samples (common/codec/plain_box.hpp), which the
+// decoder of sample shells marches; and triangles, where spacings meet in a tile.
 import { type SampleArray, typeCode } from "../static/sample_array";
 import type { Vec3 } from "../stream/dataset";
+import type { LatticeMesh } from "./tile_mesh";
 
 export interface PlainBox {
   samples: SampleArray; // x fastest; without the layers.
@@ -19,14 +20,15 @@ export interface SurfaceCounts {
   triangles: number;
 }
 
-const version = 2;
+const versions = { box: 2, triangles: 3 }; // Those of sample shells are 1.
 const headerBytes = 48;
+const meshHeaderBytes = 12; // The version, and the numbers of vertices and triangles.
 
 // Its counts are 0 until setCounts().
 export function plainPayload({ samples, origin, count, layers, layerValue, isovalue, resolution, spacingExponent }: PlainBox): Uint8Array {
   const payload = new Uint8Array(headerBytes + samples.byteLength);
   const view = new DataView(payload.buffer);
-  payload.set([version, typeCode(samples), resolution | (spacingExponent << 4), layers]);
+  payload.set([versions.box, typeCode(samples), resolution | (spacingExponent << 4), layers]);
   for (let axis = 0; axis < 3; ++axis) {
     view.setInt32(4 + 4 * axis, origin[axis], true);
     view.setInt32(16 + 4 * axis, count[axis], true);
@@ -41,6 +43,30 @@ export function setCounts(payload: Uint8Array, { vertices, triangles }: SurfaceC
   const view = new DataView(payload.buffer);
   view.setUint32(28, vertices, true);
   view.setUint32(32, triangles, true);
+}
+
+export function isPlainBox(payload: Uint8Array): boolean {
+  return payload[0] === versions.box;
+}
+
+export function meshPayload({ positions, triangles }: LatticeMesh): Uint8Array {
+  const header = Uint32Array.of(versions.triangles, positions.length / 3, triangles.length / 3);
+  const payload = new Uint8Array(meshHeaderBytes + positions.byteLength + triangles.byteLength);
+  [header, positions, triangles].reduce((at, part) => {
+    payload.set(new Uint8Array(part.buffer, part.byteOffset, part.byteLength), at);
+    return at + part.byteLength;
+  }, 0);
+  return payload;
+}
+
+// Returns null if it is another payload. Its triangles may have any vertices: not trusted.
+export function meshOfPayload(payload: Uint8Array): LatticeMesh | null {
+  if (payload[0] !== versions.triangles || payload.length < meshHeaderBytes) return null;
+  const [, vertices, triangles] = new Uint32Array(payload.slice(0, meshHeaderBytes).buffer);
+  if (payload.length !== meshHeaderBytes + 12 * (vertices + triangles)) return null;
+  const part = (from: number, count: number) => payload.slice(from, from + 12 * count).buffer;
+  const [positions, corners] = [part(meshHeaderBytes, vertices), part(meshHeaderBytes + 12 * vertices, triangles)];
+  return { positions: new Int32Array(positions), triangles: new Uint32Array(corners), normals: null };
 }
 
 interface Exports {

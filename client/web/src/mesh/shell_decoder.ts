@@ -5,8 +5,9 @@
 // manifest, before memory is allocated; the decoder then rejects the bytes or returns exactly the listed vertices and
 // triangles, inside the header's box.
 import { payloadHasher } from "./content_digest";
+import { isPlainBox, meshOfPayload } from "./plain_box";
 import { TileError } from "./tile_error";
-import { cubeName, type LatticeBox, type LatticeMesh, type ManifestTile, type OctreeCube } from "./tile_mesh";
+import { cubeName, isInside, type LatticeBox, type LatticeMesh, type ManifestTile, type OctreeCube } from "./tile_mesh";
 
 const quantized = 2;
 
@@ -24,8 +25,7 @@ export function smoothingRounds({ values, levelsPerOctave }: ShellMode): number 
 
 export interface MarchedTile {
   mesh: LatticeMesh;
-  box: LatticeBox;
-  hasVoid: boolean; // The surface may end inside the box.
+  box: LatticeBox | null; // The surface ends at its faces alone; null: unknown.
 }
 
 // Throws TileError.
@@ -62,16 +62,23 @@ export async function shellDecoder(wasm: BufferSource): Promise<ShellDecoder> {
     if (digest !== expected.key) {
       throw damaged(`its bytes have the digest ${digest}; the manifest lists ${expected.key}`);
     }
+    const made = meshOfPayload(payload);
+    if (made) {
+      const fault = meshFault(made, expected, resolution);
+      if (fault) throw damaged(fault);
+      return { mesh: made, box: null };
+    }
     const at = shell.shell_payload(payload.length);
     if (at === 0) throw damaged(`there is no memory for its ${payload.length} bytes`);
     new Uint8Array(shell.memory.buffer, at, payload.length).set(payload);
     const opened = shell.shell_open();
     if (opened !== 0) throw damaged(`its sample shell has ${statuses[opened] ?? "a fault"}`);
-    const fault = headerFault(shell, expected, mode, resolution);
+    const fault = headerFault(shell, expected, mode, resolution, isPlainBox(payload));
     if (fault) throw damaged(fault);
     const decoded = shell.shell_decode();
     if (decoded < 0) throw damaged(`there is no memory for its ${expected.triangles} triangles`);
     if (decoded !== 0) throw damaged(`its sample shell has ${statuses[decoded] ?? "a fault"}`);
+    const box = [0, 1, 2].flatMap(shell.shell_low).concat([0, 1, 2].map(shell.shell_high)) as LatticeBox;
     return {
       // Copies, because the decoder reuses its memory.
       mesh: {
@@ -79,13 +86,20 @@ export async function shellDecoder(wasm: BufferSource): Promise<ShellDecoder> {
         triangles: new Uint32Array(shell.memory.buffer, shell.shell_triangles(), 3 * expected.triangles).slice(),
         normals: null,
       },
-      box: [0, 1, 2].flatMap(shell.shell_low).concat([0, 1, 2].map(shell.shell_high)) as LatticeBox,
-      hasVoid: shell.shell_has_void() !== 0,
+      box: shell.shell_has_void() === 0 ? box : null,
     };
   };
 }
 
-function headerFault(shell: Exports, expected: ManifestTile, mode: ShellMode, resolution: number): string | null {
+function meshFault({ positions, triangles }: LatticeMesh, expected: ManifestTile, resolution: number): string | null {
+  const [vertices, count] = [positions.length / 3, triangles.length / 3];
+  if (vertices !== expected.vertices || count !== expected.triangles) return "it has other counts than the manifest lists";
+  if (triangles.some((vertex) => vertex >= vertices)) return "a triangle has an unknown vertex";
+  return isInside(positions, expected.cube, resolution) ? null : "a vertex lies outside the tile's cube";
+}
+
+// `mayBeFiner`: other tiles of the step have its spacing.
+function headerFault(shell: Exports, expected: ManifestTile, mode: ShellMode, resolution: number, mayBeFiner: boolean): string | null {
   const [vertices, triangles] = [shell.shell_vertex_count(), shell.shell_triangle_count()];
   if (vertices !== expected.vertices || triangles !== expected.triangles) {
     return `it declares ${triangles} triangles and ${vertices} vertices; the manifest lists ${expected.triangles} and ${expected.vertices}`;
@@ -94,7 +108,8 @@ function headerFault(shell: Exports, expected: ManifestTile, mode: ShellMode, re
   if (shell.shell_values() !== mode.values || levels !== mode.levelsPerOctave) {
     return "the values of its samples are coded in another way than the step says";
   }
-  if (shell.shell_lattice_resolution() !== resolution || 2 ** shell.shell_spacing_exponent() !== mode.spacing) {
+  const spacing = 2 ** shell.shell_spacing_exponent();
+  if (shell.shell_lattice_resolution() !== resolution || (mayBeFiner ? spacing > mode.spacing : spacing !== mode.spacing)) {
     return "its samples or its lattice have another spacing than the step's";
   }
   return isBoxInside(shell, expected.cube, resolution) ? null : "its samples lie outside the tile's cube";

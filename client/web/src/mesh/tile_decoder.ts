@@ -7,7 +7,7 @@ import type { Decoder, DecoderModule } from "draco3d";
 import { hex, type TriangleHasher } from "./content_digest";
 import { PointNumbers } from "./point_numbers";
 import { TileError } from "./tile_error";
-import { cubeName, type LatticeMesh, type ManifestTile, type OctreeCube } from "./tile_mesh";
+import { cubeName, isInside, type LatticeMesh, type ManifestTile } from "./tile_mesh";
 import { payloadCounts } from "./tile_payload";
 
 export interface TileDecoding {
@@ -89,16 +89,6 @@ function fromHeap(draco: DecoderModule, bytes: number, damaged: (what: string) =
   } finally {
     draco._free(pointer);
   }
-}
-
-function isInside(positions: Int32Array, cube: OctreeCube, resolution: number): boolean {
-  const side = 2 ** (cube.exponent + resolution);
-  const low = [cube.x * side, cube.y * side, cube.z * side];
-  for (let i = 0; i < positions.length; ++i) {
-    const from = low[i % 3];
-    if (positions[i] < from || positions[i] > from + side) return false;
-  }
-  return true;
 }
 
 // Draco splits a vertex where the tile's surface touches itself; restores one vertex per lattice point.

@@ -29,3 +29,14 @@ export interface LatticeMesh {
 export function cubeName(cube: OctreeCube): string {
   return `cube ${cube.exponent}:${cube.x}/${cube.y}/${cube.z}`;
 }
+
+// Whether all vertices lie in the cube.
+export function isInside(positions: Int32Array, cube: OctreeCube, resolution: number): boolean {
+  const side = 2 ** (cube.exponent + resolution);
+  const low = [cube.x * side, cube.y * side, cube.z * side];
+  for (let i = 0; i < positions.length; ++i) {
+    const from = low[i % 3];
+    if (positions[i] < from || positions[i] > from + side) return false;
+  }
+  return true;
+}

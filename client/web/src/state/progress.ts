@@ -55,6 +55,7 @@ export interface Failure {
   text: string;
   isFatal: boolean;
   needsToken: boolean;
+  needsView?: boolean; // The view decides which parts of the surface are shown.
 }
 
 export interface ConnectionState {

@@ -100,13 +100,17 @@ function snapped(at: number): number {
 }
 
 // The bricks of the samples around some places.
-class BrickSet {
+export class BrickSet {
   private readonly bricks = new Set<number>();
 
   constructor(private readonly volume: PreparedVolume) {}
 
   get size(): number {
     return this.bricks.size;
+  }
+
+  get all(): number[] {
+    return [...this.bricks];
   }
 
   // Adds those of the eight samples around a place in the data.

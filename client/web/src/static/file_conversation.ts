@@ -28,16 +28,22 @@ import {
   TileSchema,
   WelcomeSchema,
 } from "../protocol/messages";
+import { CrossedCells } from "./crossed_cells";
 import { probedPlaces, sampledSlice } from "./field_samples";
 import { coarseSpacing } from "./level_extents";
 import type { PageDatasets } from "./page_datasets";
 import type { PreparedVolume } from "./prepared_file";
 import { sampleBytes } from "./sample_array";
 import { brickSide } from "./sample_bricks";
-import { type MadeTile, SurfaceLevel, type Tools } from "./surface_level";
+import { type MadeTile, SurfaceLevel, type Tools, uniformCubes } from "./surface_level";
+import { cubesByView } from "./view_levels";
 
-export const maxSurfaceBytes = 1 << 29; // Samples around one surface, unpacked.
-const maxMegabyte = 1e6;
+const maxSurfaceBricks = 40_000; // They have about as many triangles as a page can show.
+const megabyte = 1e6;
+const defaultLattice = 5;
+
+// A surface that a page cannot show as a whole.
+class TooLarge extends Error {}
 
 export class FileConversation {
   private running = 0n; // The request id of the stream.
@@ -47,7 +53,6 @@ export class FileConversation {
     private readonly tools: Promise<Tools>,
     private readonly send: (message: ServerKind) => void,
     private readonly progress: (share: number) => void = () => {}, // The part of a step's samples that is read.
-    private readonly maxBytes = maxSurfaceBytes,
   ) {}
 
   async receive(message: ClientKind): Promise<void> {
@@ -57,7 +62,10 @@ export class FileConversation {
       await this.answer(message);
     } catch (error) {
       const isStale = message.case === "openStream" && this.running !== requestId;
-      if (!isStale) this.refuse(message.case === "listDatasets" ? 0n : requestId, (error as Error).message);
+      if (isStale) return;
+      const code = error instanceof TooLarge ? ErrorCode.LIMIT_EXCEEDED : ErrorCode.INTERNAL;
+      const value = create(ErrorReplySchema, { requestId: message.case === "listDatasets" ? 0n : requestId, code, text: (error as Error).message });
+      this.send({ case: "error", value });
     }
   }
 
@@ -85,7 +93,8 @@ export class FileConversation {
       case "estimate": {
         const { requestId, dataset, request } = message.value;
         const volume = await this.datasets.volume(dataset);
-        const level = new SurfaceLevel(volume, request?.isovalue ?? 0, 5, 1);
+        const crossed = new CrossedCells(volume, request?.isovalue ?? 0);
+        const level = new SurfaceLevel(crossed, request?.lattice || defaultLattice, uniformCubes(crossed, 1));
         const triangles = BigInt(await level.expectedTriangles(await this.tools));
         return this.send({
           case: "estimateReply",
@@ -116,30 +125,33 @@ export class FileConversation {
     const [volume, tools] = await Promise.all([this.datasets.volume(dataset), this.tools]);
     const isWanted = () => this.running === requestId;
     if (!isWanted()) return;
-    const level = (spacing: number) => new SurfaceLevel(volume, request.isovalue, request.lattice || 5, spacing);
+    const crossed = new CrossedCells(volume, request.isovalue);
+    const of = (cubes: ReturnType<typeof uniformCubes>) => new SurfaceLevel(crossed, request.lattice || defaultLattice, cubes);
+    const level = (spacing: number) => of(uniformCubes(crossed, spacing));
     const steps = new StepSender(open, request, this.send, tools, isWanted);
     const fine = level(1);
-    const excess = excessOf(volume, fine, this.maxBytes);
-    const isPreviewed = policy !== StepPolicy.FINAL_ONLY || excess !== null;
+    const largest = Math.min(maxSurfaceBricks, Math.floor(this.datasets.maxSurfaceBytes / brickBytes(volume)));
+    const excess = fine.bricks.length > largest;
+    const isPreviewed = excess ? open.cachedTileDigests.length === 0 : policy !== StepPolicy.FINAL_ONLY;
     if (isPreviewed && volume.info.gridExponent > Math.log2(coarseSpacing) && !(await steps.sendStep(level(coarseSpacing)))) return;
     const isLast = policy === StepPolicy.PREVIEWS_ONLY && steps.sent > 0;
     if (!isLast) {
-      if (excess) throw new Error(excess);
-      const best = request.maxTriangles > 0n ? level(spacingWithin(Number(request.maxTriangles), await fine.expectedTriangles(tools), volume.info)) : fine;
+      const view = request.threshold?.view;
+      if (excess && !view) throw new TooLarge(excessOf(volume, fine, largest, "Every eighth sample is shown"));
+      const budget = Number(request.maxTriangles);
+      const spacing = budget > 0 ? spacingWithin(budget, await fine.expectedTriangles(tools), volume.info) : 1;
+      const best = excess && view ? of(cubesByView(crossed, view, largest)) : spacing > 1 ? level(spacing) : fine;
       await volume.bricks.fetch(best.bricks, (share) => {
         if (isWanted()) this.progress(share);
         return isWanted();
       });
-      const isKnown = best.spacing === coarseSpacing && steps.sent > 0;
+      const isKnown = best.bricks.length === 0 && steps.sent > 0;
       if (!isWanted() || !(isKnown || (await steps.sendStep(best)))) return;
+      if (excess) throw new TooLarge(excessOf(volume, fine, largest, "All samples are shown near the eye, and every second to eighth farther away"));
     }
     // A level with fewer triangles does not meet a request: the stream ends before its final step.
     const outcome = steps.hasSentFinal || isLast ? StreamOutcome.COMPLETE : StreamOutcome.CANCELLED;
     this.send({ case: "streamEnd", value: create(StreamEndSchema, { requestId, outcome, steps: steps.sent }) });
-  }
-
-  private refuse(requestId: bigint, text: string): void {
-    this.send({ case: "error", value: create(ErrorReplySchema, { requestId, code: ErrorCode.INTERNAL, text }) });
   }
 }
 
@@ -156,12 +168,14 @@ function spacingWithin(budget: number, triangles: number, { gridExponent }: Data
   return Math.min(found, 2 ** (gridExponent - 1));
 }
 
-// Returns why the surface is too large for a page; null: it is not.
-function excessOf({ info }: PreparedVolume, { bricks }: SurfaceLevel, maxBytes: number): string | null {
-  const bytes = bricks.length * brickSide ** 3 * sampleBytes(info.type);
-  if (bytes <= maxBytes) return null;
-  const megabytes = (n: number) => `${Math.round(n / maxMegabyte)} MB`;
-  return `Every eighth sample is shown: the samples around this surface take ${megabytes(bytes)}, and a page holds at most ${megabytes(maxBytes)}. A server shows all.`;
+function brickBytes({ info }: PreparedVolume): number {
+  return brickSide ** 3 * sampleBytes(info.type);
+}
+
+// Says what is shown of a surface that is too large, and why.
+function excessOf(volume: PreparedVolume, { bricks }: SurfaceLevel, largest: number, shown: string): string {
+  const megabytes = (count: number) => `${Math.round((count * brickBytes(volume)) / megabyte)} MB`;
+  return `${shown}: the samples around this surface take ${megabytes(bricks.length)}, and a page holds at most ${megabytes(largest)}. A server shows all.`;
 }
 
 // Sends complete steps of one stream.

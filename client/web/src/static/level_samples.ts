@@ -1,54 +1,27 @@
 // The samples of a uniform level in octree cubes, of the bricks that the surface crosses alone: what
 // server/extraction/detail/level_samples.cpp does for sample shells.
 //
-// Every crossed edge lies in a closed cell of 8 grid steps whose range has values on both sides of the isovalue. Bricks
-// that touch no such cell are not read: their samples get any value on the same side, or are void where others are.
+// Bricks that touch no crossed cell are not read: their samples get any value on the same side, or are void where others are.
 import type { PlainBox } from "../mesh/plain_box";
 import type { OctreeCube } from "../mesh/tile_mesh";
 import type { Vec3 } from "../stream/dataset";
-import { cellExtent, coarseExtent, coarseSpacing, type Extent, indexIn } from "./level_extents";
+import { type Cells, type CrossedCells, cellsOf } from "./crossed_cells";
+import { coarseExtent, coarseSpacing, indexIn } from "./level_extents";
 import type { PreparedVolume } from "./prepared_file";
 import { arrayType, type SampleArray } from "./sample_array";
 import { brickSide } from "./sample_bricks";
 
-export const shellCells = 64; // Cells of the level along a tile's side.
-
 type Box = Pick<PlainBox, "layers"> & { first: Vec3; last: Vec3 }; // Samples of the data, in spacings.
-type Cells = { first: Vec3; last: Vec3 };
 
 export class LevelSamples {
-  private readonly cells: Extent;
-  private readonly crossed: Uint8Array; // By cell.
+  private readonly volume: PreparedVolume;
 
   // `spacing`: 1, 2, 4 or 8.
   constructor(
-    private readonly volume: PreparedVolume,
-    private readonly isovalue: number,
+    private readonly crossed: CrossedCells,
     readonly spacing: number,
   ) {
-    this.cells = cellExtent(volume.info);
-    this.crossed = this.findCrossed();
-  }
-
-  // Returns the number of crossed cells in the cubes.
-  crossedCells(cubes: readonly OctreeCube[]): number {
-    let count = 0;
-    for (const cube of cubes) this.visit(cellsOf(cube), () => ++count < 0);
-    return count;
-  }
-
-  // Returns the cubes that the surface crosses.
-  cubes(): OctreeCube[] {
-    const exponent = Math.min(this.volume.info.gridExponent, Math.log2(shellCells * this.spacing));
-    const side = 2 ** exponent / coarseSpacing; // In cells.
-    const found = new Map<string, OctreeCube>();
-    const { low, count } = this.cells;
-    this.visit({ first: [low, low, low], last: count.map((n) => low + n - 1) as Vec3 }, (x, y, z) => {
-      const [i, j, k] = [x, y, z].map((cell) => Math.floor(cell / side));
-      found.set(`${i} ${j} ${k}`, { exponent, x: i, y: j, z: k });
-      return false;
-    });
-    return [...found.values()];
+    this.volume = crossed.volume;
   }
 
   // Returns the bricks that read() needs.
@@ -73,51 +46,12 @@ export class LevelSamples {
     return { samples, origin, count, layers: box.layers };
   }
 
-  // Cells beyond the data have the value outside, too.
-  private findCrossed(): Uint8Array {
-    const { info, ranges } = this.volume;
-    const { low, count } = this.cells;
-    const crossed = new Uint8Array(count[0] * count[1] * count[2]);
-    const isBeyond = (cell: number, axis: number) => coarseSpacing * cell < info.margin || coarseSpacing * (cell + 1) > info.margin + info.dims[axis] - 1;
-    const outside = info.outside === undefined ? undefined : Math.fround(info.outside);
-    let i = 0;
-    for (let z = low; z < low + count[2]; ++z) {
-      for (let y = low; y < low + count[1]; ++y) {
-        const isRowBeyond = isBeyond(z, 2) || isBeyond(y, 1);
-        for (let x = low; x < low + count[0]; ++x, ++i) {
-          let least = ranges[2 * i];
-          let greatest = ranges[2 * i + 1];
-          if (!(least <= greatest)) continue; // All are void.
-          if (outside !== undefined && (isRowBeyond || isBeyond(x, 0))) {
-            least = Math.min(least, outside);
-            greatest = Math.max(greatest, outside);
-          }
-          crossed[i] = !(least > this.isovalue) && greatest > this.isovalue ? 1 : 0;
-        }
-      }
-    }
-    return crossed;
-  }
-
-  // Visits crossed cells until `act` returns true; returns whether it did.
-  private visit({ first, last }: Cells, act: (x: number, y: number, z: number) => boolean): boolean {
-    const { low, count } = this.cells;
-    const [from, to] = [first.map((at) => Math.max(at, low)), last.map((at, axis) => Math.min(at, low + count[axis] - 1))];
-    for (let z = from[2]; z <= to[2]; ++z) {
-      for (let y = from[1]; y <= to[1]; ++y) {
-        const row = indexIn(this.cells, 0, y, z);
-        for (let x = from[0]; x <= to[0]; ++x) if (this.crossed[row + x] && act(x, y, z)) return true;
-      }
-    }
-    return false;
-  }
-
   // Returns the samples around the crossed cells of the cube; null: no cell with a value at all corners.
   private crossedPart(cube: OctreeCube): Box | null {
     const whole = this.levelBox(cube);
     if (!whole) return null;
     const found: Cells = { first: [Infinity, Infinity, Infinity], last: [-Infinity, -Infinity, -Infinity] };
-    this.visit(cellsOf(cube), (...cell) => {
+    this.crossed.visit(cellsOf(cube), (...cell) => {
       cell.forEach((at, axis) => {
         found.first[axis] = Math.min(found.first[axis], at);
         found.last[axis] = Math.max(found.last[axis], at);
@@ -190,11 +124,9 @@ export class LevelSamples {
 
   // Returns the least sample of a cell with this point in the cube.
   private valueBeside(cube: OctreeCube, point: Vec3): number {
-    const { info, ranges } = this.volume;
-    if (info.voidSamples > 0n) return Number.NaN;
+    if (this.volume.info.voidSamples > 0n) return Number.NaN;
     const { last } = cellsOf(cube);
-    const cell = point.map((at, axis) => Math.min(Math.floor((at * this.spacing) / coarseSpacing), last[axis])) as Vec3;
-    return ranges[2 * indexIn(this.cells, ...cell)];
+    return this.crossed.leastIn(point.map((at, axis) => Math.min(Math.floor((at * this.spacing) / coarseSpacing), last[axis])) as Vec3);
   }
 
   private visitBricks(cube: OctreeCube, box: Box, act: (brick: number, part: { brick: Vec3; first: Vec3; last: Vec3 }, isNeeded: boolean) => void): void {
@@ -222,12 +154,6 @@ export class LevelSamples {
       first: first.map((at, axis) => Math.max(Math.ceil((at * this.spacing) / coarseSpacing) - 1, cells.first[axis])) as Vec3,
       last: last.map((at, axis) => Math.min(Math.floor((at * this.spacing) / coarseSpacing), cells.last[axis])) as Vec3,
     };
-    return this.visit(around, () => true);
+    return this.crossed.visit(around, () => true);
   }
-}
-
-// The cells of 8 grid steps in a cube of at least that side.
-function cellsOf({ exponent, x, y, z }: OctreeCube): Cells {
-  const side = Math.max(1, 2 ** exponent / coarseSpacing);
-  return { first: [x * side, y * side, z * side], last: [(x + 1) * side - 1, (y + 1) * side - 1, (z + 1) * side - 1] };
 }

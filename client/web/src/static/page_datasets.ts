@@ -5,6 +5,14 @@ import { datasetInfo } from "./dataset_metadata";
 import { openPrepared, type PreparedVolume } from "./prepared_file";
 
 const indexVersion = 1;
+const defaultSurface = 1 << 29;
+const megabyte = 1e6;
+
+interface Index {
+  version: number;
+  datasets: IndexEntry[];
+  max_surface_megabytes?: number; // Written by hand.
+}
 
 interface IndexEntry {
   file: string; // Relative to the index.
@@ -14,6 +22,7 @@ interface IndexEntry {
 export class PageDatasets {
   private readonly store = new BlockStore();
   private readonly opened = new Map<string, Promise<PreparedVolume>>(); // By address.
+  maxSurfaceBytes = defaultSurface; // Samples around one surface, unpacked; as the index says.
   private listed: Promise<Map<string, { address: string; info: DatasetInfo }>> | null = null;
 
   constructor(private readonly address: string) {}
@@ -47,7 +56,9 @@ export class PageDatasets {
     const reply = await fetch(this.address, { cache: "no-cache" }).catch(() => null);
     if (!reply?.ok) throw new Error(`The index ${this.address} cannot be read${reply ? `: status ${reply.status}` : ""}.`);
     try {
-      const { version, datasets } = (await reply.json()) as { version: number; datasets: IndexEntry[] };
+      const { version, datasets, max_surface_megabytes: most } = (await reply.json()) as Index;
+      if (most !== undefined && !(most > 0)) throw new Error("its max_surface_megabytes is not a positive number");
+      if (most) this.maxSurfaceBytes = most * megabyte;
       if (version !== indexVersion) throw new Error(`it has version ${version}, not ${indexVersion}`);
       const entries = datasets.map(({ file, metadata }) => ({ address: new URL(file, this.address).href, info: datasetInfo(metadata) }));
       return new Map(entries.map((entry) => [entry.info.name, entry]));

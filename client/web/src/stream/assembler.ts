@@ -51,7 +51,7 @@ export class Assembler {
   private readonly pending: Pending[] = [];
   private steps = 0; // Number of steps begun.
   private finalHasBegun = false;
-  private streamEnd: { outcome: StreamOutcome } | null = null;
+  private streamEnd: AssemblerEffect | null = null; // Follows the complete steps.
   private isOver = false;
   private readonly missing = new Map<number, Set<string>>(); // Missing tile keys by step.
   private invariants: { step: number; euler: number; components: number } | null = null;
@@ -94,8 +94,7 @@ export class Assembler {
       case "error": {
         const { requestId, code, text, retryAfter } = message.value;
         if (requestId !== this.request.requestId && requestId !== 0n) return [];
-        this.isOver = true;
-        return [{ kind: "refused", code, text, retryAfter }];
+        return this.endWith({ kind: "refused", code, text, retryAfter });
       }
       default:
         return [];
@@ -208,7 +207,11 @@ export class Assembler {
     if (outcome === StreamOutcome.COMPLETE && !this.finalHasBegun && !(this.request.isPreviewsOnly && this.steps > 0)) {
       return this.fail("The server ended the stream as complete, but the final step is missing.");
     }
-    this.streamEnd = { outcome };
+    return this.endWith({ kind: "ended", outcome });
+  }
+
+  private endWith(end: AssemblerEffect): AssemblerEffect[] {
+    this.streamEnd = end;
     // An interrupted step will never be complete.
     if (this.pending.at(-1) && !this.pending.at(-1)!.end) this.pending.pop();
     return this.advance();
@@ -221,7 +224,7 @@ export class Assembler {
     if (!first) {
       if (!this.streamEnd) return [];
       this.isOver = true;
-      return [{ kind: "ended", outcome: this.streamEnd.outcome }];
+      return [this.streamEnd];
     }
     if (!first.end || first.checking || first.tiles.some(({ key }) => !this.ready.has(key))) {
       return [];

@@ -28,6 +28,7 @@ export interface View {
   fieldOfView: number; // Vertical, degrees.
   heightPixels: number;
   aspect: number;
+  isRequired?: boolean; // It decides what of the surface is shown at all.
 }
 
 const defaultLatticeResolution = 5;
@@ -65,12 +66,12 @@ export function isosurfaceRequest(info: DatasetInfo, settings: OwnSettings, view
 
 // If a pixel at the nearest place of the data is smaller than the allowed error, the smaller of the two applies
 // everywhere; the box carries the error, because the view replaces it. Otherwise the request has no view and does not
-// change as the camera turns. With a region coarser than the rest, the regions apply in order.
+// change as the camera turns, unless it requires one. With a region coarser than the rest, the regions apply in order.
 function localThresholds(info: DatasetInfo, settings: OwnSettings, view: View | null) {
   const { region, error, followView, pixels } = settings;
   const regions = region ? [thresholdRegion(region)] : [];
-  const isFiner = followView && view && !(region && region.error > error) && nearestPixel(info, view) * pixels < error;
-  if (!isFiner) return { combine: Combination.IN_ORDER, regions };
+  const isFiner = view !== null && !(region && region.error > error) && nearestPixel(info, view) * pixels < error;
+  if (!followView || !view || !(isFiner || view.isRequired)) return { combine: Combination.IN_ORDER, regions };
   const whole = { kind: "box" as const, ...widened(worldBox(info)), error };
   return { combine: Combination.MINIMUM, regions: [thresholdRegion(whole), ...regions], view: thresholdView(view, pixels, error) };
 }

@@ -37,7 +37,7 @@ export function isRegression(before: ShownSurface | null, request: StreamRequest
   if (facts.isFinal || !before || before.info.name !== request.info.name) return false;
   if (before.request.isovalue !== request.isosurface.isovalue) return false;
   // The step's error is the one outside the camera's view; inside, the step is finer.
-  if (before.request.threshold?.view) return true;
+  if (before.request.threshold?.view && before.facts.isFinal) return true;
   const { errorWorld, tolerance } = before.facts;
   return facts.errorWorld > errorWorld || facts.tolerance > tolerance;
 }

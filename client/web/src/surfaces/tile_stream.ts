@@ -3,7 +3,7 @@
 //
 //   connection -> received() -> stream -> decode() -> worker -> stream -> check() -> worker -> stream -> committed()
 import { missingValues } from "../mesh/scalars";
-import { type DatasetInfo, Priority, type ServerKind, type StepBegin } from "../protocol/messages";
+import { type DatasetInfo, ErrorCode, Priority, type ServerKind, type StepBegin } from "../protocol/messages";
 import type { Surface } from "../scene/surface";
 import { type Failure, noFailure, noProgress, type Progress } from "../state/progress";
 import type { Store } from "../state/store";
@@ -198,9 +198,11 @@ export class TileStream implements ConnectionUser, PreviewClient {
         this.parts.surface.dropUnused();
         return this.events.ended(false);
       case "refused":
-      case "failed":
-        this.progress.set({ isStreaming: false, failure: { ...noFailure, text: effect.text } });
+      case "failed": {
+        const needsView = effect.kind === "refused" && effect.code === ErrorCode.LIMIT_EXCEEDED;
+        this.progress.set({ isStreaming: false, failure: { ...noFailure, text: effect.text, needsView } });
         return this.events.ended(true);
+      }
     }
   }
 

@@ -8,10 +8,18 @@ const slowSurface = 2000; // Milliseconds from the first request to its final st
 
 export class ViewDependentDetail {
   private isSlow: boolean | null = null; // Null: no surface was complete yet.
+  private isRequired = false;
 
   // Call when the user requests it, regardless of speed.
   enable(): void {
     this.isSlow = false;
+  }
+
+  // Call when a surface is too large to be shown without a view. Returns whether that was unknown.
+  require(): boolean {
+    const wasUnknown = !this.isRequired;
+    this.isRequired = true;
+    return wasUnknown;
   }
 
   // Returns whether it is requested but paused because the first surface was slow.
@@ -23,12 +31,14 @@ export class ViewDependentDetail {
   // camera turn would request all of them again.
   view(settings: Settings, current: () => View): View | null {
     const isMany = settings.surfaces.filter(({ visible }) => visible).length > maxSurfacesInView;
-    return this.isSlow !== false || settings.playing || isMany ? null : current();
+    if (settings.playing || isMany || (this.isSlow !== false && !this.isRequired)) return null;
+    return { ...current(), isRequired: this.isRequired };
   }
 
   // Call when the first surface is complete, with the milliseconds since its request; null: it was not requested.
   // Returns whether requests include the view from now on.
   recordDuration(complete: number | null): boolean {
+    this.isRequired = false;
     if (this.isSlow !== null || complete === null) return false;
     this.isSlow = complete > slowSurface;
     return !this.isSlow;

@@ -371,6 +371,8 @@ export class Viewer {
   private reportProgress(surface: number): void {
     const progress = this.surfaces.progressOf(0);
     if (surface === 0) this.notices.show(progress, this.surfaces.firstShown && emptySurfaceText(this.surfaces.firstShown, progress));
+    const { failure } = this.surfaces.progressOf(surface);
+    if (failure?.needsView && this.get().followView && this.detail.require()) queueMicrotask(() => this.requestSurfaces());
     this.events.emit("progress", { surface });
   }
 

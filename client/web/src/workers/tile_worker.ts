@@ -46,8 +46,8 @@ function hasherFor(resolution: number): Promise<TriangleHasher> {
 
 async function meshOf({ payload, expected, resolution, shell, hasNormals }: TileJob): Promise<{ mesh: LatticeMesh; boundary: TileBoundary }> {
   if (shell) {
-    const { mesh, box, hasVoid } = (await decoderOfShells())(payload, expected, shell, resolution);
-    return { mesh, boundary: boundaryOf(mesh, hasVoid ? null : box) };
+    const { mesh, box } = (await decoderOfShells())(payload, expected, shell, resolution);
+    return { mesh, boundary: boundaryOf(mesh, box) };
   }
   const hasher = await hasherFor(resolution);
   const mesh = decodeTile(payload, expected, { draco: await dracoDecoder(), hasher, resolution, hasNormals });
