@@ -65,6 +65,19 @@ class BrickReader {
     return static_cast<float>(
         samples[p.x % kSide + extent[0] * (p.y % kSide + extent[1] * (p.z % kSide))]);
   }
+  // Fills a row with the samples at p, p + step along x, and so on. Requires all in the data.
+  void fill_row(GridPoint p, std::int32_t step, std::span<float> values) {
+    for (std::size_t i = 0; i < values.size();) {
+      const GridCounts brick = {p.x / kSide, p.y / kSide, p.z / kSide};
+      const GridCounts extent = layout_.extent(brick);
+      const Sample* const row = brick_at(layout_.index(brick)) +
+                                extent[0] * (p.y % kSide + extent[1] * (p.z % kSide));
+      for (std::int32_t x = p.x - kSide * brick[0]; x < kSide && i < values.size(); x += step) {
+        values[i++] = static_cast<float>(row[x]);
+        p.x += step;
+      }
+    }
+  }
 
  private:
   static constexpr std::int32_t kSide = BrickLayout::kSampleSide;

@@ -17,6 +17,16 @@ void fill_row_along_x(Reader& reader, const DatasetInfo& info, const Vec3& left,
   const std::int32_t y = nearest_sample(reader.along(1, left[1]));
   const std::int32_t z = nearest_sample(reader.along(2, left[2]));
   const double last = info.dims[0] - 1;
+  if constexpr (requires { reader.fill_row(GridPoint{}, 1, values); }) {
+    const double first = snapped_to_sample(left[0]);
+    const double end = first + step * static_cast<double>(values.size() - 1);
+    if (step >= 1 && step == std::floor(step) && first == std::floor(first) && first >= 0 &&
+        end <= last) {
+      reader.fill_row({static_cast<std::int32_t>(first), y, z}, static_cast<std::int32_t>(step),
+                      values);
+      return;
+    }
+  }
   for (std::size_t column = 0; column < values.size(); ++column) {
     const double x = snapped_to_sample(left[0] + static_cast<double>(column) * step);
     const bool is_inside = x >= 0 && x <= last;

@@ -26,26 +26,26 @@ describe("PackedSamples", () => {
       [SampleType.I16, 2, [-1024, 3071, 32767, -32768, 0]],
     ];
     for (const [type, width, values] of cases) {
-      expect([...(await unpackedSamples(type, packed(unsigned(values, width), width), 5))]).toEqual(values);
+      expect([...(await unpackedSamples({ type: type, bytes: packed(unsigned(values, width), width) }, 5))]).toEqual(values);
     }
   });
 
   test("MayBePlainFloats", async () => {
     const values = Float32Array.of(1.5, -2);
-    expect(await unpackedSamples(SampleType.UNSPECIFIED, new Uint8Array(values.buffer), 2)).toEqual(values);
+    expect(await unpackedSamples({ type: SampleType.UNSPECIFIED, bytes: new Uint8Array(values.buffer) }, 2)).toEqual(values);
   });
 
   test("KeepTheBitsOfFloats", async () => {
     const values = Float32Array.of(0.5, -1e30, NaN, 3e-40, Infinity);
     const bits = [...new Uint32Array(values.buffer)];
-    expect(await unpackedSamples(SampleType.F32, packed(bits, 4), 5)).toEqual(values);
+    expect(await unpackedSamples({ type: SampleType.F32, bytes: packed(bits, 4) }, 5)).toEqual(values);
   });
 
   test("AreRefusedIfTheyAreNotTheRequestedOnes", async () => {
-    await expect(unpackedSamples(SampleType.U8, packed([1, 2, 3], 1), 2)).rejects.toThrow("not as many");
-    await expect(unpackedSamples(SampleType.U8, packed([1, 2, 3], 1), 4)).rejects.toThrow("not as many");
-    await expect(unpackedSamples(SampleType.UNSPECIFIED, Uint8Array.of(1, 2, 3), 1)).rejects.toThrow("not as many");
-    await expect(unpackedSamples(99 as SampleType, packed([1], 1), 1)).rejects.toThrow("unknown type");
-    await expect(unpackedSamples(SampleType.U8, Uint8Array.of(1, 2, 3), 1)).rejects.toThrow();
+    await expect(unpackedSamples({ type: SampleType.U8, bytes: packed([1, 2, 3], 1) }, 2)).rejects.toThrow("not as many");
+    await expect(unpackedSamples({ type: SampleType.U8, bytes: packed([1, 2, 3], 1) }, 4)).rejects.toThrow("not as many");
+    await expect(unpackedSamples({ type: SampleType.UNSPECIFIED, bytes: Uint8Array.of(1, 2, 3) }, 1)).rejects.toThrow("not as many");
+    await expect(unpackedSamples({ type: 99 as SampleType, bytes: packed([1], 1) }, 1)).rejects.toThrow("unknown type");
+    await expect(unpackedSamples({ type: SampleType.U8, bytes: Uint8Array.of(1, 2, 3) }, 1)).rejects.toThrow();
   });
 });

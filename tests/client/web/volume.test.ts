@@ -1,7 +1,8 @@
 import { SampleType } from "../../../client/web/src/protocol/messages";
-import { BlockRanges, levelsOf, samplesOf, slabsOf } from "../../../client/web/src/scene/volume/levels";
+import { BlockRanges, levelsOf, nextLevel, samplesOf, slabsOf } from "../../../client/web/src/scene/volume/levels";
 import { extinctionTable, isVisible, opacityAt, tableLength, volumePresets } from "../../../client/web/src/scene/volume/opacities";
-import { blockTexture, texelRange, type VolumeTexture } from "../../../client/web/src/scene/volume/volume_texture";
+import { halfOf, madeSlab } from "../../../client/web/src/scene/volume/slab";
+import { blockTexture, texelRange } from "../../../client/web/src/scene/volume/volume_texture";
 import { fromAddress } from "../../../client/web/src/state/url_state";
 import type { Vec3 } from "../../../client/web/src/stream/dataset";
 import { plain as named } from "./made_datasets";
@@ -73,6 +74,13 @@ describe("Levels", () => {
     expect(levelsOf({ dims: [33, 33, 33] }, { samples: 1 << 28, side: 2048 })).toEqual([{ step: 1, counts: [33, 33, 33] }]);
   });
 
+  test("AreSkippedWhereTheLastFollowsSoon", () => {
+    const levels = levelsOf(ct, { samples: 1 << 28, side: 2048 });
+    const next = (at: number, milliseconds: number) => levels[nextLevel(levels, at, milliseconds)]?.step;
+    expect([next(0, 10), next(1, 10), next(1, 1000), next(2, 10)]).toEqual([4, 1, 2, 1]);
+    expect(next(3, 10)).toBeUndefined();
+  });
+
   test("SlabsCoverALevelOnce", () => {
     const wide = { step: 2, counts: [1500, 1400, 3] as Vec3 };
     for (const level of [wide, ...levelsOf(ct, { samples: 1 << 28, side: 2048 })]) {
@@ -116,7 +124,7 @@ describe("BlockRanges", () => {
 
   test("AreInvisibleWithoutValues", () => {
     const ranges = rangesOf([9, 9, 9], new Float32Array(729).fill(NaN), 9);
-    const { image } = blockTexture({ ranges, range: [0, 1] } as VolumeTexture, (low, high) => high >= low);
+    const { image } = blockTexture({ ranges, rules: { range: [0, 1], isOfBytes: false } }, (low, high) => high >= low);
     expect([...(image.data as unknown as Uint8Array)]).toEqual([0, 0]);
   });
 });
@@ -125,4 +133,28 @@ test("TexelRange.IsThatOfTheTypeForBytes", () => {
   expect(texelRange({ type: SampleType.U8, min: 7, max: 90 })).toEqual([0, 255]);
   expect(texelRange({ type: SampleType.I8, min: 7, max: 90 })).toEqual([-128, 127]);
   expect(texelRange({ type: SampleType.I16, min: -1000, max: 3000 })).toEqual([-1000, 3000]);
+});
+
+describe("Slab", () => {
+  const counts: [number, number, number] = [3, 2, 1];
+  const make = (values: Float32Array, range: [number, number]) =>
+    madeSlab({
+      packed: { type: SampleType.UNSPECIFIED, bytes: new Uint8Array(values.buffer) },
+      ...{ counts, row: 8, layer: 4, levelCounts: [3, 2, 20], texels: { range, isOfBytes: false } },
+    });
+
+  test("HasHalfFloatsOverTheRange", async () => {
+    const { texels } = await make(Float32Array.of(-2, 0, 2, NaN, -1.9999, 1), [-2, 2]);
+    expect([...texels]).toEqual([0, 0x3800, 0x3c00, 0xfbff, 420, 0x3a00]); // 420 / 2^24.
+    const shareOf = (half: number) => (half < 0x400 ? half / 2 ** 24 : (1 + (half & 0x3ff) / 1024) * 2 ** ((half >> 10) - 15));
+    for (let share = 0; share <= 1; share += 1 / 977) expect(Math.abs(shareOf(halfOf(share)) - share)).toBeLessThanOrEqual(share / 2048 + 2 ** -25);
+  });
+
+  test("HasTheRangesOfItsBlocks", async () => {
+    const { ranges } = await make(Float32Array.of(5, 1, 2, 3, 4, NaN), [0, 10]);
+    expect(ranges).toEqual({ first: 0, low: Float32Array.of(1), high: Float32Array.of(5) });
+    const all = new BlockRanges([3, 2, 20]);
+    all.merge(ranges);
+    expect([...all.high]).toEqual([5, -Infinity, -Infinity]);
+  });
 });

@@ -22,7 +22,7 @@ import {
 import { noDatasets, noFailure, type ServedDatasets } from "../state/progress";
 import { Store } from "../state/store";
 import type { Vec3 } from "./dataset";
-import { unpackedSamples } from "./packed_samples";
+import type { PackedSamples } from "./packed_samples";
 import { type ConnectionUser, ServerConnection } from "./server_connection";
 
 // Pixels of a plane, in world coordinates.
@@ -103,7 +103,7 @@ export class DatasetQueries implements ConnectionUser {
   }
 
   // Returns the values of a box, x fastest; NaN where the field has none.
-  async box(dataset: string, { first, step, counts: [width, height, layers] }: SampleBox): Promise<Float32Array> {
+  async box(dataset: string, { first, step, counts: [width, height, layers] }: SampleBox): Promise<PackedSamples> {
     const wanted = {
       dataset,
       coordinates: CoordinateSystem.INDEX,
@@ -115,8 +115,8 @@ export class DatasetQueries implements ConnectionUser {
       acceptsPacked: true,
     };
     const query = (requestId: bigint) => ({ case: "slice" as const, value: create(SliceSchema, { requestId, ...wanted }) });
-    const { packedType, values } = await this.query("sliceReply", query);
-    return unpackedSamples(packedType, values, width * height * layers);
+    const { packedType: type, values: bytes } = await this.query("sliceReply", query);
+    return { type, bytes };
   }
 
   async probe(dataset: string, place: Vec3): Promise<ProbedPlace> {

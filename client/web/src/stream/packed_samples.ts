@@ -1,6 +1,14 @@
 // Unpacks the samples of a SliceReply; conversation.proto describes the format.
 import { SampleType } from "../protocol/messages";
 
+export type Samples = Uint8Array | Int8Array | Uint16Array | Int16Array | Float32Array;
+
+// As they were sent.
+export interface PackedSamples {
+  type: SampleType; // Unspecified: floats that are not packed.
+  bytes: Uint8Array;
+}
+
 const otherCount = "The server's samples are not as many as requested.";
 const bytesOf = new Map([
   [SampleType.U8, 1],
@@ -10,8 +18,8 @@ const bytesOf = new Map([
   [SampleType.F32, 4],
 ]);
 
-// Rejects if the bytes are not `count` numbers of this type; floats that are not packed if it is unspecified.
-export async function unpackedSamples(type: SampleType, bytes: Uint8Array, count: number): Promise<Float32Array> {
+// Rejects if the bytes are not `count` numbers of this type.
+export async function unpackedSamples({ type, bytes }: PackedSamples, count: number): Promise<Samples> {
   if (type === SampleType.UNSPECIFIED) {
     if (bytes.length !== 4 * count) throw new Error(otherCount);
     return new Float32Array(bytes.slice().buffer); // The bytes may be unaligned in their message.
@@ -19,24 +27,26 @@ export async function unpackedSamples(type: SampleType, bytes: Uint8Array, count
   const width = bytesOf.get(type);
   if (!width) throw new Error("The server sent samples of an unknown type.");
   const planes = await inflated(bytes, width * count);
-  if (type === SampleType.F32) return new Float32Array(numbers(new Uint32Array(count), planes).buffer);
-  if (type === SampleType.U8) return new Float32Array(numbers(new Uint8Array(count), planes));
-  if (type === SampleType.I8) return new Float32Array(new Int8Array(numbers(new Uint8Array(count), planes).buffer));
-  const shorts = numbers(new Uint16Array(count), planes);
-  return new Float32Array(type === SampleType.U16 ? shorts : new Int16Array(shorts.buffer));
+  if (type === SampleType.F32) return new Float32Array(summed(new Uint32Array(count), planes).buffer);
+  if (width === 1) {
+    const sums = summed(new Uint8Array(count), planes);
+    return type === SampleType.U8 ? sums : new Int8Array(sums.buffer);
+  }
+  const sums = summed(new Uint16Array(count), planes);
+  return type === SampleType.U16 ? sums : new Int16Array(sums.buffer);
 }
 
 // Adds up the differences.
-function numbers<T extends Uint8Array<ArrayBuffer> | Uint16Array<ArrayBuffer> | Uint32Array<ArrayBuffer>>(into: T, planes: Uint8Array): T {
+function summed<T extends Uint8Array<ArrayBuffer> | Uint16Array<ArrayBuffer> | Uint32Array<ArrayBuffer>>(into: T, planes: Uint8Array): T {
   const count = into.length;
   const width = into.BYTES_PER_ELEMENT;
   let value = 0;
   for (let i = 0; i < count; ++i) {
     let code = planes[i];
-    for (let byte = 1; byte < width; ++byte) code |= planes[byte * count + i] << (8 * byte);
-    value += (code >>> 1) ^ -(code & 1);
-    into[i] = value; // Modulo the type's range.
-    value = into[i];
+    if (width > 1) code |= planes[count + i] << 8;
+    if (width > 2) code |= (planes[2 * count + i] << 16) | (planes[3 * count + i] << 24);
+    value = (value + ((code >>> 1) ^ -(code & 1))) | 0; // Modulo the type's range when it is stored.
+    into[i] = value;
   }
   return into;
 }

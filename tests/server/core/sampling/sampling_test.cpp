@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "server/core/sampling/field_probe.hpp"
 #include "server/core/sampling/slice_pixels.hpp"
@@ -153,6 +154,29 @@ TEST(Slice, IsTheSameInPieces) {
   }
   for (std::size_t i = 0; i < whole.size(); ++i) {
     EXPECT_TRUE(whole[i] == pieces[i] || (std::isnan(whole[i]) && std::isnan(pieces[i])));
+  }
+}
+
+TEST(Slice, RowsAlongXAreThoseOfTheTransposedSlice) {
+  const DatasetPtr dataset = make_dataset(random_volume<std::int16_t>(), "noise", std::nullopt, 0);
+  for (const double step : {1.0, 2.0, 3.0, 20.0, 0.5}) {
+    SliceRequest slice = layer(dataset->info, 2, 1);
+    slice.origin = {1, 2, 5};
+    slice.height = 40;
+    slice.right = {step, 0, 0};
+    slice.down = {0, 1, 0};
+    slice.detail = SliceDetail::kFull;
+    for (slice.width = 40; slice.width > 0; slice.width /= 3) {  // Some are beyond the data.
+      SliceRequest transposed = slice;
+      std::swap(transposed.right, transposed.down);
+      std::swap(transposed.width, transposed.height);
+      const std::vector<float> rows = pixels(*dataset, slice);
+      const std::vector<float> columns = pixels(*dataset, transposed);
+      for (std::uint32_t i = 0; i < slice.width * slice.height; ++i) {
+        const float value = columns[i % slice.width * slice.height + i / slice.width];
+        EXPECT_TRUE(rows[i] == value || (std::isnan(rows[i]) && std::isnan(value))) << step;
+      }
+    }
   }
 }
 

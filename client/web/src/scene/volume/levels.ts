@@ -3,6 +3,7 @@
 import type { DatasetInfo } from "../../protocol/messages";
 import type { Vec3 } from "../../stream/dataset";
 import type { SampleBox } from "../../stream/dataset_queries";
+import type { Samples } from "../../stream/packed_samples";
 
 export interface Level {
   step: number; // Every step-th sample along each axis, from the first on.
@@ -11,7 +12,8 @@ export interface Level {
 
 export const blockSide = 8; // Cells of a block, the unit in which empty space is skipped.
 const firstStep = 8;
-const soon = 1 << 16; // So few samples need no coarser ones before them.
+const soon = 1 << 17; // So few samples need no coarser ones before them.
+const fast = 250; // Milliseconds of a level that is not small.
 const slabSamples = 1 << 20;
 
 export interface VolumeBudget {
@@ -31,6 +33,12 @@ export function levelsOf(info: Pick<DatasetInfo, "dims">, budget: VolumeBudget):
   const all: Level[] = [];
   for (let step = coarsest; step >= 1 && fits(levelOf(info, step)); step /= 2) all.push(levelOf(info, step));
   return all.filter((_, at) => at + 1 >= all.length || samplesOf(all[at + 1].counts) > soon);
+}
+
+// Returns the index of the level that follows one which took some milliseconds: the last, if it comes soon after all.
+export function nextLevel(levels: readonly Level[], at: number, milliseconds: number): number {
+  const isFast = samplesOf(levels[at].counts) > soon && milliseconds <= fast;
+  return isFast ? Math.max(at + 1, levels.length - 1) : at + 1;
 }
 
 // Returns boxes of whole layers, or of rows of one, about a million samples each, that together are the level.
@@ -53,28 +61,49 @@ export function samplesOf(counts: Vec3): number {
 // The ranges of values in the cells of blocks: of block (i, j, k), the cells 8 i to 8 i + 7 along x, and so on. A cell has
 // the samples at its ends.
 export class BlockRanges {
-  readonly blocks: Vec3;
+  readonly blocks: Vec3; // Of the whole level.
   readonly low: Float32Array;
   readonly high: Float32Array;
 
-  constructor(private readonly counts: Vec3) {
+  // `first`, `end`: the layers of blocks along z that are held; default: all.
+  constructor(
+    private readonly counts: Vec3,
+    readonly first = 0,
+    end = Infinity,
+  ) {
     this.blocks = counts.map((n) => Math.max(1, Math.ceil((n - 1) / blockSide))) as Vec3;
-    this.low = new Float32Array(samplesOf(this.blocks)).fill(Infinity);
-    this.high = new Float32Array(samplesOf(this.blocks)).fill(-Infinity);
+    const [across, down, layers] = this.blocks;
+    const size = across * down * (Math.min(layers, end) - first);
+    this.low = new Float32Array(size).fill(Infinity);
+    this.high = new Float32Array(size).fill(-Infinity);
+  }
+
+  // Returns the layers that samples from layer `z` on belong to, as for the constructor.
+  static layersOf(counts: Vec3, z: number, layers: number): [first: number, end: number] {
+    const blocks = Math.max(1, Math.ceil((counts[2] - 1) / blockSide));
+    return [blocksAt(z, blocks)[0], (blocksAt(z + layers - 1, blocks).at(-1) ?? 0) + 1];
   }
 
   // Adds the values of rows, which may be NaN; `first` counts the rows before them.
-  add(first: number, values: Float32Array): void {
+  add(first: number, values: Samples): void {
     const [width, height] = this.counts;
     const [across, down] = this.blocks;
     for (let begin = 0, row = first; begin < values.length; begin += width, ++row) {
       for (const k of blocksAt(Math.floor(row / height), this.blocks[2])) {
-        for (const j of blocksAt(row % height, down)) this.addRow(across * (j + down * k), values, begin);
+        for (const j of blocksAt(row % height, down)) this.addRow(across * (j + down * (k - this.first)), values, begin);
       }
     }
   }
 
-  private addRow(block: number, values: Float32Array, begin: number): void {
+  merge({ first, low, high }: Pick<BlockRanges, "first" | "low" | "high">): void {
+    const offset = this.blocks[0] * this.blocks[1] * (first - this.first);
+    for (let i = 0; i < low.length; ++i) {
+      this.low[offset + i] = Math.min(this.low[offset + i], low[i]);
+      this.high[offset + i] = Math.max(this.high[offset + i], high[i]);
+    }
+  }
+
+  private addRow(block: number, values: Samples, begin: number): void {
     const [width] = this.counts;
     for (let i = 0; i < this.blocks[0]; ++i) {
       let [low, high] = [this.low[block + i], this.high[block + i]];

@@ -6,8 +6,9 @@ import type { Settings } from "../../state/settings";
 import type { DatasetQueries } from "../../stream/dataset_queries";
 import { clipPlanes } from "../crop";
 import type { Stage } from "../stage";
-import { type Level, levelsOf, slabsOf, type VolumeBudget } from "./levels";
+import { type Level, levelsOf, nextLevel, slabsOf, type VolumeBudget } from "./levels";
 import { opacitiesOf } from "./opacities";
+import { SlabMaker } from "./slab_maker";
 import { VolumePass } from "./volume_pass";
 import { VolumeTexture } from "./volume_texture";
 
@@ -32,6 +33,7 @@ const concurrent = 3; // Queries; another one is left for slices.
 export class Volume {
   private readonly pass: VolumePass;
   private readonly budget: VolumeBudget;
+  private readonly slabs = new SlabMaker();
   private wanted: DatasetInfo | null = null;
   private shown: VolumeTexture | null = null;
   private loading: Promise<void> = Promise.resolve();
@@ -87,15 +89,18 @@ export class Volume {
     this.isLoading = true;
     try {
       const levels = levelsOf(info, this.budget);
-      for (const [at, level] of levels.entries()) {
-        const texture = await this.level(info, level);
+      for (let at = 0, began = performance.now(); at < levels.length; at = nextLevel(levels, at, performance.now() - began)) {
+        began = performance.now();
+        const texture = await this.level(info, levels[at]);
         if (this.wanted !== info) return texture.dispose();
         this.show(texture, at + 1 === levels.length);
       }
     } catch (error) {
       if (this.wanted === info) this.sources.failed(`Cannot show the volume: ${(error as Error).message}`);
     }
-    if (this.wanted === info || !this.wanted) this.isLoading = false;
+    if (this.wanted !== info && this.wanted) return;
+    this.isLoading = false;
+    this.slabs.close();
   }
 
   private async level(info: DatasetInfo, level: Level): Promise<VolumeTexture> {
@@ -104,8 +109,9 @@ export class Volume {
     const fetchNext = async (): Promise<void> => {
       const slab = waiting.shift();
       if (!slab || this.wanted !== info) return;
-      const values = await this.sources.queries.box(info.name, slab);
-      if (this.wanted === info) texture.put(slab, values);
+      const packed = await this.sources.queries.box(info.name, slab);
+      const made = await this.slabs.make(texture.job(slab, packed));
+      if (this.wanted === info) texture.put(slab, made);
       return fetchNext();
     };
     await Promise.all(Array.from({ length: concurrent }, fetchNext));

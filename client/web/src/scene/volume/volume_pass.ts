@@ -166,7 +166,7 @@ export class VolumePass {
     uniforms.gradientToWorld.value.setFromMatrix4(worldToTexture).transpose();
     uniforms.counts.value.set(...counts);
     uniforms.voxel.value = voxelLength(info!);
-    uniforms.range.value.set(...shown!.range);
+    uniforms.range.value.set(...shown!.rules.range);
     uniforms.planeCount.value = Math.min(maxPlanes, look!.clip.length);
     look!.clip.slice(0, maxPlanes).forEach(({ normal, constant }, i) => {
       // A plane's row vector is multiplied by the matrix from the texture to the world.
