@@ -7,8 +7,8 @@
 //
 //   volume  coarse, full   seconds from switching it on until the coarse and the complete volume are drawn, 512 x 512 x 134
 //           drag           milliseconds of a frame while it is rotated
-//   page    preview, exact seconds from the address until a preview and the exact surface at 300.5 are drawn; on loopback, and with
-//                          100 Mbit/s
+//   page    preview, exact seconds from the address, and from the request, until a preview and the exact surface at 300.5 are shown; on
+//                          loopback, and with 100 Mbit/s
 //
 // and the processor time of each by process. Run nothing else on the machine.
 import { execFileSync } from "node:child_process";
@@ -96,10 +96,13 @@ async function measurePage(bytesPerSecond) {
     const page = await opened(browser);
     const times = processorTimes(0);
     await page.goto(`${address}#dataset=ct&isovalue=300.5&follow_view=false`);
-    const preview = await drawn(page, () => document.querySelector(".fact.triangles b")?.textContent);
-    const exact = await drawn(page, () => document.querySelector(".state b")?.textContent === "Complete");
-    return { "preview, s": preview / 1000, "exact, s": exact / 1000, ...labelled("  processor, s:", since(times, 0), 1), "read, MB": server.sent / 1e6,
-             "file, MB": statSync(path.join(folders.whole, "ct.mtd")).size / 1e6 };
+    const shown = (isIt) => page.waitForFunction(isIt, null, { polling: "raf" }).then(() => page.evaluate(() => performance.now()));
+    const preview = await shown(() => document.querySelector(".fact.triangles b")?.textContent);
+    const exact = await shown(() => document.querySelector(".state b")?.textContent === "Complete");
+    const spent = since(times, 0);
+    const ofRequest = await page.evaluate(() => [...document.querySelectorAll(".came .fact")].map(({ textContent }) => parseFloat(textContent) / (/ms/.test(textContent) ? 1000 : 1)));
+    return { "preview, s": preview / 1000, "exact, s": exact / 1000, "  since the request, first tile, s": ofRequest.at(-2), "  since the request, exact, s": ofRequest.at(-1),
+             ...labelled("  processor, s:", spent, 1), "read, MB": server.sent / 1e6, "file, MB": statSync(path.join(folders.whole, "ct.mtd")).size / 1e6 };
   } finally {
     await browser.close();
     server.close();
@@ -157,7 +160,7 @@ async function dragged(page) {
   return { ...found, drag };
 }
 
-// Processor seconds by kind: threads of the page's process, the GPU process, other processes of the browser, the server.
+// Processor seconds by kind: the page's thread and process, the GPU process, other processes of the browser, the server.
 function processorTimes(server) {
   const times = {};
   const add = (kind, stat) => {
@@ -170,13 +173,8 @@ function processorTimes(server) {
       if (Number(pid) === server) add("server", readFileSync(`/proc/${pid}/stat`, "utf8"));
       if (!/chromium/.test(words) || !isOurs(pid)) continue;
       const kind = /--type=([\w-]+)/.exec(words)?.[1] ?? "browser";
-      if (kind !== "renderer") add(kind === "gpu-process" ? "GPU process" : "browser", readFileSync(`/proc/${pid}/stat`, "utf8"));
-      else {
-        for (const thread of readdirSync(`/proc/${pid}/task`)) {
-          const stat = readFileSync(`/proc/${pid}/task/${thread}/stat`, "utf8");
-          add(thread === pid ? "page" : /Worker/.test(stat) ? "workers" : "page, other threads", stat);
-        }
-      }
+      add({ renderer: "page and workers", "gpu-process": "GPU process" }[kind] ?? "browser", readFileSync(`/proc/${pid}/stat`, "utf8"));
+      if (kind === "renderer") add("page alone", readFileSync(`/proc/${pid}/task/${pid}/stat`, "utf8"));
     } catch {} // It has ended.
   }
   return times;
@@ -192,7 +190,7 @@ function since(before, server) {
 }
 
 function labelled(label, times, factor) {
-  return Object.fromEntries(["server", "page", "workers", "page, other threads", "GPU process", "browser"].filter((kind) => kind in times)
+  return Object.fromEntries(["server", "page alone", "page and workers", "GPU process", "browser"].filter((kind) => kind in times)
     .map((kind) => [`${label} ${kind}`, factor * times[kind]]));
 }
 
