@@ -253,7 +253,8 @@ void draw(const SnapshotArguments& arguments, const Scene& scene, const PictureS
 }
 
 constexpr const char* kSnapshotExamples =
-    "The same surface, size and direction give the same picture, byte for byte.\n"
+    "The same surface, size and direction give the same picture, byte for byte. Samples as a "
+    "volume are drawn by the viewer: its address with volume=on, Export, Picture.\n"
     "Examples:\n"
     "  multitetra-client snapshot --dataset head --isovalue 500.5 -o head.png\n"
     "  multitetra-client snapshot --dataset head --isovalue 1200.5 --error 0.5 "

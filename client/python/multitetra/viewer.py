@@ -61,7 +61,7 @@ class Viewer(_Widget):
     picks = traitlets.List(help="Places that were clicked: world, index, isovalue.").tag(sync=True)
     ignored = traitlets.List(help="Names of settings that are unknown or whose values are invalid.").tag(sync=True)
 
-    def __init__(self, volume="http://127.0.0.1:7480", *, height=480, token="", ca=None, **settings):
+    def __init__(self, volume="http://127.0.0.1:7480", /, *, height=480, token="", ca=None, **settings):
         self._server, self._channels = None, {}
         checked(settings)
         if is_server(volume):
@@ -197,7 +197,7 @@ class Viewer(_Widget):
         self._shown_at = [*self._shown_at[-1:], display(self._last_picture(), raw=True, display_id=True)]
 
 
-def view(volume, **settings):
+def view(volume, /, **settings):
     """Shows a volume: in a notebook as a Viewer, elsewhere in the browser, while the returned server lives.
 
     Parameters
@@ -241,6 +241,8 @@ def checked(settings):
     unknown = sorted(set(settings) - SETTINGS)
     if unknown:
         raise ValueError(f"The viewer has no setting named {', '.join(unknown)}; the settings are {', '.join(sorted(SETTINGS))}.")
+    if settings.get("volume") not in (None, "off", "on", "maximum"):
+        raise ValueError('The setting volume is "off", "on" or "maximum"; what is to be shown comes first, without a name.')
     json.dumps(settings, allow_nan=False)  # Raises here, at the caller, for values that are not JSON.
 
 

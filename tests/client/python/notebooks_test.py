@@ -61,6 +61,14 @@ class ViewerOfNotebooks(unittest.TestCase):
         viewer.time = 3
         self.assertEqual((viewer.wanted["t"], viewer.wanted["playing"]), (3.0, False))
 
+    def test_shows_samples_as_a_volume(self):
+        viewer = multitetra.Viewer("https://volumes.example/", volume="on", opacities=[{"value": 3, "opacity": 0.5}])
+        self.assertIn("volume=on", viewer.page)
+        self.assertEqual(viewer.get("volume"), "on")
+        self.assertEqual(viewer.wanted["opacities"][0]["opacity"], 0.5)
+        with self.assertRaisesRegex(ValueError, "comes first, without a name"):
+            multitetra.Viewer(volume="https://volumes.example/")
+
     def test_raises_errors_at_the_call(self):
         viewer = multitetra.Viewer()
         for mistake in ({"isovlaue": 3}, {"isovalue": float("nan")}):
