@@ -14,6 +14,7 @@ import {
   EstimateSchema,
   FrustumSchema,
   HelloSchema,
+  Interpolation,
   IsosurfaceRequestSchema,
   ListDatasetsSchema,
   OpenStreamSchema,
@@ -237,6 +238,18 @@ describe("StaticFiles", () => {
     const layers = { ...slice, height: 1, layers: 20, inward: [0, 0, 1], detail: SliceDetail.FULL };
     await end.receive({ case: "slice", value: create(SliceSchema, layers) });
     expect(messages[1].value).toMatchObject({ height: 1, layers: 20, values: sampled!.values });
+    for (const step of [1, 2, 5]) {
+      const size = { width: Math.floor(22 / step), height: Math.floor(17 / step), layers: 3 };
+      const box = { ...slice, origin: [1, 0, 2], right: [step, 0, 0], down: [0, step, 0], inward: [0, 0, step], ...size, detail: SliceDetail.FULL };
+      const boxes: Uint8Array[] = [];
+      for (const interpolation of [Interpolation.NEAREST, Interpolation.LINEAR]) {
+        await end.receive({ case: "slice", value: create(SliceSchema, { ...box, interpolation }) });
+        const reply = messages.pop()!;
+        if (reply.case === "sliceReply") boxes.push(reply.value.values);
+      }
+      expect(boxes[0].length).toBe(4 * size.width * size.height * 3);
+      expect(boxes[0]).toEqual(boxes[1]); // Which reads sample by sample.
+    }
     await end.receive({ case: "probe", value: create(ProbeSchema, { requestId: 2n, dataset: "masked", places: [1 + 0.5 * 12.5, 2 + 0.5 * 8, 3 + 0.75 * 7] }) });
     const place = messages[2].case === "probeReply" ? messages[2].value.places[0] : null;
     expect(place!.index).toEqual([12.5, 8, 7]);

@@ -124,7 +124,7 @@ describe("BlockRanges", () => {
 
   test("AreInvisibleWithoutValues", () => {
     const ranges = rangesOf([9, 9, 9], new Float32Array(729).fill(NaN), 9);
-    const { image } = blockTexture({ ranges, rules: { range: [0, 1], isOfBytes: false } }, (low, high) => high >= low);
+    const { image } = blockTexture({ ranges, rules: { range: [0, 1], isOfBytes: false, isOfIntegers: false } }, (low, high) => high >= low);
     expect([...(image.data as unknown as Uint8Array)]).toEqual([0, 0]);
   });
 });
@@ -137,10 +137,10 @@ test("TexelRange.IsThatOfTheTypeForBytes", () => {
 
 describe("Slab", () => {
   const counts: [number, number, number] = [3, 2, 1];
-  const make = (values: Float32Array, range: [number, number]) =>
+  const make = (values: Float32Array, range: [number, number], isOfIntegers = false) =>
     madeSlab({
       packed: { type: SampleType.UNSPECIFIED, bytes: new Uint8Array(values.buffer) },
-      ...{ counts, row: 8, layer: 4, levelCounts: [3, 2, 20], texels: { range, isOfBytes: false } },
+      ...{ counts, row: 8, layer: 4, levelCounts: [3, 2, 20], texels: { range, isOfBytes: false, isOfIntegers } },
     });
 
   test("HasHalfFloatsOverTheRange", async () => {
@@ -148,6 +148,11 @@ describe("Slab", () => {
     expect([...texels]).toEqual([0, 0x3800, 0x3c00, 0xfbff, 420, 0x3a00]); // 420 / 2^24.
     const shareOf = (half: number) => (half < 0x400 ? half / 2 ** 24 : (1 + (half & 0x3ff) / 1024) * 2 ** ((half >> 10) - 15));
     for (let share = 0; share <= 1; share += 1 / 977) expect(Math.abs(shareOf(halfOf(share)) - share)).toBeLessThanOrEqual(share / 2048 + 2 ** -25);
+  });
+
+  test("HasNoValueWhereIntegersHaveNone", async () => {
+    const values = Float32Array.of(3, 4, 5, NaN, 3, 5);
+    expect([...(await make(values, [3, 5], true)).texels]).toEqual([...(await make(values, [3, 5])).texels]);
   });
 
   test("HasTheRangesOfItsBlocks", async () => {

@@ -25,6 +25,7 @@ export async function sampledSlice(volume: PreparedVolume, slice: Slice): Promis
   const size = width * height * layers;
   if (!(width >= 1 && height >= 1 && size <= maxPixels)) throw new Error(`A slice has 1 to ${maxPixels} pixels.`);
   const { info } = volume;
+  if (isBoxOfSamples(slice, info.dims)) return { values: await boxOfSamples(volume, slice), spacing: 1 };
   const toIndex: Affine = coordinates === CoordinateSystem.INDEX ? [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0] : inverse(info.indexToWorld);
   const step = (vector: readonly number[]) => applied([...toIndex.slice(0, 9), 0, 0, 0], vector);
   const [origin, right, down] = [applied(toIndex, slice.origin), step(slice.right), step(slice.down)];
@@ -57,6 +58,46 @@ export async function sampledSlice(volume: PreparedVolume, slice: Slice): Promis
   const sample = await bricks.samples();
   each((pixel, x, y, z) => (values[pixel] = valueAt(sample, x, y, z)));
   return { values, spacing: 1 };
+}
+
+// Whether it consists of samples, row by row along x, in fewer steps than those of the coarse ones: as volumes request them.
+function isBoxOfSamples({ coordinates, interpolation, origin, right, down, inward, width, height, layers }: Slice, dims: readonly number[]): boolean {
+  const step = right[0];
+  const isAligned = [right, down, layers > 1 ? inward : [0, 0, step]].every((vector, axis) => [0, 1, 2].every((at) => vector[at] === (at === axis ? step : 0)));
+  const ends = [width, height, Math.max(1, layers)].map((count, axis) => origin[axis] + (count - 1) * step);
+  return (
+    coordinates === CoordinateSystem.INDEX &&
+    interpolation === Interpolation.NEAREST &&
+    isAligned &&
+    Number.isInteger(step) &&
+    step >= 1 &&
+    step < coarseSpacing &&
+    origin.every((at, axis) => Number.isInteger(at) && at >= 0 && ends[axis] < dims[axis])
+  );
+}
+
+async function boxOfSamples({ bricks }: PreparedVolume, { origin, right: [step], width, height, layers }: Slice): Promise<Float32Array> {
+  const counts = [width, height, Math.max(1, layers)];
+  const values = new Float32Array(counts[0] * counts[1] * counts[2]);
+  const [low, high] = [origin.map((at) => Math.floor(at / brickSide)), origin.map((at, axis) => Math.floor((at + (counts[axis] - 1) * step) / brickSide))];
+  const places: Vec3[] = [];
+  for (let k = low[2]; k <= high[2]; ++k) for (let j = low[1]; j <= high[1]; ++j) for (let i = low[0]; i <= high[0]; ++i) places.push([i, j, k]);
+  const unpacked = await bricks.unpack(places.map((place) => bricks.index(...place)));
+  for (const place of places) {
+    const samples = unpacked.get(bricks.index(...place))!;
+    const [nx, ny] = bricks.extent(...place);
+    const first = place.map((at, axis) => Math.max(0, Math.ceil((at * brickSide - origin[axis]) / step)));
+    const end = place.map((at, axis) => Math.min(counts[axis], Math.ceil(((at + 1) * brickSide - origin[axis]) / step)));
+    const inBrick = (pixel: number, axis: number) => origin[axis] + pixel * step - place[axis] * brickSide;
+    for (let z = first[2]; z < end[2]; ++z) {
+      for (let y = first[1]; y < end[1]; ++y) {
+        const row = nx * (inBrick(y, 1) + ny * inBrick(z, 2)) + inBrick(0, 0);
+        const to = width * (y + height * z);
+        for (let x = first[0]; x < end[0]; ++x) values[to + x] = samples[row + x * step];
+      }
+    }
+  }
+  return values;
 }
 
 // Rejects with one sentence.

@@ -16,6 +16,7 @@ export interface SlabJob {
 export interface TexelRules {
   range: [number, number];
   isOfBytes: boolean;
+  isOfIntegers: boolean; // All values are.
 }
 
 export interface Slab {
@@ -39,15 +40,18 @@ function rangesOf(samples: Samples, row: number, levelCounts: Vec3, layers: [num
   return ranges;
 }
 
-function texelsOf(samples: Samples, { range: [low, high], isOfBytes }: TexelRules): Slab["texels"] {
+function texelsOf(samples: Samples, { range: [low, high], isOfBytes, isOfIntegers }: TexelRules): Slab["texels"] {
   if (isOfBytes) return Uint8Array.from(samples, (value) => value - low);
   const texels = new Uint16Array(samples.length);
   const half = (value: number) => (Number.isNaN(value) ? noValue : halfOf((value - low) / (high - low)));
-  if (samples instanceof Float32Array) {
+  if (!isOfIntegers) {
     for (let i = 0; i < samples.length; ++i) texels[i] = half(samples[i]);
-  } else {
-    const table = Uint16Array.from({ length: high - low + 1 }, (_, i) => half(low + i));
-    for (let i = 0; i < samples.length; ++i) texels[i] = table[samples[i] - low];
+    return texels;
+  }
+  const table = Uint16Array.from({ length: high - low + 1 }, (_, i) => half(low + i));
+  for (let i = 0; i < samples.length; ++i) {
+    const at = samples[i] - low;
+    texels[i] = Number.isNaN(at) ? noValue : table[at];
   }
   return texels;
 }

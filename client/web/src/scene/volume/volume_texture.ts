@@ -25,7 +25,8 @@ export class VolumeTexture {
     info: DatasetInfo,
     readonly level: Level,
   ) {
-    this.rules = { range: texelRange(info), isOfBytes: info.type === SampleType.U8 || info.type === SampleType.I8 };
+    const { type } = info;
+    this.rules = { range: texelRange(info), isOfBytes: type === SampleType.U8 || type === SampleType.I8, isOfIntegers: type !== SampleType.F32 };
     this.ranges = new BlockRanges(level.counts);
     this.texture = this.data(null, level.counts);
     this.texture.source.dataReady = false; // Only allocates; put() fills it.
