@@ -8,11 +8,13 @@ import { existsSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import path from "node:path";
 
-import { complete, finish, notice, patience, scratch, surfacePixels, test } from "./in_a_browser.mjs";
+import { complete, finish, notice, patience, run, scratch, surfacePixels, test } from "./in_a_browser.mjs";
 
 const program = process.argv[2];
 const folder = path.join(scratch, "page");
 rmSync(folder, { recursive: true, force: true });
+run("generate", "gyroid", "--size", "65", "-o", path.join(scratch, "beat.nrrd"));
+run("prepare", ...["beat", "head"].map((name) => path.join(scratch, `${name}.nrrd`)), "--time-series", "beat", "--times", "0:0.5", "-o", path.join(scratch, "datasets"));
 execFileSync(program, ["export", path.join(scratch, "datasets"), "--page", folder, "--quiet"]);
 const types = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".wasm": "application/wasm", ".svg": "image/svg+xml" };
 let fetched = []; // The ranges of prepared files, as "head.mtd 0-262143".
@@ -21,6 +23,7 @@ const [withRanges, whole] = await Promise.all([webServer(true), webServer(false)
 await test("ShowsTheSurfaceOfTheServerFromFiles", showsTheSurface);
 await test("FetchesOnlyWhatIsNew", fetchesWhatIsNew);
 await test("ShowsLargeSurfacesFineNearTheEye", followsTheView);
+await test("StepsThroughTheTimesOfASeries", stepsThroughTimes);
 await test("SamplesFilesOnPlanesAndAtPlaces", samplesFiles);
 await test("SaysWhatNeedsAServer", saysWhatNeedsAServer);
 await test("RefusesAWebServerWithoutRanges", refusesWholeFiles);
@@ -89,6 +92,17 @@ async function fetchesWhatIsNew(page) {
   await page.reload();
   await complete(page);
   assert.deepEqual(fetched, ["gyroid.mtd 0-262143"], "the rest is in the browser's storage");
+}
+
+async function stepsThroughTimes(page) {
+  await open(page, "#dataset=beat&isovalue=0.1");
+  const first = await complete(page);
+  await page.focus(".stage canvas");
+  assert.equal(first.triangles, reference("beat.t0000", "17", "0.1").triangles);
+  await page.keyboard.press(".");
+  const second = await complete(page, ({ digest }) => digest !== first.digest);
+  assert.match(page.url(), /t=0\.5/);
+  assert.equal(second.triangles, reference("beat.t0001", "17", "0.1").triangles);
 }
 
 // An index that permits a page only some of the samples.
