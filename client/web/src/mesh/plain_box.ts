@@ -20,6 +20,7 @@ export interface SurfaceCounts {
   triangles: number;
 }
 
+export const infiniteSamples = "The samples of a tile cannot be marched: some are infinite.";
 const versions = { box: 2, triangles: 3 }; // Those of sample shells are 1.
 const headerBytes = 48;
 const meshHeaderBytes = 12; // The version, and the numbers of vertices and triangles.
@@ -87,7 +88,7 @@ export async function surfaceCounter(wasm: BufferSource): Promise<(payload: Uint
     if (at === 0) throw new Error("There is not enough memory to make the surface.");
     new Uint8Array(shell.memory.buffer, at, payload.length).set(payload);
     const opened = shell.shell_open();
-    if (opened !== 0) throw new Error("The samples of a tile cannot be marched: some are infinite.");
+    if (opened !== 0) throw new Error(infiniteSamples);
     if (shell.shell_count() !== 0) throw new Error("There is not enough memory to make the surface.");
     return { vertices: shell.shell_vertex_count(), triangles: shell.shell_triangle_count() };
   };

@@ -3,6 +3,7 @@
 //
 // Of the samples between those of the spacing, the middle of an edge belongs to the mesh if it lies in a finer cube, that of a face or
 // of a cell if the middle of one of its edges does: then so do all that it was bisected from, in every tile alike.
+import { infiniteSamples } from "../mesh/plain_box";
 import { PointNumbers } from "../mesh/point_numbers";
 import type { LatticeMesh, OctreeCube } from "../mesh/tile_mesh";
 import type { Vec3 } from "../stream/dataset";
@@ -125,6 +126,7 @@ export class MixedTile {
     const isPositive = (point: Point) => point[3] > isovalue;
     const positive = corners.filter(isPositive);
     if (positive.length === 0 || positive.length === 4 || corners.some(([, , , value]) => Number.isNaN(value))) return;
+    if (corners.some(([, , , value]) => !Number.isFinite(value))) throw new Error(infiniteSamples);
     const [a, b, c, d] = [...positive, ...corners.filter((point) => !isPositive(point))];
     const edges = { 1: [a, b, a, c, a, d], 2: [a, c, a, d, b, d, b, c], 3: [d, a, d, b, d, c] }[positive.length]!;
     const vertices = Array.from({ length: edges.length / 2 }, (_, i) => this.vertex(edges[2 * i], edges[2 * i + 1]));
