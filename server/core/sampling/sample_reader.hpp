@@ -70,8 +70,8 @@ class BrickReader {
     for (std::size_t i = 0; i < values.size();) {
       const GridCounts brick = {p.x / kSide, p.y / kSide, p.z / kSide};
       const GridCounts extent = layout_.extent(brick);
-      const Sample* const row = brick_at(layout_.index(brick)) +
-                                extent[0] * (p.y % kSide + extent[1] * (p.z % kSide));
+      const Sample* const row =
+          brick_at(layout_.index(brick)) + extent[0] * (p.y % kSide + extent[1] * (p.z % kSide));
       for (std::int32_t x = p.x - kSide * brick[0]; x < kSide && i < values.size(); x += step) {
         values[i++] = static_cast<float>(row[x]);
         p.x += step;

@@ -109,9 +109,9 @@ export class Volume {
     const fetchNext = async (): Promise<void> => {
       const slab = waiting.shift();
       if (!slab || this.wanted !== info) return;
-      const packed = await this.sources.queries.box(info.name, slab);
-      const made = await this.slabs.make(texture.job(slab, packed));
-      if (this.wanted === info) texture.put(slab, made);
+      const job = texture.job(slab, await this.sources.queries.box(info.name, slab));
+      const made = await this.slabs.make(job);
+      if (this.wanted === info) texture.put(job, made);
       return fetchNext();
     };
     await Promise.all(Array.from({ length: concurrent }, fetchNext));

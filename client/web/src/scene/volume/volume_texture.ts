@@ -39,11 +39,10 @@ export class VolumeTexture {
     return { packed, counts, row: z * this.level.counts[1] + y, layer: z, levelCounts: this.level.counts, texels: this.rules };
   }
 
-  put({ first, step, counts }: SampleBox, { texels, ranges }: Slab): void {
-    const [, y, z] = first.map((index) => index / step);
+  put({ counts, row, layer, levelCounts }: SlabJob, { texels, ranges }: Slab): void {
     this.ranges.merge(ranges);
-    const part = this.data(texels, counts);
-    this.renderer.copyTextureToTexture(part, this.texture, null, new THREE.Vector3(0, y, z) as unknown as THREE.Vector2);
+    const place = new THREE.Vector3(0, row - layer * levelCounts[1], layer);
+    this.renderer.copyTextureToTexture(this.data(texels, counts), this.texture, null, place as unknown as THREE.Vector2);
   }
 
   dispose(): void {
