@@ -18,14 +18,6 @@
 namespace multitetra {
 namespace {
 
-// Calls part(thread) on `threads` threads and waits for all of them.
-void in_each_thread(int threads, const std::function<void(std::size_t)>& part) {
-  std::vector<std::thread> others;
-  for (int i = 1; i < threads; ++i) others.emplace_back(part, static_cast<std::size_t>(i));
-  part(0);
-  for (std::thread& other : others) other.join();
-}
-
 std::chrono::milliseconds delay_of(std::size_t client, const LoadOptions& options) {
   return options.ramp * static_cast<std::int64_t>(client) /
          static_cast<std::int64_t>(options.clients + options.idle);
@@ -34,6 +26,40 @@ std::chrono::milliseconds delay_of(std::size_t client, const LoadOptions& option
 // Mixes the seed: unmixed, seeds that differ in one bit would give similar sequences.
 std::uint64_t seed_of(std::size_t client, std::uint64_t seed) {
   return seed * 0x9e3779b97f4a7c15U + client;
+}
+
+UserOptions with_times(const LoadOptions& options) {
+  UserOptions user = options.session;
+  user.start = LoadClock::now() + std::chrono::milliseconds(10);
+  user.stop = user.start + options.duration;
+  user.give_up = user.stop + options.grace;
+  return user;
+}
+
+// Runs the coroutines client(io, number, counts)() of all clients, divided among threads that each
+// have their io and counts. Returns the sum of the counts.
+template <typename Counts, typename Client>
+Counts on_all_threads(const LoadOptions& options, std::size_t clients, const Client& client) {
+  const auto threads = static_cast<std::size_t>(options.threads);
+  std::vector<Counts> counts(threads);
+  const auto run = [&](std::size_t thread) {
+    asio::io_context io(1);
+    std::vector<Coroutine> started;  // Live as long as their work.
+    for (std::size_t number = thread; number < clients; number += threads) {
+      started.push_back(client(io, number, counts[thread]));
+      spawn(io.get_executor(), started.back(), [](const std::exception_ptr& failure) {
+        if (failure) std::rethrow_exception(failure);
+      });
+    }
+    io.run();
+  };
+  std::vector<std::thread> others;
+  for (std::size_t i = 1; i < threads; ++i) others.emplace_back(run, i);
+  run(0);
+  for (std::thread& other : others) other.join();
+  Counts all;
+  for (const Counts& of_thread : counts) all.add(of_thread);
+  return all;
 }
 
 }  // namespace
@@ -65,64 +91,31 @@ std::string SourceAddresses::of(std::size_t client) const {
 }
 
 LoadStatistics run_load(const LoadOptions& options) {
-  UserOptions session = options.session;
-  session.start = LoadClock::now() + std::chrono::milliseconds(10);
-  session.stop = session.start + options.duration;
-  session.give_up = session.stop + options.grace;
-  UserOptions idle = session;
+  const UserOptions user = with_times(options);
+  UserOptions idle = user;
   idle.is_idle = true;
-  const auto threads = static_cast<std::size_t>(options.threads);
-  std::vector<LoadStatistics> statistics(threads);
   Agreement agreement;
-  in_each_thread(options.threads, [&](std::size_t thread) {
-    asio::io_context io(1);
-    std::vector<std::unique_ptr<LoadSession>> sessions;
-    for (std::size_t client = thread; client < options.idle + options.clients; client += threads) {
-      // Idle clients come first, so that they are connected before the others start.
-      sessions.push_back(std::make_unique<LoadSession>(
-          io, client < options.idle ? idle : session, seed_of(client, options.seed),
-          delay_of(client, options), options.from.of(client), statistics[thread], agreement));
-      spawn(
-          io.get_executor(), [one = sessions.back().get()] { return one->run(); },
-          [](const std::exception_ptr& failure) {
-            if (failure) std::rethrow_exception(failure);
-          });
-    }
-    io.run();
-  });
-  LoadStatistics all;
-  for (const LoadStatistics& of_thread : statistics) all.add(of_thread);
-  return all;
+  return on_all_threads<LoadStatistics>(
+      options, options.idle + options.clients,
+      [&](asio::io_context& io, std::size_t client, LoadStatistics& statistics) {
+        // Idle clients come first, so that they are connected before the others start.
+        const auto session = std::make_shared<LoadSession>(
+            io, client < options.idle ? idle : user, seed_of(client, options.seed),
+            delay_of(client, options), options.from.of(client), statistics, agreement);
+        return [session] { return session->run(); };
+      });
 }
 
 MisbehaviourCounts run_misbehaviour(Misbehaviour kind, const LoadOptions& options) {
-  const auto start = LoadClock::now();
-  const MisbehaviourOptions to_all = {.server = options.session.server,
-                                      .tls = options.session.tls,
-                                      .token = options.session.token,
-                                      .dataset = options.session.dataset,
-                                      .start = start,
-                                      .stop = start + options.duration};
-  const auto threads = static_cast<std::size_t>(options.threads);
-  std::vector<MisbehaviourCounts> counts(threads);
-  in_each_thread(options.threads, [&](std::size_t thread) {
-    asio::io_context io(1);
-    for (std::size_t client = thread; client < options.clients; client += threads) {
-      spawn(
-          io.get_executor(),
-          [&, client, thread] {
-            return misbehave(kind, to_all, seed_of(client, options.seed), delay_of(client, options),
-                             options.from.of(client), counts[thread]);
-          },
-          [](const std::exception_ptr& failure) {
-            if (failure) std::rethrow_exception(failure);
-          });
-    }
-    io.run();
-  });
-  MisbehaviourCounts all;
-  for (const MisbehaviourCounts& of_thread : counts) all.add(of_thread);
-  return all;
+  const UserOptions user = with_times(options);
+  return on_all_threads<MisbehaviourCounts>(
+      options, options.clients,
+      [&](asio::io_context&, std::size_t client, MisbehaviourCounts& counts) {
+        return [&, client, into = &counts] {
+          return misbehave(kind, user, seed_of(client, options.seed), delay_of(client, options),
+                           options.from.of(client), *into);
+        };
+      });
 }
 
 Result<void> allow_connections(std::size_t count) {

@@ -41,10 +41,10 @@ std::string random_bytes(std::mt19937_64& random, std::size_t count) {
   return bytes;
 }
 
-// One client, which reconnects after every connection.
+// One client, which reconnects after every connection. Requests the first dataset if none is named.
 class MisbehavingClient {
  public:
-  MisbehavingClient(Misbehaviour kind, const MisbehaviourOptions& options, std::uint64_t seed,
+  MisbehavingClient(Misbehaviour kind, const UserOptions& options, std::uint64_t seed,
                     std::string from, MisbehaviourCounts& counts, asio::any_io_executor executor)
       : kind_(kind),
         options_(options),
@@ -300,7 +300,7 @@ class MisbehavingClient {
   static constexpr int kEstimates = 4;
 
   Misbehaviour kind_;
-  const MisbehaviourOptions& options_;
+  const UserOptions& options_;
   std::mt19937_64 random_;
   std::string from_;
   MisbehaviourCounts& counts_;
@@ -323,9 +323,9 @@ void MisbehaviourCounts::add(const MisbehaviourCounts& other) {
   bytes_sent += other.bytes_sent;
 }
 
-asio::awaitable<void> misbehave(Misbehaviour kind, const MisbehaviourOptions& options,
-                                std::uint64_t seed, std::chrono::milliseconds delay,
-                                std::string from, MisbehaviourCounts& counts) {
+asio::awaitable<void> misbehave(Misbehaviour kind, const UserOptions& options, std::uint64_t seed,
+                                std::chrono::milliseconds delay, std::string from,
+                                MisbehaviourCounts& counts) {
   const auto executor = co_await asio::this_coro::executor;
   MisbehavingClient client(kind, options, seed, std::move(from), counts, executor);
   co_await client.run(delay);

@@ -8,7 +8,7 @@
 #include <random>
 #include <string_view>
 
-#include "common/net/message_channel.hpp"
+#include "client/load/load_session.hpp"
 
 namespace multitetra {
 
@@ -24,16 +24,6 @@ enum class Misbehaviour {
 [[nodiscard]] std::optional<Misbehaviour> misbehaviour_from(std::string_view name);
 [[nodiscard]] std::string_view name(Misbehaviour kind);  // "stalled", "slow", ...
 
-struct MisbehaviourOptions {
-  Endpoint server;
-  TlsContextPtr tls = nullptr;
-  std::string token;
-  // The requested dataset; empty: the first that the server lists.
-  std::string dataset;
-  std::chrono::steady_clock::time_point start;
-  std::chrono::steady_clock::time_point stop;
-};
-
 struct MisbehaviourCounts {
   std::uint64_t connections = 0;
   std::uint64_t failed_attempts = 0;
@@ -45,7 +35,7 @@ struct MisbehaviourCounts {
 
 // Runs until options.stop and reconnects whenever a connection ends. Connects from the address
 // `from` unless it is empty. All references must outlive the coroutine.
-[[nodiscard]] asio::awaitable<void> misbehave(Misbehaviour kind, const MisbehaviourOptions& options,
+[[nodiscard]] asio::awaitable<void> misbehave(Misbehaviour kind, const UserOptions& options,
                                               std::uint64_t seed, std::chrono::milliseconds delay,
                                               std::string from, MisbehaviourCounts& counts);
 

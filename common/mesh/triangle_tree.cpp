@@ -75,10 +75,10 @@ TriangleBox TriangleTree::Node::box() const {
 TriangleTree::TriangleTree(std::span<const TriangleBox> boxes)
     : order_(ordered_along_curve(boxes)), places_(boxes.size()) {
   if (boxes.empty()) return;
-  leaf_count_ = (boxes.size() + kWidth - 1) / kWidth;
-  nodes_.reserve(leaf_count_ + leaf_count_ / (kWidth - 1) + kLevels);
+  const std::size_t leaf_count = (boxes.size() + kWidth - 1) / kWidth;
+  nodes_.reserve(leaf_count + leaf_count / (kWidth - 1) + kLevels);
   first_of_level_.push_back(0);
-  nodes_.resize(leaf_count_);
+  nodes_.resize(leaf_count);
   for (std::uint32_t place = 0; place < order_.size(); ++place) {
     places_[order_[place]] = place;
     nodes_[place / kWidth].set(place % kWidth, boxes[order_[place]]);

@@ -46,29 +46,31 @@ class TriangleTree {
   // and returns whether one did.
   template <typename Visit>
   bool visit_near(const TriangleBox& box, const Visit& visit) const {
-    return visit_places(box, [&](std::uint32_t place) { return visit(order_[place]); });
-  }
-
-  // Calls visit(a, b) once for each pair whose boxes touch. Each `part` below part_count() yields
-  // different pairs, so threads can share the work.
-  template <typename Visit>
-  void visit_pairs(std::uint32_t part, const Visit& visit) const {
-    const Node& leaf = nodes_[part];
-    std::vector<std::uint32_t> near;
-    visit_places(leaf.box(), [&](std::uint32_t place) {
-      if (place > part * kWidth) near.push_back(place);
-      return false;
-    });
-    for (std::uint32_t i = 0; i < kWidth; ++i) {
-      const TriangleBox box = leaf.box(i);
-      for (const std::uint32_t place : near) {
-        if (place > part * kWidth + i && nodes_[place / kWidth].box(place % kWidth).touches(box)) {
-          visit(order_[part * kWidth + i], order_[place]);
-        }
+    if (nodes_.empty()) return false;
+    // For each level, the boxes of its current node still to be visited.
+    struct Waiting {
+      std::uint32_t node = 0, bits = 0;
+    };
+    std::array<Waiting, kLevels> waiting;
+    std::size_t level = first_of_level_.size() - 1;
+    waiting[level] = {0, nodes_.back().touching(box)};
+    while (true) {
+      Waiting& here = waiting[level];
+      if (here.bits == 0) {
+        if (++level == first_of_level_.size()) return false;
+        continue;
+      }
+      const auto i = static_cast<std::uint32_t>(__builtin_ctz(here.bits));
+      here.bits &= here.bits - 1;
+      const std::uint32_t below = here.node * kWidth + i;
+      if (level > 0) {
+        --level;
+        waiting[level] = {below, nodes_[first_of_level_[level] + below].touching(box)};
+      } else if (visit(order_[below])) {
+        return true;
       }
     }
   }
-  [[nodiscard]] std::uint32_t part_count() const { return static_cast<std::uint32_t>(leaf_count_); }
 
  private:
   static constexpr std::uint32_t kWidth = 8;
@@ -118,39 +120,10 @@ class TriangleTree {
   void add_level();
 
   // A place is the index of a triangle in leaf order.
-  template <typename Visit>
-  bool visit_places(const TriangleBox& box, const Visit& visit) const {
-    if (nodes_.empty()) return false;
-    // For each level, the boxes of its current node still to be visited.
-    struct Waiting {
-      std::uint32_t node = 0, bits = 0;
-    };
-    std::array<Waiting, kLevels> waiting;
-    std::size_t level = first_of_level_.size() - 1;
-    waiting[level] = {0, nodes_.back().touching(box)};
-    while (true) {
-      Waiting& here = waiting[level];
-      if (here.bits == 0) {
-        if (++level == first_of_level_.size()) return false;
-        continue;
-      }
-      const auto i = static_cast<std::uint32_t>(__builtin_ctz(here.bits));
-      here.bits &= here.bits - 1;
-      const std::uint32_t below = here.node * kWidth + i;
-      if (level > 0) {
-        --level;
-        waiting[level] = {below, nodes_[first_of_level_[level] + below].touching(box)};
-      } else if (visit(below)) {
-        return true;
-      }
-    }
-  }
-
   std::vector<std::uint32_t> order_;   // The triangle at each place.
   std::vector<std::uint32_t> places_;  // The place of each triangle.
   std::vector<Node> nodes_;            // Leaves first, the root last.
   std::vector<std::size_t> first_of_level_;
-  std::size_t leaf_count_ = 0;
 };
 
 }  // namespace multitetra

@@ -6,18 +6,10 @@
 
 #include "common/mesh/triangle_mesh.hpp"
 #include "common/wire/detail/vtp_file.hpp"
-#include "common/wire/draco_mesh.hpp"
 #include "common/wire/mesh_readers.hpp"
 
 namespace multitetra {
 namespace {
-
-TriangleMesh draco_mesh_of(std::string_view file) {
-  if (file.empty()) return {};  // No triangles.
-  auto mesh = decode_draco_mesh(file, std::nullopt);
-  if (!mesh) throw MeshFileError(mesh.error().text);
-  return {.vertices = std::move(mesh->positions), .triangles = std::move(mesh->triangles)};
-}
 
 TriangleMesh mesh_in(std::string_view file, MeshFormat format, std::vector<std::size_t>& first) {
   first = {0};
@@ -37,7 +29,7 @@ TriangleMesh mesh_in(std::string_view file, MeshFormat format, std::vector<std::
     case MeshFormat::kVtp:
       return read_own_vtp(file);
     case MeshFormat::kDrc:
-      return draco_mesh_of(file);
+      return file.empty() ? TriangleMesh() : read_draco(file);  // Empty: no triangles.
   }
   return {};
 }

@@ -1,6 +1,6 @@
 #include "client/library/detail/manifest_checks.hpp"
 
-#include <bit>
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <vector>
@@ -59,29 +59,13 @@ std::optional<std::string> parameter_fault(const StepBegin& begin,
   given.error = requested.error;
   given.topology_tolerance = requested.topology_tolerance;
   if (given != requested) return "a preview differs from the request in more than its accuracy";
-  if (begin.finest_spacing < 1 ||
-      !std::has_single_bit(static_cast<std::uint32_t>(begin.finest_spacing))) {
-    return "the finest spacing is not a power of two";
-  }
   return std::nullopt;
 }
 
+// parse_server_message() has checked that no number is negative.
 bool is_in_grid(const OctreeCube& cube, int grid_exponent) {
-  if (cube.exponent < 0 || cube.exponent > grid_exponent) return false;
-  const std::int32_t cubes = std::int32_t{1} << (grid_exponent - cube.exponent);
-  const auto within = [cubes](std::int32_t position) { return position >= 0 && position < cubes; };
-  return within(cube.x) && within(cube.y) && within(cube.z);
-}
-
-std::optional<std::string> summary_fault(const TileSummary& tile, int grid_exponent) {
-  if (!is_in_grid(tile.cube, grid_exponent)) return "it lies outside the grid";
-  if (tile.triangles == 0) return "it has no triangles";
-  if (tile.vertices < 3 || tile.vertices > 3 * std::uint64_t{tile.triangles}) {
-    return std::to_string(tile.vertices) + " vertices cannot belong to " +
-           std::to_string(tile.triangles) + " triangles";
-  }
-  if (tile.bytes == 0) return "it has no bytes";
-  return std::nullopt;
+  return cube.exponent <= grid_exponent &&
+         std::max({cube.x, cube.y, cube.z}) < std::int32_t{1} << (grid_exponent - cube.exponent);
 }
 
 // The distance moved by simplification is part of the step's error bound.
@@ -163,8 +147,8 @@ std::optional<std::string> manifest_fault(const StepBegin& begin, const OpenStre
   std::set<ContentDigest> digests;
   for (std::size_t i = 0; i < begin.tiles.size(); ++i) {
     const TileSummary& tile = begin.tiles[i];
-    if (auto fault = summary_fault(tile, info.grid_exponent)) {
-      return tile_name(begin, i) + ": " + *fault;
+    if (!is_in_grid(tile.cube, info.grid_exponent)) {
+      return tile_name(begin, i) + ": it lies outside the grid";
     }
     if (auto fault = simplification_fault(tile, begin)) return tile_name(begin, i) + ": " + *fault;
     if (!cubes.insert(tile.cube).second) return tile_name(begin, i) + " is listed twice";

@@ -62,27 +62,6 @@ TEST(TriangleTree, FindsTrianglesThatTouchABoxAfterMovesAndRemovals) {
   }
 }
 
-TEST(TriangleTree, VisitsEachTouchingPairOnce) {
-  RandomBoxes random;
-  for (const std::uint32_t count : {0U, 1U, 8U, 500U}) {
-    std::vector<TriangleBox> boxes;
-    for (std::uint32_t t = 0; t < count; ++t) boxes.push_back(random.box());
-    std::set<std::pair<std::uint32_t, std::uint32_t>> expected, found;
-    for (std::uint32_t a = 0; a < count; ++a) {
-      for (std::uint32_t b = a + 1; b < count; ++b) {
-        if (boxes[a].touches(boxes[b])) expected.insert({a, b});
-      }
-    }
-    const TriangleTree tree(boxes);
-    for (std::uint32_t part = 0; part < tree.part_count(); ++part) {
-      tree.visit_pairs(part, [&](std::uint32_t a, std::uint32_t b) {
-        EXPECT_TRUE(found.insert(std::minmax(a, b)).second) << "Visited twice.";
-      });
-    }
-    EXPECT_EQ(found, expected);
-  }
-}
-
 TEST(TriangleTree, StopsWhenTheVisitorStops) {
   RandomBoxes random;
   std::vector<TriangleBox> boxes(100, random.box());
