@@ -87,8 +87,8 @@ class DatasetWriter final : public BrickSink {
   // threads, also while spectrum bricks are added.
   void read_samples(std::size_t first, std::span<std::byte> into) const;
 
-  // Adds a brick, in any order. Requires index < SpectrumLayout(info).size(), each index at most once, and at
-  // most max_spectrum_brick_bytes(). Bricks that are never added are empty.
+  // Adds a brick, in any order. Requires index < SpectrumLayout(info).size(), each index at most
+  // once, and at most max_spectrum_brick_bytes(). Bricks that are never added are empty.
   void add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes);
 
   // Writes the file to disk under its name. Must be the last call. Requires that all samples were

@@ -439,11 +439,9 @@ TEST(Assembler, RejectsFinalStepsThatDifferFromTheRequest) {
 
 TEST(Assembler, RejectsPreviewsThatDifferInMoreThanAccuracy) {
   const std::vector<std::function<void(StepBegin&)>> lies = {
-      [](StepBegin& b) { b.request.error = 0.5; },
-      [](StepBegin& b) { b.request.isovalue = 101; },
+      [](StepBegin& b) { b.request.error = 0.5; }, [](StepBegin& b) { b.request.isovalue = 101; },
       [](StepBegin& b) { b.request.unit = ErrorUnit::kWorld; },
-      [](StepBegin& b) { b.request.lattice_resolution = 6; },
-      [](StepBegin& b) { b.step = 1; }};
+      [](StepBegin& b) { b.request.lattice_resolution = 6; }, [](StepBegin& b) { b.step = 1; }};
   for (const auto& lie : lies) {
     Messages stream = two_steps();
     lie(at<StepBegin>(stream, 0));

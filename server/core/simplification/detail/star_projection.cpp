@@ -40,11 +40,6 @@ LatticePoint from_to(const LatticePoint& from, const LatticePoint& to) {
   return {to.x - from.x, to.y - from.y, to.z - from.z};
 }
 
-std::array<Number, 3> normal_of(const LatticePoint& p, const LatticePoint& q) {
-  return {Number{p.y} * q.z - Number{p.z} * q.y, Number{p.z} * q.x - Number{p.x} * q.z,
-          Number{p.x} * q.y - Number{p.y} * q.x};
-}
-
 }  // namespace
 
 OrientationMask::OrientationMask(const std::array<std::int64_t, 3>& normal) {
@@ -81,18 +76,6 @@ bool winds_once(const LatticePoint& center, std::span<const LatticePoint> around
     was_upper = is_upper;
   }
   return changes == 2;
-}
-
-bool is_disjoint_star(const LatticePoint& center, std::span<const LatticePoint> around) {
-  OrientationMask turns;
-  LatticePoint before = from_to(center, around.back());
-  for (const LatticePoint& p : around) {
-    const LatticePoint at = from_to(center, p);
-    turns.intersect(OrientationMask(normal_of(before, at)));
-    if (!turns.any()) return false;
-    before = at;
-  }
-  return winds_once(center, around, turns);
 }
 
 }  // namespace multitetra

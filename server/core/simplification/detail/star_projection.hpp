@@ -1,4 +1,7 @@
-// A fast sufficient test that the triangles around a vertex do not intersect each other.
+// A fast sufficient test that the triangles around a vertex do not intersect each other: seen from
+// one of a few directions, all turn the same way and go around the vertex once. Then they share
+// only the vertex and the edges between neighbours. Requires lattice coordinates within 0 ..
+// 2^kMaxLatticeBits.
 #pragma once
 
 #include <array>
@@ -29,12 +32,5 @@ class OrientationMask {
 // once. Requires that all turn the same way in each view of `turns`.
 [[nodiscard]] bool winds_once(const LatticePoint& center, std::span<const LatticePoint> around,
                               const OrientationMask& turns);
-
-// Returns whether the triangles (center, around[i], around[i + 1]), cyclic, do not overlap when
-// seen from one of a few directions: all turn the same way and go around the center once. Then they
-// share only the center and the edges between neighbours. False proves nothing. Requires lattice
-// coordinates within 0 .. 2^kMaxLatticeBits.
-[[nodiscard]] bool is_disjoint_star(const LatticePoint& center,
-                                    std::span<const LatticePoint> around);
 
 }  // namespace multitetra

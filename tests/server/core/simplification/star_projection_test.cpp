@@ -26,6 +26,15 @@ bool intersects_itself(const LatticePoint& center, const std::vector<LatticePoin
   return false;
 }
 
+bool is_disjoint_star(const LatticePoint& center, const std::vector<LatticePoint>& around) {
+  OrientationMask turns;
+  for (std::size_t i = 0; i < around.size(); ++i) {
+    turns.intersect(OrientationMask(
+        LatticePlane({center, around[i], around[(i + 1) % around.size()]}).normal()));
+  }
+  return turns.any() && winds_once(center, around, turns);
+}
+
 TEST(StarProjection, NeverClearsStarsThatIntersectThemselves) {
   std::mt19937_64 random(11);
   std::uniform_int_distribution<std::int32_t> off(-6, 6);

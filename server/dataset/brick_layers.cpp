@@ -1,4 +1,4 @@
-#include "server/dataset/detail/brick_layers.hpp"
+#include "server/dataset/brick_layers.hpp"
 
 #include <algorithm>
 #include <cstring>

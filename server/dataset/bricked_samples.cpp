@@ -1,4 +1,4 @@
-#include "server/dataset/detail/bricked_samples.hpp"
+#include "server/dataset/bricked_samples.hpp"
 
 #include <algorithm>
 #include <cstring>
