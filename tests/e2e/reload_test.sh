@@ -120,6 +120,10 @@ mv served/*.mtd away/
 reload
 [ "$(names)" = "volume " ] || fail "with an empty folder the server offers: $(names)"
 [ "$(reload_failed)" = 1 ] || fail "metrics do not show that all datasets are gone"
+head -c 2000 away/a.mtd >served/half_copied.mtd
+reload
+[ "$(names)" = "volume " ] || fail "with nothing but a damaged file the server offers: $(names)"
+rm served/half_copied.mtd
 mv away/*.mtd served/
 reload
 [ "$(reload_failed)" = 0 ] || fail "metrics show a failure that is over"

@@ -120,6 +120,12 @@ CataloguePtr ServedDatasets::read() {
                {{"file", without_password(place)}});
     }
   }
+  if (catalogue->size() == 0 &&
+      std::ranges::any_of(opened_, [](const auto& one) { return one.second.is_served; })) {
+    throw std::runtime_error(
+        "All datasets are gone, and none of the new ones can be read. To serve none, stop the "
+        "server.");
+  }
   for (const auto& [series, members] : new_members) {
     log_line(LogLevel::kInfo, "serving",
              {{"series", series}, {"datasets", std::uint64_t{members}}});
