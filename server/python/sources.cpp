@@ -16,8 +16,12 @@
 #include "common/base/address_text.hpp"
 #include "common/python/raise.hpp"
 #include "server/python/engine_definitions.hpp"
+#include "server/store/http_options.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 #include "server/volume/volume_files.hpp"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
 
 namespace multitetra {
 namespace {
