@@ -157,14 +157,16 @@ void place_pages(const TiffPages& tiff, const TiffDescription& description, Imag
 // Sets the values that numbers stand for, as ImageJ or GDAL state it.
 void scale_pages(const TiffPages& tiff, const TiffDescription& description, ImageHeader& header) {
   const TiffPages::Scaling& by_tags = tiff.scaling();
-  if (header.type == StoredType::kF32 || header.type == StoredType::kF64) return;
-  if (const auto slope = description.slope ? description.slope : by_tags.slope) {
+  // ImageJ does not calibrate floats.
+  const bool is_float = header.type == StoredType::kF32 || header.type == StoredType::kF64;
+  const bool is_calibrated = description.slope && !is_float;
+  if (const auto slope = is_calibrated ? description.slope : by_tags.slope) {
     header.slope = *slope;
-    header.intercept = description.slope ? description.intercept : by_tags.intercept;
+    header.intercept = is_calibrated ? description.intercept : by_tags.intercept;
     header.meaning.value_unit = description.value_unit;
     header.values.scaling = Basis::kStated;
   }
-  if (description.unread_function.empty() && !by_tags.differs) return;
+  if ((description.unread_function.empty() || is_float) && !by_tags.differs) return;
   header.contradictions.push_back(
       {Fact::kScaling,
        by_tags.differs ? "its channels have scales of their own (GDAL); they are read as stored"

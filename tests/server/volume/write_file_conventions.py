@@ -72,10 +72,11 @@ def tiff():
     tifffile.imwrite(path, volume, imagej=True, metadata={"axes": "ZYX", "cf": 8, "c0": 1, "c1": 2})
     read("imagej-function", path, volume, notice="function 8 of ImageJ, which is not read")
     items = '<GDALMetadata><Item name="SCALE" sample="0" role="scale">0.25</Item><Item name="OFFSET" sample="0" role="offset">7</Item>{}</GDALMetadata>'
-    for name, more, expected, notice in (("one", "", volume * 0.25 + 7, ""),
-                                         ("two", '<Item sample="1" role="scale">2</Item>', volume, "scales of their own (GDAL)")):
+    for name, stored, more, expected, notice in (("one", volume, "", volume * 0.25 + 7, ""),
+                                                 ("float", volume.astype("f4"), "", volume * 0.25 + 7, ""),
+                                                 ("two", volume, '<Item sample="1" role="scale">2</Item>', volume, "scales of their own (GDAL)")):
         path = folder / f"scale-{name}.tif"
-        tifffile.imwrite(path, volume, metadata=None, photometric="minisblack", extratags=[(42112, "s", 0, items.format(more), True)])
+        tifffile.imwrite(path, stored, metadata=None, photometric="minisblack", extratags=[(42112, "s", 0, items.format(more), True)])
         read(f"gdal-scale-{name}", path, expected, notice=notice)
 
     # One directory, followed by the samples of all images.

@@ -10,8 +10,9 @@
 #include <cstdio>
 #include <cstring>
 #include <limits>
-#include <set>
+#include <map>
 #include <span>
+#include <string>
 #include <utility>
 
 #include "common/base/text.hpp"
@@ -246,21 +247,25 @@ TiffPages::Scaling gdal_scaling(TIFF* tiff) {
   const std::string text = text_of_tag(tiff, kMetadataTag);
   const Result<XmlElement> xml = text.empty() ? Result<XmlElement>() : parse_xml(text);
   if (!xml) return scaling;
-  std::set<std::pair<std::string, std::string>> numbers;
+  std::map<std::string, std::pair<double, double>> bands;  // Scale and offset.
   for (const XmlElement* const item : xml->all("Item")) {
     const std::string role = item->attribute("role");
     const auto number = finite_number(item->text);
     if ((role != "scale" && role != "offset") || !number) continue;
-    numbers.emplace(role, item->text);
-    if (role == "offset") scaling.intercept = *number;
-    if (role == "scale" && *number != 0) scaling.slope = number;
+    auto& [scale, offset] = bands.try_emplace(item->attribute("sample"), 1.0, 0.0).first->second;
+    if (role == "offset") offset = *number;
+    if (role == "scale" && *number != 0) scale = *number;
   }
-  if (!numbers.empty() && !scaling.slope) scaling.slope = 1;
-  if (numbers.size() > 2 ||
-      (numbers.size() == 2 && numbers.begin()->first == numbers.rbegin()->first)) {
-    scaling = {.differs = true};
+  if (bands.empty()) return scaling;
+  // A band without numbers has those that change nothing.
+  if (bands.size() < tiff_field<std::uint16_t>(tiff, TIFFTAG_SAMPLESPERPIXEL, 1)) {
+    bands.try_emplace("", 1.0, 0.0);
   }
-  return scaling;
+  const auto first = bands.begin()->second;
+  if (std::ranges::any_of(bands, [&](const auto& band) { return band.second != first; })) {
+    return {.differs = true};
+  }
+  return {.slope = first.first, .intercept = first.second};
 }
 
 // MetaMorph's tag UIC2 has as many entries as the stack has images, of which the strips are the
