@@ -241,7 +241,8 @@ def checked(settings):
     unknown = sorted(set(settings) - SETTINGS)
     if unknown:
         raise ValueError(f"The viewer has no setting named {', '.join(unknown)}; the settings are {', '.join(sorted(SETTINGS))}.")
-    if settings.get("volume") not in (None, "off", "on", "maximum"):
+    volume = settings.get("volume")
+    if volume is not None and not (isinstance(volume, str) and volume in ("off", "on", "maximum")):
         raise ValueError('The setting volume is "off", "on" or "maximum"; what is to be shown comes first, without a name.')
     json.dumps(settings, allow_nan=False)  # Raises here, at the caller, for values that are not JSON.
 
