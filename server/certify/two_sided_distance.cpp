@@ -42,7 +42,7 @@ double reach_of(const SurfaceTriangle& triangle) {
   const auto [a, b, c] = squares;
   const double area =
       length(cross(difference(triangle[1], triangle[0]), difference(triangle[2], triangle[0])));
-  if (c == 0) return 0;
+  if (a == 0) return std::sqrt(c) / 2;
   if (a + b > c && area > 0) return std::sqrt(a * b * c) / (2 * area);
   return std::sqrt(c) * std::max(a / (a + c - b), b / (b + c - a));
 }

@@ -20,8 +20,8 @@ void fill_row_along_x(Reader& reader, const DatasetInfo& info, const Vec3& left,
   if constexpr (requires { reader.fill_row(GridPoint{}, 1, values); }) {
     const double first = snapped_to_sample(left[0]);
     const double end = first + step * static_cast<double>(values.size() - 1);
-    if (step >= 1 && step == std::floor(step) && first == std::floor(first) && first >= 0 &&
-        end <= last) {
+    if (step >= 1 && step <= last + 1 && step == std::floor(step) && first == std::floor(first) &&
+        first >= 0 && end <= last) {
       reader.fill_row({static_cast<std::int32_t>(first), y, z}, static_cast<std::int32_t>(step),
                       values);
       return;

@@ -23,10 +23,10 @@ export class SlabMaker {
   }
 
   // Ends the worker; what is being made is rejected.
-  close(): void {
+  close(reason = "Cancelled."): void {
     this.worker?.terminate();
     this.worker = null;
-    for (const { reject } of this.waiting.values()) reject(new Error("Cancelled."));
+    for (const { reject } of this.waiting.values()) reject(new Error(reason));
     this.waiting.clear();
   }
 
@@ -38,7 +38,7 @@ export class SlabMaker {
       if ("slab" in data) resolve(data.slab);
       else reject(new Error(data.text));
     };
-    worker.onerror = () => this.close();
+    worker.onerror = () => this.close("The worker that converts samples has failed.");
     return worker;
   }
 }
