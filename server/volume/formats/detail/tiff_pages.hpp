@@ -1,4 +1,4 @@
-// Reads the pages of a TIFF file by libtiff, which only tiff_pages.cpp includes.
+// Reads the pages of a TIFF file by libtiff, which no other file includes but tiff_tags.
 #pragma once
 
 #include <array>
