@@ -1,5 +1,5 @@
-// What tags of other programs in a TIFF directory state of its samples. Only tiff_pages.cpp includes
-// it, as it includes libtiff.
+// What tags of other programs in a TIFF directory state of its samples. Only tiff_pages.cpp
+// includes it, as it includes libtiff.
 #pragma once
 
 #include <tiffio.h>
