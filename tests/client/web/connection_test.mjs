@@ -205,7 +205,7 @@ async function edit(page, hash) {
 // Waits until the address has exactly these settings, ignoring those of the camera.
 function saysSettings(page, settings) {
   return page.waitForFunction(
-    (wanted) => location.hash.slice(1).replace(/&(eye|target|follow_view)=[^&]*/g, "") === wanted, settings);
+    (wanted) => location.hash.slice(1).replace(/&(eye|target|follow_view|occlusion)=[^&]*/g, "") === wanted, settings);
 }
 
 // The npm module, in a page of another origin, which has styles of its own.
