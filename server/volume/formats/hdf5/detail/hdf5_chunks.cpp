@@ -1,16 +1,15 @@
 #include "server/volume/formats/hdf5/detail/hdf5_chunks.hpp"
 
 #include <libaec.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <utility>
 
 #include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/unpacking.hpp"
 #include "server/volume/formats/hdf5/detail/hdf5_lzf.hpp"
 
 namespace multitetra {
@@ -30,22 +29,6 @@ std::uint32_t little_endian(const Bytes& bytes) {
 }
 
 std::size_t bytes_of_bits(std::uint64_t bits) { return static_cast<std::size_t>((bits + 7) / 8); }
-
-// Returns nullopt if the data are damaged or unpack to more than `most` bytes.
-std::optional<Bytes> inflated(const Bytes& packed, std::size_t most) {
-  z_stream stream{};
-  constexpr std::size_t kMost = std::numeric_limits<uInt>::max();
-  if (packed.size() > kMost || inflateInit(&stream) != Z_OK) return std::nullopt;
-  Bytes plain(std::min(most, kMost));
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(packed.data()));
-  stream.avail_in = static_cast<uInt>(packed.size());
-  stream.next_out = reinterpret_cast<Bytef*>(plain.data());
-  stream.avail_out = static_cast<uInt>(plain.size());
-  const int state = inflate(&stream, Z_FINISH);
-  plain.resize(stream.total_out);
-  inflateEnd(&stream);
-  return state == Z_STREAM_END ? std::optional(std::move(plain)) : std::nullopt;
-}
 
 // Returns the unpacked size, which libhdf5 stores first; nullopt if that is above `most` or the
 // data end before. libhdf5 leaves what is missing uninitialized. `values` has flags, the samples of
@@ -182,7 +165,11 @@ Hdf5ChunkSizes::Hdf5ChunkSizes(fs::path file, hid_t dataset, bool allow_external
 }
 
 void Hdf5ChunkSizes::require_whole(hid_t dataset, const Hdf5Box& box) {
-  for (Source& source : sources_) require_whole_source(source, box);
+  for (Source& source : sources_) {
+    if (source.is_checked || !common_part(box, source.mapping.in_virtual)) continue;
+    require_whole_source(source.mapping);
+    source.is_checked = true;
+  }
   if (chunk_.empty()) return;
   const std::size_t rank = dims_.size();
   std::vector<hsize_t> first(rank);
@@ -206,32 +193,17 @@ void Hdf5ChunkSizes::require_whole(hid_t dataset, const Hdf5Box& box) {
   }
 }
 
-// Checks the part of a source that supplies samples of the box; if that is no box, all that the
-// source supplies.
-void Hdf5ChunkSizes::require_whole_source(Source& source, const Hdf5Box& box) {
-  const Hdf5Mapping& mapping = source.mapping;
-  const std::optional<Hdf5Box> part = common_part(box, mapping.in_virtual);
-  if (!part || source.is_checked) return;
+// Checks all that a source supplies.
+void Hdf5ChunkSizes::require_whole_source(const Hdf5Mapping& mapping) const {
   const Hdf5Id file = open_hdf5_file(mapping.file);
   const std::optional<Hdf5Id> dataset =
       open_hdf5_dataset(mapping.file, file.get(), mapping.dataset, allow_external_files_);
   if (!dataset) return;  // Has the fill value.
-  if (!source.sizes) {
-    source.sizes =
-        std::make_unique<Hdf5ChunkSizes>(mapping.file, dataset->get(), allow_external_files_);
-  }
+  Hdf5ChunkSizes sizes(mapping.file, dataset->get(), allow_external_files_);
   const Hdf5Box whole = whole_box(hdf5_dims(dataset->get()));
   const bool has_bounds = mapping.in_source.start.size() == whole.start.size();
-  Hdf5Box wanted = has_bounds ? mapping.in_source : whole;
-  const bool has_chunks = !source.sizes->chunk_.empty() || !source.sizes->sources_.empty();
-  source.is_checked = !has_bounds || !mapping.is_box || !has_chunks;
-  for (std::size_t d = 0; !source.is_checked && d < wanted.start.size(); ++d) {
-    const std::size_t in_virtual = d + part->start.size() - wanted.start.size();
-    wanted.start[d] += part->start[in_virtual] - mapping.in_virtual.start[in_virtual];
-    wanted.extent[d] = part->extent[in_virtual];
-  }
-  const std::optional<Hdf5Box> stored = common_part(wanted, whole);
-  if (stored) source.sizes->require_whole(dataset->get(), *stored);
+  const std::optional<Hdf5Box> needed = common_part(has_bounds ? mapping.in_source : whole, whole);
+  if (needed) sizes.require_whole(dataset->get(), *needed);
 }
 
 void Hdf5ChunkSizes::require_whole_chunk(hid_t dataset, const std::vector<hsize_t>& at) {
@@ -285,7 +257,7 @@ bool Hdf5ChunkSizes::unpack(const Filter& filter, bool needs_contents, Bytes& by
   };
   switch (filter.id) {
     case H5Z_FILTER_DEFLATE: {
-      auto plain = inflated(bytes, most);
+      auto plain = unpack_at_most(Packing::kZlib, bytes, most);
       if (plain) bytes = *std::move(plain);
       return plain.has_value();
     }

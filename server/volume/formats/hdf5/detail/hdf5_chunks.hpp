@@ -7,7 +7,6 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <memory>
 #include <vector>
 
 #include "server/volume/formats/hdf5/detail/hdf5_object.hpp"
@@ -34,12 +33,10 @@ class Hdf5ChunkSizes {
   };
   struct Source {
     Hdf5Mapping mapping;
-    std::unique_ptr<Hdf5ChunkSizes> sizes = nullptr;  // Null until the source is first read.
-    // Whether the whole source was checked; mappings of boxes are checked in parts.
     bool is_checked = false;
   };
 
-  void require_whole_source(Source& source, const Hdf5Box& box);
+  void require_whole_source(const Hdf5Mapping& mapping) const;
   void require_whole_chunk(hid_t dataset, const std::vector<hsize_t>& at);
   // Returns whether a chunk unpacks to its size. A set bit of `skipped` excludes a filter.
   [[nodiscard]] bool is_whole(std::vector<std::byte> chunk, unsigned skipped) const;

@@ -125,31 +125,18 @@ std::vector<std::string> source_names(const std::string& pattern, const fs::path
   return names;
 }
 
-// Returns the bounds of a selection; `is_whole` if it has all samples in them. Empty if unlimited.
-Hdf5Box bounds_of(hid_t space, bool& is_whole) {
+// Returns the bounds of a selection; empty if unlimited.
+Hdf5Box bounds_of(hid_t space) {
   const int rank = H5Sget_simple_extent_ndims(space);
   Hdf5Box box;
   std::vector<hsize_t> end(rank > 0 ? static_cast<std::size_t>(rank) : 0);
   box.start.resize(end.size());
-  is_whole = false;
   if (rank <= 0 || H5Sget_select_bounds(space, box.start.data(), end.data()) < 0) return {};
-  hsize_t samples = 1;
   for (std::size_t d = 0; d < end.size(); ++d) {
     if (end[d] == H5S_UNLIMITED) return {};
     box.extent.push_back(end[d] - box.start[d] + 1);
-    if (__builtin_mul_overflow(samples, box.extent[d], &samples)) return box;
   }
-  is_whole = H5Sget_select_npoints(space) == static_cast<hssize_t>(samples);
   return box;
-}
-
-bool have_one_shape(const Hdf5Box& in_virtual, const Hdf5Box& in_source) {
-  const std::vector<hsize_t>& sides = in_virtual.extent;
-  const std::size_t rank = in_source.extent.size();
-  if (rank == 0 || rank > sides.size()) return false;
-  const auto last = sides.end() - static_cast<std::ptrdiff_t>(rank);
-  return std::equal(last, sides.end(), in_source.extent.begin()) &&
-         std::all_of(sides.begin(), last, [](hsize_t side) { return side == 1; });
 }
 
 void check_sources(const fs::path& file, hid_t dataset, bool allow_external_files, int depth) {
@@ -318,18 +305,13 @@ std::vector<Hdf5Mapping> hdf5_mappings(const fs::path& opened, hid_t dataset,
     }
     const Hdf5Id in_virtual(H5Pget_virtual_vspace(creation.get(), i), &H5Sclose);
     const Hdf5Id in_source(H5Pget_virtual_srcspace(creation.get(), i), &H5Sclose);
-    bool is_whole = false;
-    bool is_whole_source = false;
     Hdf5Mapping mapping{.file = file,
                         .dataset = name,
-                        .in_virtual = bounds_of(in_virtual.get(), is_whole),
-                        .in_source = bounds_of(in_source.get(), is_whole_source)};
-    mapping.is_box =
-        is_whole && is_whole_source && have_one_shape(mapping.in_virtual, mapping.in_source);
+                        .in_virtual = bounds_of(in_virtual.get()),
+                        .in_source = bounds_of(in_source.get())};
     std::vector<hsize_t> dims = hdf5_dims(dataset);
     if (mapping.in_virtual.start.size() != dims.size()) {
       mapping.in_virtual = whole_box(std::move(dims));
-      mapping.is_box = false;
     }
     std::vector<std::string> files = {pattern};
     if (pattern != ".") files = source_names(pattern, file, allow_external_files);

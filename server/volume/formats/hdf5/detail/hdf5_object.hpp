@@ -45,8 +45,7 @@ struct Hdf5Mapping {
   std::filesystem::path file;
   std::string dataset;
   Hdf5Box in_virtual;
-  Hdf5Box in_source;    // Empty: unknown.
-  bool is_box = false;  // All samples of both, which have one shape but for leading sides of 1.
+  Hdf5Box in_source;  // Empty: unknown.
 };
 
 // Returns the dimensions of a dataset; none without a simple extent.
