@@ -76,6 +76,7 @@ VolumeChoice choice_from(const std::string& options) {
     if (word == "resample") choice.resample = true;
     if (word == "follow") choice.allow_external_files = true;
     if (word == "loss") choice.allow_loss = true;
+    if (word == "first") choice.first = true;
     if (word.starts_with("subtract=")) choice.subtract = std::stod(value);
     if (word.starts_with("time=")) choice.time = std::stoi(value);
     if (word.starts_with("channel=")) choice.channel = std::stoi(value);
@@ -117,59 +118,6 @@ void expect_opened_by_name(const Fields& fields) {
   fs::current_path(before);
 }
 
-void expect_read(const Fields& fields) {
-  expect_opened_by_name(fields);
-  const auto number = [&](std::size_t at) { return std::stod(fields.at(5 + at)); };
-  std::string notices;
-  Volume volume;
-  try {
-    volume = read_volume(fields[2],
-                         {.choice = choice_from(fields[3]),
-                          .placement = placement_from(fields[3]),
-                          .notice = [&](const std::string& text) { notices += text + "\n"; }});
-  } catch (const VolumeFileError& problem) {
-    ADD_FAILURE() << problem.what();
-    return;
-  }
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    EXPECT_EQ(volume.dims[axis], static_cast<std::int32_t>(number(axis))) << axis;
-    EXPECT_NEAR(volume.index_to_world.translation[axis], number(3 + axis), 1e-5) << axis;
-    for (std::size_t row = 0; row < 3; ++row) {
-      EXPECT_NEAR(volume.index_to_world.columns[axis][row], number(6 + 3 * axis + row), 1e-6)
-          << axis << row;
-    }
-  }
-  EXPECT_EQ(volume.meaning.length_unit, fields.at(20));
-  const std::string& notice = fields.at(21);  // Must not be there if it begins with '!'.
-  if (notice.starts_with('!')) {
-    EXPECT_EQ(notices.find(notice.substr(1)), std::string::npos) << notices;
-  } else {
-    EXPECT_NE(notices.find(notice), std::string::npos) << notices;
-  }
-  const bool has_series = !choice_from(fields[3]).series.empty();
-  if (const std::string& labels = fields.at(22); has_series || !labels.empty()) {
-    const VolumeContents contents =
-        open_volume(fields[2], {.choice = choice_from(fields[3])})->contents();
-    EXPECT_EQ(text_of(contents.labels), labels);
-    EXPECT_TRUE(!has_series || contents.entries.size() > 1) << "no series are listed";
-  }
-  const std::vector<float> expected = floats_of(fields[4]);
-  std::visit(
-      [&](const auto& samples) {
-        ASSERT_EQ(samples.size(), expected.size());
-        std::size_t wrong = 0;
-        for (std::size_t i = 0; i < expected.size(); ++i) {
-          const auto sample = static_cast<float>(samples[i]);
-          const bool is_right =
-              std::isnan(expected[i]) ? std::isnan(sample) : std::abs(sample - expected[i]) < 1e-3F;
-          if (is_right) continue;
-          if (++wrong < 4) ADD_FAILURE() << i << ": " << sample << ", not " << expected[i];
-        }
-        EXPECT_EQ(wrong, 0u);
-      },
-      volume.samples);
-}
-
 // "dims=8:1:1": that many bytes at the end of the file.
 std::optional<RawLayout> layout_from(const std::string& path, const std::string& options) {
   const std::size_t at = options.find("dims=");
@@ -203,7 +151,7 @@ std::string first_listed(const std::string& text) {
 }
 
 // Returns the options with those that the reason of a refusal names, or without one that it says to
-// omit. Options of `prepare` that make several datasets are no choice of one.
+// omit.
 std::string with_remedies(const std::string& reason, std::string options) {
   const std::vector<std::pair<std::string, std::string>> remedies = {
       {"--time", "time=0"},
@@ -236,16 +184,98 @@ std::string with_remedies(const std::string& reason, std::string options) {
   return options;
 }
 
+// Where a text offers to prepare each time or field, the source lists several, and each is read, or
+// refused for another reason.
+void expect_members_read(const std::string& path, const std::string& text,
+                         const std::string& options) {
+  const bool has_times = text.find("--all-times") != std::string::npos;
+  const bool has_fields = text.find("--field") != std::string::npos;
+  if (!has_times && !has_fields) return;
+  const VolumeContents contents =
+      open_volume(path, {.choice = choice_from(options + ",first")})->contents();
+  if (has_times) {
+    EXPECT_GT(contents.times.count, 1) << text;
+    for (const std::int64_t time : {std::int64_t{0}, contents.times.count - 1}) {
+      const std::string reason = refusal(path, options + ",time=" + std::to_string(time));
+      EXPECT_EQ(reason.find("--time"), std::string::npos) << text << "\n  " << time << reason;
+    }
+  }
+  EXPECT_TRUE(!has_fields || contents.fields.size() + contents.unnamed.size() > 1) << text;
+  for (std::size_t i = 0; has_fields && i < std::min<std::size_t>(contents.fields.size(), 4); ++i) {
+    const SourceField& field = contents.fields[i];
+    std::string choice = field.components > 1 ? ",component=0" : "";
+    if (!field.array.empty()) choice += ",array=" + field.array;
+    if (field.channel) choice += ",channel=" + std::to_string(*field.channel);
+    const std::string reason = refusal(path, options + choice);
+    EXPECT_EQ(reason.find("--field"), std::string::npos) << text << "\n  " << choice << reason;
+  }
+}
+
 // Each remedy that a refusal names works: following them leads to a volume, or to another reason
 // without a remedy by options.
 void expect_remedies_work(const std::string& path, std::string reason, std::string options) {
   std::string tried = reason;
   for (int step = 0; step < 4 && with_remedies(reason, {}) != ""; ++step) {
+    expect_members_read(path, reason, options);
     options = with_remedies(reason, options);
     reason = refusal(path, options);
     tried += "\n  with " + options + " " + reason;
   }
   EXPECT_EQ(with_remedies(reason, {}), "") << tried;
+}
+
+void expect_read(const Fields& fields) {
+  expect_opened_by_name(fields);
+  const auto number = [&](std::size_t at) { return std::stod(fields.at(5 + at)); };
+  std::string notices;
+  Volume volume;
+  try {
+    volume = read_volume(fields[2],
+                         {.choice = choice_from(fields[3]),
+                          .placement = placement_from(fields[3]),
+                          .notice = [&](const std::string& text) { notices += text + "\n"; }});
+  } catch (const VolumeFileError& problem) {
+    ADD_FAILURE() << problem.what();
+    return;
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(volume.dims[axis], static_cast<std::int32_t>(number(axis))) << axis;
+    EXPECT_NEAR(volume.index_to_world.translation[axis], number(3 + axis), 1e-5) << axis;
+    for (std::size_t row = 0; row < 3; ++row) {
+      EXPECT_NEAR(volume.index_to_world.columns[axis][row], number(6 + 3 * axis + row), 1e-6)
+          << axis << row;
+    }
+  }
+  EXPECT_EQ(volume.meaning.length_unit, fields.at(20));
+  const std::string& notice = fields.at(21);  // Must not be there if it begins with '!'.
+  if (notice.starts_with('!')) {
+    EXPECT_EQ(notices.find(notice.substr(1)), std::string::npos) << notices;
+  } else {
+    EXPECT_NE(notices.find(notice), std::string::npos) << notices;
+  }
+  expect_members_read(fields[2], notices, fields[3]);
+  const bool has_series = !choice_from(fields[3]).series.empty();
+  if (const std::string& labels = fields.at(22); has_series || !labels.empty()) {
+    const VolumeContents contents =
+        open_volume(fields[2], {.choice = choice_from(fields[3])})->contents();
+    EXPECT_EQ(text_of(contents.labels), labels);
+    EXPECT_TRUE(!has_series || contents.entries.size() > 1) << "no series are listed";
+  }
+  const std::vector<float> expected = floats_of(fields[4]);
+  std::visit(
+      [&](const auto& samples) {
+        ASSERT_EQ(samples.size(), expected.size());
+        std::size_t wrong = 0;
+        for (std::size_t i = 0; i < expected.size(); ++i) {
+          const auto sample = static_cast<float>(samples[i]);
+          const bool is_right =
+              std::isnan(expected[i]) ? std::isnan(sample) : std::abs(sample - expected[i]) < 1e-3F;
+          if (is_right) continue;
+          if (++wrong < 4) ADD_FAILURE() << i << ": " << sample << ", not " << expected[i];
+        }
+        EXPECT_EQ(wrong, 0u);
+      },
+      volume.samples);
 }
 
 void expect_refused(const Fields& fields) {

@@ -78,6 +78,11 @@ def tiff():
         path = folder / f"scale-{name}.tif"
         tifffile.imwrite(path, stored, metadata=None, photometric="minisblack", extratags=[(42112, "s", 0, items.format(more), True)])
         read(f"gdal-scale-{name}", path, expected, notice=notice)
+    for name, more, scale, notice in (("beside-none", "", 1, "scales of their own (GDAL)"), ("beside-one", items[14:-17].replace('"0"', '"1"'), 0.25, "")):
+        path = folder / f"scale-{name}.tif"
+        tifffile.imwrite(path, numpy.stack([volume, second], axis=-1), metadata=None, photometric="minisblack", planarconfig="contig",
+                         extratags=[(42112, "s", 0, items.format(more), True)])
+        read(f"gdal-scale-{name}", path, second * scale + (7 if scale < 1 else 0), options="component=1", notice=notice)
 
     # One directory, followed by the samples of all images.
     hyper = numpy.stack([volume, second], axis=1)  # Z, C, Y, X
@@ -354,6 +359,12 @@ def further_fields():
 
     read("nrrd-ends", file("ends.nrrd", nrrd, "axis mins: 1 2 3\naxis maxs: 4.5 9.5 11\ncenters: node node node\n"), volume, **place)
     read("nrrd-ends-cells", file("cells.nrrd", nrrd, "axis mins: 0.75 1.25 2\naxis maxs: 4.75 10.25 12\n"), volume, **place)
+    four = nrrd.replace("dimension: 3\nsizes: 8 6 5", "dimension: 4\nsizes: {}")
+    for name, sizes, steps, samples in (("last", "8 6 5 2", "0.5 1.5 2 nan", numpy.stack([volume, 2 * volume])),
+                                        ("first", "2 8 6 5", "NaN 0.5 1.5 2", numpy.stack([volume, 2 * volume], axis=-1))):
+        path = write(f"nan-{name}.nrrd", four.format(sizes, f"spacings: {steps}\n").encode() + samples.astype("<u2").tobytes())
+        read(f"nrrd-nan-{name}", path, 2 * volume, options="time=1", steps=diagonal(0.5, 1.5, 2))
+        refuse(f"nrrd-nan-{name}-times", path, "--all-times")
     read("nrrd-quantized", file("old.nrrd", nrrd, "old min: -1\nold max: 1\nspacings: 1 1 1\n"), volume, notice="stand for -1 to 1")
     read("mha-function", file("slope.mha", meta, "ElementToIntensityFunctionSlope = 0.5\n"), volume, steps=diagonal(0.5, 1.5, 2),
          notice="ElementToIntensityFunction is not applied")

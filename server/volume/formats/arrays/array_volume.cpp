@@ -263,11 +263,11 @@ std::string chosen_array(const ArrayContainer& file, const VolumeChoice& choice)
     return choice.array.starts_with('/') ? choice.array : "/" + choice.array;
   const std::vector<std::string> found = offered_arrays(file, choice);
   if (found.size() == 1) return found.front();
-  if (choice.first && !found.empty()) {
-    return *std::max_element(found.begin(), found.end(), [&](const auto& a, const auto& b) {
-      return samples_of(file.shape(a)) < samples_of(file.shape(b));
-    });
-  }
+  const auto largest =
+      std::max_element(found.begin(), found.end(), [&](const auto& a, const auto& b) {
+        return samples_of(file.shape(a)) < samples_of(file.shape(b));
+      });
+  if (choice.first && !found.empty()) return *largest;
   std::string list;
   for (const std::string& name : found) {
     if (list.size() < 600) list += (list.empty() ? "" : ", ") + name;
@@ -281,9 +281,12 @@ std::string chosen_array(const ArrayContainer& file, const VolumeChoice& choice)
                  "it has no array of integers or floats with two or more dimensions" + list,
                  "If one of these leads to another file, give its path, as in " + example);
   }
+  const auto alike = std::count_if(found.begin(), found.end(), [&](const std::string& name) {
+    return file.shape(name) == file.shape(*largest);
+  });
   fail_reading(file.file(), "it has " + std::to_string(found.size()) + " arrays: " + list,
                "Choose one with --array, or as in " + example +
-                   ", or prepare several of one shape with --field");
+                   (alike > 1 ? ", or prepare several of one shape with --field" : ""));
 }
 
 StoredVolume described_volume(const ArrayContainer& file, const std::string& array,
