@@ -1,4 +1,14 @@
-import { create, ErrorCode, ErrorReplySchema, type ServerKind, type Slice, SliceReplySchema, WelcomeSchema } from "../../../client/web/src/protocol/messages";
+import {
+  create,
+  ErrorCode,
+  ErrorReplySchema,
+  type ListDatasets,
+  PongSchema,
+  type ServerKind,
+  type Slice,
+  SliceReplySchema,
+  WelcomeSchema,
+} from "../../../client/web/src/protocol/messages";
 import { DatasetQueries } from "../../../client/web/src/stream/dataset_queries";
 import { dataset, messages, request } from "./golden_stream";
 import { link } from "./mocked_link";
@@ -12,6 +22,11 @@ const welcome = () => send({ case: "welcome", value: create(WelcomeSchema, { ver
 const fail = (code: ErrorCode) =>
   send({ case: "error", value: create(ErrorReplySchema, { requestId: 0n, code, text: "The first message did not arrive in time." }) });
 const slices = () => link.sent.filter((one) => one.case === "slice").map(({ value }) => value as Slice);
+const listId = () => (link.sent.filter((one) => one.case === "listDatasets").at(-1)!.value as ListDatasets).requestId;
+const page = (requestId: bigint, name: string, next: string) => {
+  const [, list] = messages() as { value: object }[];
+  send({ ...list, value: { ...list.value, requestId, datasets: [{ ...dataset(), name }], next } } as ServerKind);
+};
 
 function withQueries() {
   link.sent.length = link.waits.length = 0;
@@ -64,14 +79,36 @@ describe("DatasetQueries", () => {
   test("ListDatasetsInPages", () => {
     const { queries } = withQueries();
     welcome();
-    const [, list] = messages() as { value: object }[];
-    const page = (name: string, next: string) => send({ ...list, value: { ...list.value, datasets: [{ ...dataset(), name }], next } } as ServerKind);
-    page("head", "head");
+    const first = listId();
+    page(first, "head", "head");
     expect(link.sent.at(-1)).toMatchObject({ case: "listDatasets", value: { inPages: true, after: "head" } });
-    page("tooth", "");
+    page(first, "tooth", "");
     expect(queries.datasets.get().list).toMatchObject([{ name: "head" }, { name: "tooth" }]);
-    page("head", "other");
+    page(first, "head", "other");
     expect(queries.connection.state.get().failure?.text).toContain("does not end");
+  });
+
+  test("IgnorePagesOfAListThatHasChangedAgain", () => {
+    const { queries } = withQueries();
+    welcome();
+    const first = listId();
+    page(first, "head", "head");
+    send({ case: "pong", value: create(PongSchema, { hasNewList: true }) });
+    const second = listId();
+    page(first, "removed", "");
+    expect(queries.datasets.get().list).toBeNull();
+    page(second, "head", "");
+    expect(queries.datasets.get().list).toMatchObject([{ name: "head" }]);
+  });
+
+  test("RequestARefusedListAgain", () => {
+    const { queries } = withQueries();
+    welcome();
+    send({ case: "error", value: create(ErrorReplySchema, { requestId: listId(), code: ErrorCode.UNAVAILABLE, text: "The server is reading its datasets." }) });
+    expect(queries.connection.state.get().failure?.text).toBe("The server is reading its datasets.");
+    queries.checkList();
+    page(listId(), "head", "");
+    expect([queries.connection.state.get().failure, queries.datasets.get().list?.length]).toEqual([null, 1]);
   });
 
   test("EstimateSizes", async () => {

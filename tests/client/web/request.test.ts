@@ -1,7 +1,8 @@
 import { Combination } from "../../../client/web/src/protocol/messages";
-import { type WrittenSettings, writtenDefaults } from "../../../client/web/src/state/settings";
+import { defaults, type WrittenSettings, writtenDefaults } from "../../../client/web/src/state/settings";
 import { voxelLength, worldBox } from "../../../client/web/src/stream/dataset";
-import { isosurfaceRequest, isSameRequest, nearestPixel } from "../../../client/web/src/stream/request";
+import { isosurfaceRequest, isSameRequest, nearestPixel, surfaceKey } from "../../../client/web/src/stream/request";
+import { ViewDependentDetail } from "../../../client/web/src/viewer/view_dependent_detail";
 import { dataset } from "./golden_stream";
 
 const info = dataset();
@@ -53,5 +54,18 @@ describe("ScreenSpaceError", () => {
     expect(threshold!.regions.map(({ threshold: one }) => one)).toEqual([0.5, 0]);
     const coarser = { ...region, error: 4 };
     expect(isSameRequest(requestFor({ error: 0.5, region: coarser }, near), requestFor({ error: 0.5, region: coarser }, null))).toBe(true);
+  });
+
+  test("IsThatOfTooLargeSurfacesAloneWhileOthersAreCompleted", () => {
+    const detail = new ViewDependentDetail();
+    const view = () => detail.view(defaults, () => viewFrom(far));
+    const request = (isovalue: number) => isosurfaceRequest(info, { ...writtenDefaults, error: 0, isovalue }, view());
+    const plain = request(0.2);
+    expect(detail.require(surfaceKey(info, 0.1))).toBe(true);
+    for (const milliseconds of [5000, 10]) {
+      expect([request(0.1).threshold?.view === undefined, isSameRequest(request(0.2), plain)]).toEqual([false, true]);
+      detail.recordDuration(milliseconds); // Of the surface that is not too large.
+    }
+    expect(detail.require(surfaceKey(info, 0.1))).toBe(false);
   });
 });

@@ -1,5 +1,8 @@
 import {
+  create,
   type DatasetInfo,
+  ErrorCode,
+  ErrorReplySchema,
   type EstimateReply,
   type OpenStream,
   Priority,
@@ -114,6 +117,21 @@ describe("SurfaceClient", () => {
     expect(openStream()?.request?.maxTriangles).toBe(2_000_000n);
     client.confirmSize();
     expect(openStream()?.request?.maxTriangles).toBe(0n);
+  });
+
+  test("DoesNotRepeatTooLargeSurfaces", () => {
+    const client = clientOf();
+    const info = dataset();
+    client.request(info, settings, null, { time });
+    accept();
+    const { requestId } = openStream()!;
+    lastLink().received({ case: "error", value: create(ErrorReplySchema, { requestId, code: ErrorCode.LIMIT_EXCEEDED, text: "A page holds less." }) });
+    expect(client.progress.get().failure).toMatchObject({ text: "A page holds less.", needsView: `${info.name} ${settings.isovalue}` });
+    link.sent.length = 0;
+    client.request(info, settings, null, { time });
+    expect(openStream()).toBeUndefined();
+    client.request(info, { ...settings, error: 1 }, null, { time });
+    expect(openStream()).toBeDefined();
   });
 
   test("RequestsNoSizesOfSmallLabels", () => {

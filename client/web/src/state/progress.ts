@@ -55,7 +55,7 @@ export interface Failure {
   text: string;
   isFatal: boolean;
   needsToken: boolean;
-  needsView?: boolean; // The view decides which parts of the surface are shown.
+  needsView?: string; // The key of the surface whose parts the view decides on.
 }
 
 export interface ConnectionState {

@@ -63,7 +63,6 @@ const maxDatasets = 1 << 20;
 const maxAttempts = 5; // A reply that ends the connection each time would end it for ever.
 const coarseStep = 8; // The distance of the samples that datasets store as an overview.
 const maxConcurrent = 4; // The server's limit per connection.
-const listId = 1n; // The request id of lists.
 const otherReply = "The server sent a reply to another query.";
 
 export class DatasetQueries implements ConnectionUser {
@@ -71,8 +70,10 @@ export class DatasetQueries implements ConnectionUser {
   readonly datasets = new Store<ServedDatasets>(noDatasets);
   private readonly running = new Map<bigint, PendingQuery>();
   private waiting: [bigint, PendingQuery][] = [];
-  private lastId = listId;
-  private listed: DatasetInfo[] = []; // The pages of an unfinished list.
+  private lastId = 0n;
+  private listId = 0n; // The request id of the latest list; pages of others are ignored.
+  private listed: DatasetInfo[] = []; // Its pages.
+  private isListRefused = false;
   private listTimer = 0;
 
   constructor(address: string, token: () => string) {
@@ -86,9 +87,11 @@ export class DatasetQueries implements ConnectionUser {
     else this.connection.connect();
   }
 
-  // Requests the list of datasets if it has changed.
+  // Requests the list of datasets if it has changed or was refused.
   checkList(): void {
-    if (this.connection.isReady && this.datasets.get().list) this.connection.send({ case: "ping", value: create(PingSchema) });
+    if (!this.connection.isReady) return;
+    if (this.isListRefused) this.requestList();
+    else if (this.datasets.get().list) this.connection.send({ case: "ping", value: create(PingSchema) });
   }
 
   // Rejects with a one-sentence error.
@@ -157,6 +160,7 @@ export class DatasetQueries implements ConnectionUser {
       case "probeReply":
       case "estimateReply":
       case "error": {
+        if (message.case === "error" && message.value.requestId === this.listId) return this.refuseList(message.value.text);
         const query = this.running.get(message.value.requestId);
         this.running.delete(message.value.requestId);
         if (message.case === query?.reply) query.resolve(message.value);
@@ -179,19 +183,29 @@ export class DatasetQueries implements ConnectionUser {
 
   private requestList(): void {
     this.listed = [];
+    this.listId = ++this.lastId;
+    this.isListRefused = false;
     this.requestPage("");
   }
 
+  private refuseList(text: string): void {
+    this.isListRefused = true;
+    this.connection.state.set({ failure: { ...noFailure, text } });
+  }
+
   private requestPage(after: string): void {
-    this.connection.send({ case: "listDatasets", value: create(ListDatasetsSchema, { requestId: listId, inPages: true, after }) });
+    this.connection.send({ case: "listDatasets", value: create(ListDatasetsSchema, { requestId: this.listId, inPages: true, after }) });
   }
 
   // Each page must continue the list, so that it ends.
-  private receivePage({ datasets, next }: DatasetList): void {
+  private receivePage({ requestId, datasets, next }: DatasetList): void {
+    if (requestId !== this.listId) return;
     this.listed = [...this.listed, ...datasets];
-    if (next === "") this.datasets.set({ list: this.listed });
-    else if (next === datasets.at(-1)?.name && this.listed.length < maxDatasets) this.requestPage(next);
-    else this.connection.state.set({ failure: { ...noFailure, text: "The server's list of datasets does not end." } });
+    if (next === "") {
+      this.connection.state.set({ failure: null });
+      this.datasets.set({ list: this.listed });
+    } else if (next === datasets.at(-1)?.name && this.listed.length < maxDatasets) this.requestPage(next);
+    else this.refuseList("The server's list of datasets does not end.");
   }
 
   // Rejects with one sentence.

@@ -28,7 +28,13 @@ export interface View {
   fieldOfView: number; // Vertical, degrees.
   heightPixels: number;
   aspect: number;
-  isRequired?: boolean; // It decides what of the surface is shown at all.
+  requiredBy?: ReadonlySet<string>; // Surfaces that cannot be shown without it, by their keys.
+  isOnlyRequired?: boolean; // Others do without.
+}
+
+// Identifies a surface.
+export function surfaceKey({ name }: DatasetInfo, isovalue: number): string {
+  return `${name} ${isovalue}`;
 }
 
 const defaultLatticeResolution = 5;
@@ -70,8 +76,9 @@ export function isosurfaceRequest(info: DatasetInfo, settings: OwnSettings, view
 function localThresholds(info: DatasetInfo, settings: OwnSettings, view: View | null) {
   const { region, error, followView, pixels } = settings;
   const regions = region ? [thresholdRegion(region)] : [];
-  const isFiner = view !== null && !(region && region.error > error) && nearestPixel(info, view) * pixels < error;
-  if (!followView || !view || !(isFiner || view.isRequired)) return { combine: Combination.IN_ORDER, regions };
+  const isRequired = view?.requiredBy?.has(surfaceKey(info, settings.isovalue ?? suggestedIsovalue(info)));
+  const isFiner = view !== null && !view.isOnlyRequired && !(region && region.error > error) && nearestPixel(info, view) * pixels < error;
+  if (!followView || !view || !(isFiner || isRequired)) return { combine: Combination.IN_ORDER, regions };
   const whole = { kind: "box" as const, ...widened(worldBox(info)), error };
   return { combine: Combination.MINIMUM, regions: [thresholdRegion(whole), ...regions], view: thresholdView(view, pixels, error) };
 }

@@ -91,7 +91,9 @@ export class SurfaceClient {
     this.isDragging = isDragging;
     this.hide(hiddenPartsOf(settings));
     this.requestSize(request, isDragging);
-    if (this.requested && isSameStream(this.requested.request, request) && !this.progress.get().failure) {
+    const { failure } = this.progress.get();
+    const isRepeated = failure !== null && !failure.needsView; // A surface that is too large stays so.
+    if (this.requested && isSameStream(this.requested.request, request) && !isRepeated) {
       this.next = null;
       return;
     }

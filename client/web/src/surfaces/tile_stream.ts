@@ -10,6 +10,7 @@ import type { Store } from "../state/store";
 import type { StepOfTiles } from "../stream/assembler";
 import type { ConnectionPool } from "../stream/connection_pool";
 import { dataBorder, latticeToWorld } from "../stream/dataset";
+import { surfaceKey } from "../stream/request";
 import { ResumableStream, type StreamEffect, type TileValues } from "../stream/resumable_stream";
 import type { ConnectionUser, ServerConnection } from "../stream/server_connection";
 import { type PreviewClient, type SharedPreviews, shareableRequest, sharedRequestId } from "../stream/shared_previews";
@@ -199,7 +200,8 @@ export class TileStream implements ConnectionUser, PreviewClient {
         return this.events.ended(false);
       case "refused":
       case "failed": {
-        const needsView = effect.kind === "refused" && effect.code === ErrorCode.LIMIT_EXCEEDED;
+        const isLimited = effect.kind === "refused" && effect.code === ErrorCode.LIMIT_EXCEEDED;
+        const needsView = isLimited ? surfaceKey(request.info, request.isosurface.isovalue) : undefined;
         this.progress.set({ isStreaming: false, failure: { ...noFailure, text: effect.text, needsView } });
         return this.events.ended(true);
       }

@@ -8,18 +8,16 @@ const slowSurface = 2000; // Milliseconds from the first request to its final st
 
 export class ViewDependentDetail {
   private isSlow: boolean | null = null; // Null: no surface was complete yet.
-  private isRequired = false;
+  private readonly requiredBy = new Set<string>();
 
   // Call when the user requests it, regardless of speed.
   enable(): void {
     this.isSlow = false;
   }
 
-  // Call when a surface is too large to be shown without a view. Returns whether that was unknown.
-  require(): boolean {
-    const wasUnknown = !this.isRequired;
-    this.isRequired = true;
-    return wasUnknown;
+  // Call when a surface, given by its key, is too large to be shown without a view. Returns whether that was unknown.
+  require(surface: string): boolean {
+    return this.requiredBy.size < this.requiredBy.add(surface).size;
   }
 
   // Returns whether it is requested but paused because the first surface was slow.
@@ -31,14 +29,14 @@ export class ViewDependentDetail {
   // camera turn would request all of them again.
   view(settings: Settings, current: () => View): View | null {
     const isMany = settings.surfaces.filter(({ visible }) => visible).length > maxSurfacesInView;
-    if (settings.playing || isMany || (this.isSlow !== false && !this.isRequired)) return null;
-    return { ...current(), isRequired: this.isRequired };
+    const isOnlyRequired = this.isSlow !== false;
+    if (settings.playing || isMany || (isOnlyRequired && this.requiredBy.size === 0)) return null;
+    return { ...current(), requiredBy: this.requiredBy, isOnlyRequired };
   }
 
   // Call when the first surface is complete, with the milliseconds since its request; null: it was not requested.
-  // Returns whether requests include the view from now on.
+  // Returns whether all requests include the view from now on.
   recordDuration(complete: number | null): boolean {
-    this.isRequired = false;
     if (this.isSlow !== null || complete === null) return false;
     this.isSlow = complete > slowSurface;
     return !this.isSlow;

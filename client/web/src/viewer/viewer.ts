@@ -372,7 +372,7 @@ export class Viewer {
     const progress = this.surfaces.progressOf(0);
     if (surface === 0) this.notices.show(progress, this.surfaces.firstShown && emptySurfaceText(this.surfaces.firstShown, progress));
     const { failure } = this.surfaces.progressOf(surface);
-    if (failure?.needsView && this.get().followView && this.detail.require()) queueMicrotask(() => this.requestSurfaces());
+    if (failure?.needsView && this.get().followView && this.detail.require(failure.needsView)) queueMicrotask(() => this.requestSurfaces());
     this.events.emit("progress", { surface });
   }
 
