@@ -37,7 +37,7 @@ SETTINGS = frozenset(
     "dataset isovalue error bound topologyRule topologyTolerance region followView pixels maxTriangles simplify surfaces color opacity "
     "visible minComponent shading wireframe coloring clip clipAt clipNormal clipFlipped crop filled slice sliceAt sliceColors level hiddenParts "
     "windowWidth axes projection occlusion colorBy colors fieldLevel fieldWindow fieldLog noValueColor samplesLog logScale "
-    "theme eye target up t playing speed loop places samplesOf transparentAir volume opacities volumeShading layout cross material labels labelNames gestures".split()
+    "theme eye target up t playing speed loop places samplesOf transparentAir volume opacities volumeShading volumeLabels layout cross material labels labelNames gestures".split()
 )
 MODULE = "multitetra_viewer"
 

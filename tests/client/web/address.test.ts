@@ -23,6 +23,7 @@ describe("Address", () => {
         { value: 300, opacity: 0.25 },
       ],
       volumeShading: false,
+      volumeLabels: "only",
       dataset: "a head & more",
       t: 0.25,
       isovalue: -300.5,

@@ -18,12 +18,14 @@ const noise = Uint8Array.from(samplesOf(size, (x, y, z) => 40 + Math.floor(170 *
 const shells = samplesOf(size, (x, y, z) => 1000 * Math.exp(-((Math.hypot(x - middle, y - middle, z - middle) / 9) ** 2)) + 40 * Math.cos(x / 3) * Math.sin(y / 2));
 write("noise", noise);
 write("blob", shells);
+prepareParts();
 const volumes = await serveFolder(folder);
 
 for (const axis of [0, 1, 2]) await test(`Volume.MaximumAlong${"XYZ"[axis]}IsThatOfTheSamples`, (page) => comparesMaximum(page, axis));
 await test("Volume.AStepHasTheSilhouetteOfTheSurface", comparesSilhouettes);
 await test("Volume.EndsAtOpaqueSurfacesAndShowsThroughTranslucentOnes", comparesOrder);
 await test("Volume.IsCutByClipAndCrop", isCut);
+await test("Volume.LabelsColorItAndHiddenOnesAreTransparent", showsLabels);
 await test("Volume.ReturnsWithALostContext", returns);
 await test("Volume.OpacitiesAreEditedInThePanel", edits);
 await test("Volume.IsRefusedWithSurfacesOnly", isRefused);
@@ -87,6 +89,42 @@ async function isCut(page) {
   assert.ok(Math.abs(quarter / whole - 0.25) < 0.05, `${quarter} of ${whole} pixels`);
 }
 
+// Seen from the end of y, x grows to the left. The part above z = 24 has no label.
+async function showsLabels(page) {
+  const of = async (what, surfaces = ["ff0000,,,", "00ff00,,,"]) => {
+    const labels = surfaces.map((look, at) => `0.5,${look},parts.label${at + 1}`).join(";");
+    return picture(page, 1, 12, `dataset=blob&visible=false&volume=on&opacities=300:0,300:1&volume_shading=false&level=0&window_width=1&surfaces=${labels}&${what}`);
+  };
+  const none = await of("volume=off", ["ff0000,,,hidden", "00ff00,,,hidden"]);
+  const seen = (shown) => {
+    const mask = shownIn(shown, none);
+    const { rgba, width } = shown;
+    const counts = { red: 0, green: 0, white: 0, other: 0 };
+    const places = { red: [Infinity, 0], green: [Infinity, 0] };
+    mask.forEach((is, at) => {
+      if (!is) return;
+      const color = [...rgba.subarray(4 * at, 4 * at + 3)];
+      const isNearly = (other) => color.every((value, i) => Math.abs(value - other[i]) <= 2);
+      const name = Object.entries({ red: [255, 0, 0], green: [0, 255, 0], white: [255, 255, 255] }).find(([, other]) => isNearly(other))?.[0] ?? "other";
+      ++counts[name];
+      if (name in places) places[name] = [Math.min(places[name][0], at % width), Math.max(places[name][1], at % width)];
+    });
+    return { ...counts, places };
+  };
+  const plain = seen(await of("volume_labels=off&labels=none", []));
+  const both = seen(await of("volume_labels=color"));
+  assert.ok(both.red > 5000 && both.green > 5000 && both.white > 500, `both labels and the rest: ${JSON.stringify(both)}`);
+  assert.ok(both.other < 0.06 * plain.white, `edges alone have other colors: ${JSON.stringify(both)}`);
+  assert.ok(Math.abs(both.red + both.green + both.white + both.other - plain.white - plain.other) <= 0.01 * plain.white, "the silhouette is that of the volume");
+  assert.ok(both.places.green[1] < both.places.red[0] && both.places.red[0] - both.places.green[1] <= 3, `nearest samples: ${JSON.stringify(both.places)}`);
+  const only = seen(await of("volume_labels=only"));
+  assert.ok(only.white === 0 && only.red >= both.red && only.green >= both.green, `without the rest: ${JSON.stringify(only)}`);
+  for (const mode of ["color", "only"]) {
+    const hidden = seen(await of(`volume_labels=${mode}`, ["ff0000,,,", "00ff00,,,hidden"]));
+    assert.ok(hidden.green === 0 && hidden.red >= both.red, `without the hidden label: ${JSON.stringify(hidden)}`);
+  }
+}
+
 async function returns(page) {
   const before = await picture(page, 1, 12, "dataset=blob&visible=false&volume=on&opacities=300:0,300:1");
   await page.evaluate(async () => {
@@ -140,6 +178,14 @@ function write(name, samples) {
   const file = path.join(scratch, `${name}.nrrd`);
   writeNrrd(file, size, samples, unitSpace);
   run("prepare", file, "--name", name, "-o", path.join(folder, `${name}.mtd`));
+}
+
+// The blob's lower part in two labels.
+function prepareParts() {
+  const parts = Uint8Array.from(samplesOf(size, (x, y, z) => (shells[x + size * (y + size * z)] > 100 && z < 24 ? (x < middle ? 1 : 2) : 0)));
+  const file = path.join(scratch, "parts.nrrd");
+  writeNrrd(file, size, parts, unitSpace);
+  run("prepare", file, "--label", "all", "-o", folder);
 }
 
 function fraction(value) {

@@ -3,6 +3,7 @@ import type { DatasetInfo } from "../protocol/messages";
 import { opacitiesOf, volumePresets } from "../scene/volume/opacities";
 import type { ShownLevel } from "../scene/volume/volume";
 import { button, chips, h } from "../shared/elements";
+import { labelOf } from "../state/series";
 import { sampledOf } from "../surfaces/scene_at";
 import { OpacityEditor } from "./opacity_editor";
 import { type Change, noSamples, type PanelSection } from "./panel_section";
@@ -23,6 +24,12 @@ export function volumePart(change: Change): VolumePart {
   const presets = chips("Presets");
   const editor = new OpacityEditor((opacities, isDragging) => change({ opacities }, isDragging));
   const shading = controls.toggle("volumeShading", "Shading", "Lights the volume by its gradients.");
+  const labelsTip = "Samples of a label have its color, or are transparent if it is hidden, instead of surfaces of labels.";
+  const labels = controls.choice("volumeLabels", "Labels", labelsTip, {
+    off: "Off",
+    color: ["Color", "Other samples have the colors of slices."],
+    only: ["Only", "Other samples are transparent."],
+  });
   const hint = h("p", { class: "hint" }, "An opaque surface hides what is behind it: make it translucent or hide it.");
   const detail = h("p", { class: "hint volume-detail", role: "status" });
   let known: DatasetInfo | null = null;
@@ -32,13 +39,15 @@ export function volumePart(change: Change): VolumePart {
     presets.replaceChildren(...volumePresets(sampled).map(({ name, tip, changes }) => button(name, () => change(changes), { "data-tip": tip })));
   };
   return {
-    elements: [refusal, volume, presets, editor.element, shading, detail, hint],
+    elements: [refusal, volume, presets, editor.element, shading, labels, detail, hint],
     show: ({ settings, info, list, permitsSamples }) => {
       controls.show(settings);
       const isOn = permitsSamples && info !== null && settings.volume !== "off";
       refusal.hidden = permitsSamples;
       volume.hidden = presets.hidden = !permitsSamples;
       editor.element.hidden = shading.hidden = !isOn || settings.volume !== "on";
+      const hasLabels = settings.surfaces.some(({ dataset }) => labelOf(list, dataset || settings.dataset));
+      labels.hidden = shading.hidden || !hasLabels || sampledOf(list, settings, info!).member?.label !== undefined;
       hint.hidden = !isOn || !settings.surfaces.some(({ visible, opacity }) => visible && opacity === 1);
       if (!info) return;
       const sampled = sampledOf(list, settings, info);

@@ -8,13 +8,14 @@ import type { Picked } from "../scene/picking";
 import type { Stage } from "../scene/stage";
 import { volumeWindow } from "../scene/volume/opacities";
 import { Volume, type VolumeSources } from "../scene/volume/volume";
+import type { ShownLabels } from "../scene/volume/volume_labels";
 import type { LegendText } from "../shared/color_maps";
 import { h } from "../shared/elements";
 import { defaultWindow, isCt } from "../shared/sample_window";
 import { findByName, rangeOf, timesOf } from "../state/series";
 import type { Settings } from "../state/settings";
-import { applied, inverse, type Vec3 } from "../stream/dataset";
-import { sampledOf } from "../surfaces/scene_at";
+import { applied, hasSameGrid, inverse, type Vec3 } from "../stream/dataset";
+import { sampledOf, sceneOf } from "../surfaces/scene_at";
 import type { SliceSources } from "./latest_slice";
 import { SliceViews } from "./slice_views";
 import { Slices, scaleOf, slicePosition } from "./slices";
@@ -119,7 +120,18 @@ export class SampleViews {
     const { sampled } = this;
     const range = now.volume === "off" ? null : this.sampleRange();
     const scale = range && { map: now.sliceColors, ...scaleOf(now.level, now.windowWidth, now.samplesLog, range) };
-    this.volume.update(now, info, sampled && scale && { info: sampled, scale });
+    this.volume.update(now, info, sampled && scale && { info: sampled, scale, labels: this.labels });
+  }
+
+  // The labels that color the volume; null: none.
+  get labels(): ShownLabels | null {
+    const { info, list } = this.world();
+    const now = this.sources.settings();
+    if (!info || now.volume !== "on" || now.volumeLabels === "off" || this.sampled?.member?.label) return null;
+    const { infos } = sceneOf(list, now, info);
+    const all = now.surfaces.flatMap(({ color, visible: isVisible }, at) => (infos[at]?.member?.label ? [{ at, info: infos[at], color, isVisible }] : []));
+    const labels = all.filter((one) => hasSameGrid(one.info, all[0].info));
+    return labels.length > 0 ? { labels, isOnly: now.volumeLabels === "only" } : null;
   }
 
   close(): void {

@@ -88,6 +88,7 @@ const viewTable = {
   volume: setting(format.oneOf("off", "on", "maximum"), "off"), // The samples as a volume, or the largest value along each ray.
   opacities: setting(format.opacities, []), // Of the volume by value; empty: those usual for the data.
   volumeShading: onOff(true), // Lights the volume by its gradients.
+  volumeLabels: setting(format.oneOf("off", "color", "only"), "off"), // Labels color the volume, or are all that is shown of it.
   axes: onOff(true),
   projection: setting(format.oneOf("perspective", "orthographic"), "perspective"),
   occlusion: onOff(true), // Darkens hollows.

@@ -59,7 +59,7 @@ export class SurfaceSet {
   private members: Member[] = [];
   private lastNumber = 0;
   private requested: DatasetInfo | null = null; // The dataset of the view at the last request.
-  private look: { settings: Settings; clip: readonly THREE.Plane[] } | null = null;
+  private look: { settings: Settings; clip: readonly THREE.Plane[]; hidden: ReadonlySet<number> } | null = null;
   private readonly connections: ConnectionPool;
   private readonly sharedPreviews: SharedPreviews;
   private readonly speed = new StepSpeed(); // The decoding speed of this page.
@@ -109,7 +109,7 @@ export class SurfaceSet {
   // Hidden surfaces are requested when they become visible.
   request({ infos, time, scalars }: Scene, settings: Settings, view: View | null, isDragging: boolean): void {
     this.matchMembers(settings);
-    this.look = { settings, clip: this.look?.clip ?? [] };
+    this.look = { clip: [], hidden: new Set(), ...this.look, settings };
     const list = settings.surfaces;
     const wanted = this.members.flatMap((member, at) => (infos[at] && list[at]?.visible ? [{ member, at }] : []));
     this.requested = infos[0];
@@ -142,9 +142,10 @@ export class SurfaceSet {
     );
   }
 
-  applyLook(settings: Settings, clip: readonly THREE.Plane[]): void {
+  // `hidden`: places of surfaces that are not drawn, because the volume shows them.
+  applyLook(settings: Settings, clip: readonly THREE.Plane[], hidden: ReadonlySet<number>): void {
     this.matchMembers(settings);
-    this.look = { settings, clip };
+    this.look = { settings, clip, hidden };
     this.swapGroup.update();
     this.updateLooks();
   }
@@ -237,11 +238,11 @@ export class SurfaceSet {
 
   private updateLooks(): void {
     if (!this.look) return;
-    const { settings, clip } = this.look;
+    const { settings, clip, hidden } = this.look;
     const list = settings.surfaces;
     this.members.forEach((member, at) => {
       if (!list[at]) return;
-      const visible = list[at].visible && this.swapGroup.isDrawable(member);
+      const visible = list[at].visible && !hidden.has(at) && this.swapGroup.isDrawable(member);
       member.surface.applyLook({ ...settings, ...list[at], visible }, clip);
       member.client.hide(hiddenPartsOf(list[at]));
     });

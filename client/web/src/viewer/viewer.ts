@@ -357,7 +357,7 @@ export class Viewer {
     const now = permittedSettings(this.get(), this.queries.datasets.get());
     const clip = clipPlanes(now, this.info);
     this.overlays.handles.show(now, this.info);
-    this.surfaces.applyLook(now, clip);
+    this.surfaces.applyLook(now, clip, new Set(this.samples.labels?.labels.map(({ at }) => at)));
     this.element.classList.toggle("has-slices", now.layout === "four");
     this.samples.update();
     this.stage.setLook({

@@ -41,14 +41,16 @@ export function nextLevel(levels: readonly Level[], at: number, milliseconds: nu
   return isFast ? Math.max(at + 1, levels.length - 1) : at + 1;
 }
 
-// Returns boxes of whole layers, or of rows of one, about a million samples each, that together are the level.
-export function slabsOf({ step, counts: [width, height, depth] }: Level): SampleBox[] {
+// Returns boxes of whole layers, or of rows of one, about a million samples each, that together are the level, or as much of
+// it from a sample on.
+export function slabsOf({ step, counts: [width, height, depth] }: Level, [left, top, front]: Vec3 = [0, 0, 0]): SampleBox[] {
   const rows = Math.max(1, Math.min(height, Math.floor(slabSamples / width)));
   const layers = Math.max(1, Math.floor(slabSamples / (width * height)));
   const slabs: SampleBox[] = [];
   for (let z = 0; z < depth; z += layers) {
     for (let y = 0; y < height; y += rows) {
-      slabs.push({ first: [0, y * step, z * step], step, counts: [width, Math.min(rows, height - y), Math.min(layers, depth - z)] });
+      const first: Vec3 = [left, top + y * step, front + z * step];
+      slabs.push({ first, step, counts: [width, Math.min(rows, height - y), Math.min(layers, depth - z)] });
     }
   }
   return slabs;

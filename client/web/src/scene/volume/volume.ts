@@ -9,12 +9,14 @@ import type { Stage } from "../stage";
 import { type Level, levelsOf, nextLevel, slabsOf, type VolumeBudget } from "./levels";
 import { opacitiesOf } from "./opacities";
 import { SlabMaker } from "./slab_maker";
+import { type ShownLabels, VolumeLabels } from "./volume_labels";
 import { VolumePass } from "./volume_pass";
 import { VolumeTexture } from "./volume_texture";
 
 export interface ShownVolume {
   info: DatasetInfo; // The dataset of the samples.
   scale: ColorScale;
+  labels: ShownLabels | null; // Replace colors of the scale.
 }
 
 export interface ShownLevel {
@@ -34,6 +36,7 @@ export class Volume {
   private readonly pass: VolumePass;
   private readonly budget: VolumeBudget;
   private readonly slabs = new SlabMaker();
+  private readonly labels: VolumeLabels;
   private wanted: DatasetInfo | null = null;
   private shown: VolumeTexture | null = null;
   private loading: Promise<void> = Promise.resolve();
@@ -48,12 +51,14 @@ export class Volume {
     this.budget = { samples: isWeak ? 1 << 26 : 1 << 28, side: gl.getParameter(gl.MAX_3D_TEXTURE_SIZE) as number };
     this.pass = new VolumePass(stage.renderer);
     stage.volume = this.pass;
-    stage.waitFor(() => this.isLoading);
+    this.labels = new VolumeLabels(this.pass, this.budget, sources, () => stage.invalidate());
+    stage.waitFor(() => this.isLoading || this.labels.isLoading);
     stage.renderer.domElement.addEventListener("webglcontextrestored", () => this.restart());
   }
 
   // Call when the settings or the dataset may have changed. `info`: the dataset of the first surface; null: no volume.
   update(settings: Settings, info: DatasetInfo | null, shown: ShownVolume | null): void {
+    this.labels.update(shown?.labels ?? null);
     if (!shown) {
       if (this.wanted) this.show((this.wanted = null));
       return;
@@ -74,6 +79,7 @@ export class Volume {
 
   // Resolves when all levels are shown, or fetching them failed.
   async settled(): Promise<void> {
+    await this.labels.settled();
     for (let loading = null; loading !== this.loading; ) await (loading = this.loading);
   }
 

@@ -10,6 +10,7 @@ import { gpuFinished } from "../gpu_fence";
 import type { SceneCamera } from "../occlusion";
 import type { Level } from "./levels";
 import { extinctionTable, isVisible, tableLength } from "./opacities";
+import type { LabelMap } from "./volume_labels";
 import { fragment, maxPlanes, vertex } from "./volume_shader";
 import { blockTexture, type VolumeTexture } from "./volume_texture";
 
@@ -49,6 +50,7 @@ export class VolumePass {
   private shown: VolumeTexture | null = null;
   private info: DatasetInfo | null = null;
   private look: VolumeLook | null = null;
+  private labels: LabelMap | null = null;
   private cost = 2000; // Milliseconds of a frame with all pixels and one place in each sample's length.
   private begun: Promise<number> | null = null;
   private measured = 1; // The frame's share of that, inverted.
@@ -104,6 +106,16 @@ export class VolumePass {
     }
   }
 
+  // Null: samples have the colors of their values.
+  setLabels(labels: LabelMap | null): void {
+    const { uniforms } = this.material;
+    this.labels = labels;
+    uniforms.hasLabels.value = labels !== null;
+    uniforms.isOnlyLabels.value = labels?.isOnly === true;
+    uniforms.labels.value = labels?.texture ?? null;
+    uniforms.labelColors.value = labels?.colors ?? null;
+  }
+
   // Begins a frame with this size in pixels.
   begin(camera: SceneCamera, { width, height }: { width: number; height: number }, quality: VolumeQuality): void {
     const { shrink, stride } = this.fineness(quality);
@@ -155,7 +167,7 @@ export class VolumePass {
   }
 
   private place(camera: SceneCamera): void {
-    const { info, shown, look } = this;
+    const { info, shown, look, labels } = this;
     const { uniforms } = this.material;
     const { counts } = shown!.level;
     const worldToTexture = toTexture(info!, shown!.level);
@@ -164,6 +176,7 @@ export class VolumePass {
     uniforms.clipToTexture.value.multiplyMatrices(worldToTexture, clipToWorld);
     uniforms.textureToWorld.value.setFromMatrix4(textureToWorld);
     uniforms.gradientToWorld.value.setFromMatrix4(worldToTexture).transpose();
+    if (labels) uniforms.toLabels.value.multiplyMatrices(toTexture(labels.info, labels.level), textureToWorld);
     uniforms.counts.value.set(...counts);
     uniforms.voxel.value = voxelLength(info!);
     uniforms.range.value.set(...shown!.rules.range);
@@ -200,12 +213,13 @@ function toTexture({ indexToWorld }: DatasetInfo, { step, counts }: Level): THRE
 }
 
 function uniforms(): Record<string, THREE.IUniform> {
-  const none = ["samples", "blocks", "solid", "after", "before", "opacities", "colors"];
-  const off = ["hasBefore", "hasAfter", "isLog", "isMaximum", "isShaded", "isQuick"];
+  const none = ["samples", "blocks", "solid", "after", "before", "opacities", "colors", "labels", "labelColors"];
+  const off = ["hasBefore", "hasAfter", "hasLabels", "isLog", "isMaximum", "isOnlyLabels", "isShaded", "isQuick"];
   return {
     ...Object.fromEntries(none.map((name) => [name, { value: null }])),
     ...Object.fromEntries(off.map((name) => [name, { value: false }])),
     clipToTexture: { value: new THREE.Matrix4() },
+    toLabels: { value: new THREE.Matrix4() },
     textureToWorld: { value: new THREE.Matrix3() },
     gradientToWorld: { value: new THREE.Matrix3() },
     counts: { value: new THREE.Vector3() },

@@ -27,6 +27,11 @@ export const fragment = /* glsl */ `
   uniform highp sampler2D opacities; // Opacities as extinctions, and their integrals from the first value on.
   uniform vec2 opacityEnds; // The values of the first and last opacity.
   uniform sampler2D colors;
+  uniform bool hasLabels;
+  uniform highp sampler3D labels; // The number of the label at each sample of their map: two bytes; 0: none.
+  uniform mat4 toLabels;
+  uniform sampler2D labelColors; // By number; transparent: hidden.
+  uniform bool isOnlyLabels; // Samples without a label are transparent.
   uniform vec2 ends;
   uniform bool isLog;
   uniform bool isMaximum;
@@ -43,6 +48,15 @@ export const fragment = /* glsl */ `
   vec3 colorOf(float value) {
     float share = fractionOf(mix(range.x, range.y, value), ends, isLog);
     return texture2D(colors, vec2((share * 255.0 + 0.5) / 256.0, 0.5)).rgb;
+  }
+
+  // Returns the color at a place with this value; transparent: it is hidden.
+  vec4 colorAt(vec3 place, float value) {
+    if (!hasLabels) return vec4(colorOf(value), 1.0);
+    vec3 at = (toLabels * vec4(place, 1.0)).xyz;
+    bool isOutside = any(lessThan(at, vec3(0.0))) || any(greaterThan(at, vec3(1.0)));
+    int number = isOutside ? 0 : int(dot(texture(labels, at).rg, vec2(255.0, 65280.0)) + 0.5);
+    return number > 0 ? texelFetch(labelColors, ivec2(number, 0), 0) : vec4(colorOf(value), isOnlyLabels ? 0.0 : 1.0);
   }
 
   // Returns the place of a value in the table of opacities: 0 to 1, or beyond; its extinction and the integral up to it.
@@ -160,10 +174,11 @@ export const fragment = /* glsl */ `
           float mean = before > -1e-3 ? meanExtinction(extinctionBefore, extinction) : extinction.y;
           if (mean > 0.0) {
             float middle = before > -1e-3 ? 0.5 * (before + value) : value;
-            vec3 color = colorOf(middle);
-            if (isShaded) color = shaded(color, middle, place - 0.5 * spacing * direction, ray);
-            float part = (1.0 - sum.a) * (1.0 - exp(-mean * thickness));
-            sum += vec4(part * color, part);
+            vec3 between = place - 0.5 * spacing * direction;
+            vec4 color = colorAt(between, middle);
+            if (isShaded && color.a > 0.0) color.rgb = shaded(color.rgb, middle, between, ray);
+            float part = color.a * (1.0 - sum.a) * (1.0 - exp(-mean * thickness));
+            sum += vec4(part * color.rgb, part);
             if (sum.a > 0.996) break;
           }
         }
