@@ -51,10 +51,26 @@ function compressed(): Plugin {
   };
 }
 
+// Loads the page itself, an import of the entry, together with the entry, and before the document is complete.
+function scriptOfPage(): Plugin {
+  return {
+    name: "script-of-page",
+    transformIndexHtml: {
+      order: "post",
+      handler: (_, { bundle }) =>
+        Object.values(bundle ?? {}).flatMap((one) =>
+          one.type === "chunk" && one.facadeModuleId?.endsWith("/src/main.ts")
+            ? [{ tag: "script", attrs: { type: "module", crossorigin: true, src: `./${one.fileName}` }, injectTo: "head" as const }]
+            : [],
+        ),
+    },
+  };
+}
+
 // MULTITETRA_VIEWER_OUT names the folder served by the server's HTTP port; build.sh sets it.
 export default defineConfig({
   base: "./",
-  plugins: [withoutNode(), thirdParty(["three", "draco3d", "@bufbuild/protobuf", "hash-wasm", "mediabunny", "numcodecs"]), compressed()],
+  plugins: [withoutNode(), scriptOfPage(), thirdParty(["three", "draco3d", "@bufbuild/protobuf", "hash-wasm", "mediabunny", "numcodecs"]), compressed()],
   build: {
     outDir: process.env.MULTITETRA_VIEWER_OUT ?? "dist",
     emptyOutDir: true,

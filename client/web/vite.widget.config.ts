@@ -11,10 +11,13 @@ function inlineWorkers(): Plugin {
     transform(code, id) {
       if (!id.endsWith(".ts")) return null;
       const names: string[] = [];
-      const inside = code.replace(/new Worker\(new URL\("(\.\/\w+)\.ts", import\.meta\.url\), \{ type: "module" \}\)/g, (_, file: string) => {
-        names.push(file);
-        return `new InlineWorker${names.length}()`;
-      });
+      const inside = code.replace(
+        /new Worker\(new URL\("(\.\/\w+)\.ts", import\.meta\.url\), \{ type: "module"(.*?) \}\)/g,
+        (_, file: string, name: string) => {
+          names.push(file);
+          return `new InlineWorker${names.length}({${name.slice(1)}})`;
+        },
+      );
       const imports = names.map((file, i) => `import InlineWorker${i + 1} from "${file}.ts?worker&inline";\n`);
       return names.length > 0 ? imports.join("") + inside : null;
     },

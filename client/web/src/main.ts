@@ -1,15 +1,9 @@
-// The page: a viewer with panel, status bar and keyboard shortcuts, and all settings in the address.
-import "./style/colors.css";
-import "./style/page.css";
-import "./style/panel.css";
-import "./style/bar.css";
-import "./style/touch.css";
-
+// The page: a viewer with panel, status bar and keyboard shortcuts, and all settings in the address. entry.ts loads it.
 import { EmbeddedViewer } from "./embed/embedded_viewer";
 import { Embedding, firstSight } from "./embed/embedding";
 import { AddressSync } from "./page/address_sync";
 import { Downloads } from "./page/downloads";
-import { keepStaticAddress, serverAddress, Token } from "./page/server_address";
+import { serverAddress, Token } from "./page/server_address";
 import { DatasetList } from "./panel/dataset_list";
 import { Help } from "./panel/help";
 import { installKeyboard } from "./panel/keyboard";
@@ -33,12 +27,12 @@ import { Thumbnails } from "./stream/thumbnails";
 import { Viewer } from "./viewer/viewer";
 
 const app = document.getElementById("app")!;
-keepStaticAddress();
 const server = serverAddress();
 const token = new Token(server);
 Token.hide();
 const isFrame = window.parent !== window;
-const early = isFrame ? await firstSight(window.parent) : []; // A browser draws only a few scenes at a time.
+// A browser draws only a few scenes at a time. Elsewhere, workers that entry.ts has started begin.
+const early = isFrame ? await firstSight(window.parent) : await new Promise<[]>((resolve) => setTimeout(resolve, 0, []));
 const view = app.appendChild(h("main"));
 const viewer = viewerIn(view);
 const { settings, surfaces, queries, notices } = viewer;

@@ -118,7 +118,7 @@ export function atKeyboard(page) {
 export function notice(page, words) {
   return page.waitForFunction((pattern) => {
     const element = document.querySelector(".notice");
-    return !element.hidden && new RegExp(pattern).test(element.textContent);
+    return element && !element.hidden && new RegExp(pattern).test(element.textContent);
   }, words.source);
 }
 

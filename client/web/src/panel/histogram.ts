@@ -49,7 +49,7 @@ export class HistogramView {
     this.plot.append(this.canvas, this.marks, this.pointed);
     this.element = h("div", { class: "histogram" }, this.plot, h("div", { class: "histogram-ends" }, this.low, this.high));
     this.listen();
-    new ResizeObserver(() => this.draw()).observe(this.plot);
+    new ResizeObserver(() => this.redraw()).observe(this.plot);
   }
 
   // `range`: the values from left to right; for a series those of all times, so that lines do not move.
@@ -60,17 +60,13 @@ export class HistogramView {
     this.lines = lines;
     this.isLog = isLog;
     if (isNew) {
-      this.draw();
+      this.redraw();
       this.marks.replaceChildren(...info.suggestedIsovalues.slice(0, 5).map((value) => h("span", { style: `left: ${this.percent(value)}` })));
     }
     this.low.textContent = valueText(range.min, range);
     this.high.textContent = valueText(range.max, range);
     for (const handle of this.handles.splice(lines.length)) handle.remove();
     lines.forEach((line, at) => this.showLine(line, at));
-  }
-
-  redraw(): void {
-    this.draw();
   }
 
   // Highlights the first line until a line was dragged.
@@ -160,13 +156,18 @@ export class HistogramView {
     return this.lines[far.indexOf(Math.min(...far))].surface;
   }
 
-  private draw(): void {
+  redraw(): void {
     drawHistogram(this.canvas, this.info, this.range, this.isLog);
   }
 }
 
-// Draws at the canvas's size on the screen; nothing while it is hidden.
+// Draws in the next frame, at the canvas's size on the screen; nothing while it is hidden. At once, the browser would have to lay
+// out the page before its surface is requested.
 export function drawHistogram(canvas: HTMLCanvasElement, info: DatasetInfo | null, range: ValueRange, isLog: boolean): void {
+  requestAnimationFrame(() => drawNow(canvas, info, range, isLog));
+}
+
+function drawNow(canvas: HTMLCanvasElement, info: DatasetInfo | null, range: ValueRange, isLog: boolean): void {
   const width = canvas.clientWidth;
   const height = canvas.clientHeight;
   if (!info || width === 0) return;

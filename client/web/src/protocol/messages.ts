@@ -12,8 +12,6 @@ export * from "./generated/multitetra/v1/request_pb";
 export type ServerKind = ServerMessage["kind"];
 export type ClientKind = ClientMessage["kind"];
 
-export const subprotocol = "multitetra.v1";
-
 export function encoded(kind: ClientKind): Uint8Array {
   return toBinary(ClientMessageSchema, create(ClientMessageSchema, { kind }));
 }

@@ -20,10 +20,11 @@ export class Programs {
   ) {}
 
   // Returns whether objects of this kind can be drawn immediately. If not, compilation begins, and the callback is
-  // called when it is complete. `isPass`: it is drawn without the scene's lights, and never to the canvas.
-  areReady(kind: string, object: THREE.Object3D, isPass = false): boolean {
+  // called when it is complete. The example's material must not be disposed until then. `isPass`: it is drawn without the
+  // scene's lights, and never to the canvas.
+  areReady(kind: string, example: () => THREE.Object3D, isPass = false): boolean {
     if (this.ready.has(kind)) return true;
-    if (!this.compiling.has(kind)) void this.compile(kind, object, isPass);
+    if (!this.compiling.has(kind)) void this.compile(kind, example(), isPass);
     return false;
   }
 
@@ -35,9 +36,9 @@ export class Programs {
   private async compile(kind: string, object: THREE.Object3D, isPass: boolean): Promise<void> {
     this.compiling.add(kind);
     const scene = isPass ? null : this.scene;
-    for (const target of this.targets.filter((one) => one !== null || !isPass)) {
-      await Promise.race([this.compiled(object, scene, target), new Promise((resolve) => setTimeout(resolve, compileTimeout))]);
-    }
+    const timeout = new Promise((resolve) => setTimeout(resolve, compileTimeout));
+    const targets = this.targets.filter((one) => one !== null || !isPass);
+    await Promise.race([Promise.all(targets.map((target) => this.compiled(object, scene, target))), timeout]);
     this.compiling.delete(kind);
     this.ready.add(kind);
     this.changed();

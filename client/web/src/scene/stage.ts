@@ -158,7 +158,7 @@ export class Stage extends OrbitView {
     this.isDue = false;
     const isMoving = this.controls.update();
     const isBusy = this.frameTasks.map((task) => task()).some(Boolean);
-    if (!this.programs.areReady("scene", this.scene)) return;
+    if (!this.programs.areReady("scene", () => this.scene)) return;
     if (isBusy) this.sceneRenderer.upload(this.scene, this.activeCamera);
     if (isMoving) this.invalidate();
     else if (isBusy) this.wake();
@@ -211,7 +211,7 @@ export class Stage extends OrbitView {
 
   private volumeToDraw(quality: VolumeQuality): FrameOptions["volume"] {
     const { volume: pass, programs } = this;
-    const isReady = pass?.isWanted && programs.areReady("volume", pass.object, true);
+    const isReady = pass?.isWanted && programs.areReady("volume", () => pass.object, true);
     return isReady && pass.isShown ? { pass, quality } : null;
   }
 
@@ -229,7 +229,7 @@ export class Stage extends OrbitView {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    if (this.programs.areReady("scene", this.scene)) this.draw("moving");
+    if (this.programs.areReady("scene", () => this.scene)) this.draw("moving");
     this.invalidate();
   }
 }

@@ -152,11 +152,10 @@ export class Surface {
     return uploaded.length > 0 || this.uploads.length > 0;
   }
 
+  // Compiles programs before there are tiles.
   private isDrawable(): boolean {
-    const first = this.uploads.find((id) => this.tiles.has(id));
-    if (!first) return true;
     const kind = `surface ${this.isTranslucent} ${this.look.colorBy !== ""} ${this.look.shading === "facets"}`;
-    return this.programs.areReady(kind, this.tiles.get(first)!.mesh);
+    return this.programs.areReady(kind, () => new THREE.Mesh(new THREE.BufferGeometry(), this.newMaterial(this.look.color)));
   }
 
   // Resolves when all of them are on the GPU.
@@ -335,11 +334,13 @@ export class Surface {
     if (this.look.coloring === "tiles") color = palette[parseInt(id.slice(-6), 16) % palette.length];
     if (this.look.coloring === "steps") color = stepPalette[stepNumber % stepPalette.length];
     let material = this.materials.get(color);
-    if (!material) {
-      material = surfaceMaterial(color, this.isTranslucent, this.look.colorBy === "" ? null : this.field);
-      this.refresh(material);
-      this.materials.set(color, material);
-    }
+    if (!material) this.materials.set(color, (material = this.newMaterial(color)));
+    return material;
+  }
+
+  private newMaterial(color: string): THREE.MeshStandardMaterial {
+    const material = surfaceMaterial(color, this.isTranslucent, this.look.colorBy === "" ? null : this.field);
+    this.refresh(material);
     return material;
   }
 

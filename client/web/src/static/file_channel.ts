@@ -9,6 +9,12 @@ export interface ChannelRequest {
   port: MessagePort;
 }
 
+// What the worker begins with: its name says so, since messages wait until the page has time.
+export interface FirstRead {
+  address: string;
+  dataset: string; // That the page will request, as far as its address says; empty: the first one.
+}
+
 let worker: Worker | null = null;
 const open = new Set<FileChannel>();
 
@@ -33,7 +39,7 @@ export class FileChannel implements Channel {
   constructor(address: string) {
     const { port1, port2 } = new MessageChannel();
     const request: ChannelRequest = { address: new URL(address.slice(scheme.length)).href, port: port2 };
-    startedWorker().postMessage(request, [port2]);
+    startedWorker(request.address).postMessage(request, [port2]);
     this.port = port1;
     this.port.onmessage = (event: MessageEvent) => (typeof event.data === "number" ? this.onprogress?.(event.data) : this.onmessage?.(event));
     open.add(this);
@@ -58,9 +64,10 @@ export class FileChannel implements Channel {
 }
 
 // The worker ends with an error when there is no memory; then all channels are lost.
-function startedWorker(): Worker {
+function startedWorker(address: string): Worker {
   if (worker) return worker;
-  worker = new Worker(new URL("./file_worker.ts", import.meta.url), { type: "module" });
+  const first: FirstRead = { address, dataset: new URLSearchParams(location.hash.slice(1)).get("dataset") ?? "" };
+  worker = new Worker(new URL("./file_worker.ts", import.meta.url), { type: "module", name: JSON.stringify(first) });
   worker.onerror = () => {
     worker?.terminate();
     worker = null;

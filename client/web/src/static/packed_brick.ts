@@ -1,9 +1,8 @@
 // Unpacks the bricks and pieces of a prepared file (server/dataset/FORMAT.md).
-import Blosc from "numcodecs/blosc";
-
 const codecs = { raw: 0, constant: 1, blosc: 2 };
 const bloscHeaderBytes = 16;
-const blosc = Blosc.fromConfig({ id: "blosc" });
+const blosc = import("numcodecs/blosc").then(({ default: Blosc }) => Blosc.fromConfig({ id: "blosc" })); // While files are opened.
+blosc.catch(() => {}); // Bricks that need it tell.
 
 // Size and codec, as in an index.
 export function entryOf(word: number): { size: number; codec: number } {
@@ -19,7 +18,7 @@ export async function unpacked(codec: number, packed: Uint8Array, bytes: number,
   const header = new DataView(packed.buffer, packed.byteOffset, bloscHeaderBytes);
   if (header.getUint32(4, true) !== bytes || header.getUint32(12, true) !== packed.length) return null;
   try {
-    const made = await blosc.decode(packed);
+    const made = await (await blosc).decode(packed);
     return made.length === bytes ? made : null;
   } catch {
     return null;

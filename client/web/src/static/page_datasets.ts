@@ -42,6 +42,12 @@ export class PageDatasets {
     throw new Error(`${volume.file.name} is not the file of the index: export the page again.`);
   }
 
+  // Begins to read what will be requested.
+  openEarly(name: string): void {
+    const first = name ? Promise.resolve(name) : this.list().then(([info]) => info.name);
+    first.then((one) => this.volume(one)).catch(() => {}); // Requests tell.
+  }
+
   private entries() {
     this.listed ??= this.readEntries();
     this.listed.catch(() => (this.listed = null)); // The next attempt reads them again.

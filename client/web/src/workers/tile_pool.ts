@@ -1,6 +1,6 @@
 // The page's interface to the workers: several decode tiles, one keeps whole steps. Browsers give all frames of a site
-// only about a hundred memories for WebAssembly: workers that decode start when there are tiles and end when there are
-// none, and tiles wait while there is no memory.
+// only about a hundred memories for WebAssembly: all workers that decode but the first start when there are tiles, they end
+// when there are none, and tiles wait while there is no memory.
 
 import type { MeshCalls } from "./mesh_worker";
 import type { DecodedTile, MeshMessage, MeshReply, TileJob, TileReply } from "./worker_messages";
@@ -38,6 +38,7 @@ export class TilePool {
       if (data.error) waiting?.reject(new Error(data.error));
       else waiting?.resolve(data.result as never);
     };
+    this.idle.push(this.createTileWorker()); // The first tile follows soon.
   }
 
   // Rejects with one sentence if the tile is damaged or was cancelled by cancelJobs().

@@ -17,7 +17,9 @@ import type { DecodedTile, StoredTile, TileJob } from "./worker_messages";
 const bytesOf = (url: string) => fetch(url).then((response) => response.arrayBuffer());
 // Each needs a memory of its own, so it is made for the first tile that needs it.
 const dracoDecoder = once(() => bytesOf(dracoWasm).then(dracoModule));
-const decoderOfShells = once(() => bytesOf(shellWasm).then(shellDecoder));
+const shellBytes = bytesOf(shellWasm);
+shellBytes.catch(() => {}); // Tiles that need them tell.
+const decoderOfShells = once(() => shellBytes.then(shellDecoder));
 const hashers = new Map<number, Promise<TriangleHasher>>();
 let meshWorker: MessagePort;
 
