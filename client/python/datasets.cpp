@@ -5,6 +5,7 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "common/base/number_text.hpp"
 #include "common/dataset/dataset_fields.hpp"
@@ -48,7 +49,7 @@ py::object python_value(GeometryBasis basis) { return py::cast(name(basis)); }
 // (4, 3): the steps along the axes, and the position of the first sample.
 py::object python_value(const Affine& map) {
   const auto& [columns, translation] = map;
-  return rows_of<double>({columns[0], columns[1], columns[2], translation});
+  return rows_of<double>(std::vector{columns[0], columns[1], columns[2], translation});
 }
 py::object python_value(const Histogram& histogram) {
   return py::make_tuple(histogram.low, histogram.high, histogram.counts);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <stop_token>
 #include <utility>
 #include <vector>
 
@@ -42,7 +43,8 @@ struct Box3 {
 // Immutable and therefore thread-safe. Takes about 30 bytes per box.
 class BoxTree {
  public:
-  explicit BoxTree(std::span<const Box3> boxes);
+  // Throws Cancelled soon after `stop` is triggered.
+  explicit BoxTree(std::span<const Box3> boxes, const std::stop_token& stop = {});
 
   // Returns the indices of the boxes in leaf order. Searches identify boxes by their place in this
   // order: data stored in the same order is close in memory where it is close in space.
@@ -131,7 +133,8 @@ class BoxTree {
     std::size_t count_ = 0;
   };
 
-  void build(std::span<const Box3> boxes, std::span<Entry> entries, std::uint32_t first);
+  void build(std::span<const Box3> boxes, std::span<Entry> entries, std::uint32_t first,
+             const std::stop_token& stop);
 
   std::vector<std::uint32_t> order_;
   std::vector<Node> nodes_;

@@ -32,15 +32,11 @@ std::optional<ContentDigest> ContentDigest::from_hex(std::string_view hex) {
 }
 
 ContentDigest digest(const std::array<LatticePoint, 3>& triangle, int resolution) {
-  const auto first = std::min_element(triangle.begin(), triangle.end()) - triangle.begin();
-  std::array<std::int32_t, 9> coordinates{};
-  for (std::size_t corner = 0; corner < 3; ++corner) {
-    const LatticePoint& p = triangle[(static_cast<std::size_t>(first) + corner) % 3];
-    coordinates[3 * corner] = p.x;
-    coordinates[3 * corner + 1] = p.y;
-    coordinates[3 * corner + 2] = p.z;
-  }
-  const XXH128_hash_t hash = XXH3_128bits_withSeed(coordinates.data(), sizeof(coordinates),
+  static_assert(sizeof(LatticePoint) == 3 * sizeof(std::int32_t));
+  const auto& [a, b, c] = triangle;
+  const std::array<LatticePoint, 5> around = {a, b, c, a, b};
+  const std::size_t first = a < b ? (a < c ? 0 : 2) : (b < c ? 1 : 2);
+  const XXH128_hash_t hash = XXH3_128bits_withSeed(&around[first], 3 * sizeof(LatticePoint),
                                                    static_cast<XXH64_hash_t>(resolution));
   return {hash.high64, hash.low64};
 }

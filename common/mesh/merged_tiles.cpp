@@ -61,46 +61,35 @@ std::uint8_t faces_of_box(const LatticePoint& p, const MarchedBox& box) {
 }
 
 // Finds the seam's edges and counts the others by comparing the uses of every edge.
-class ComparedEdges {
- public:
-  ComparedEdges(const LatticeMesh& mesh, const std::vector<bool>& is_shared,
-                const DataBorder& border)
-      : mesh_(mesh), is_shared_(is_shared), border_(border) {}
-
-  void add_to(TileSeam& seam) const {
-    const auto each_use = [this](const auto& use) {
-      for (const TriangleIndices& t : mesh_.triangles) {
-        if (!is_proper(t)) continue;
-        for (std::size_t i = 0; i < 3; ++i) use(t[i], t[(i + 1) % 3]);
+void add_compared_edges(const LatticeMesh& mesh, const std::vector<bool>& is_shared,
+                        const DataBorder& border, TileSeam& seam) {
+  const auto each_use = [&](const auto& use) {
+    for (const TriangleIndices& t : mesh.triangles) {
+      if (!is_proper(t)) continue;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::uint32_t to = t[i < 2 ? i + 1 : 0];
+        if (!is_shared[t[i]] || !is_shared[to]) use(t[i], to);
       }
-    };
-    for (const TriangleIndices& t : mesh_.triangles) {
-      if (!is_proper(t)) ++seam.interior.degenerate_triangles;
     }
-    visit_edges(
-        mesh_.vertices.size(), each_use,
-        [&](std::uint32_t lower, std::span<const EdgeUse> uses) { add_edge(lower, uses, seam); });
-  }
-
- private:
-  void add_edge(std::uint32_t lower, std::span<const EdgeUse> uses, TileSeam& seam) const {
-    const std::uint32_t upper = uses.front().upper;
-    if (is_shared_[lower] && is_shared_[upper]) {
-      for (const EdgeUse& use : uses) {
-        seam.edges.push_back(use.upwards ? std::array{lower, upper} : std::array{upper, lower});
-      }
-      return;
+  };
+  for (const TriangleIndices& t : mesh.triangles) {
+    if (!is_proper(t)) {
+      ++seam.interior.degenerate_triangles;
+      continue;
     }
-    const auto is_on_border = [&] {
-      return border_.contains_edge(mesh_.vertices[lower], mesh_.vertices[upper]);
-    };
-    count_edge(uses, is_on_border, seam.interior);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t to = t[i < 2 ? i + 1 : 0];
+      if (is_shared[t[i]] && is_shared[to]) seam.edges.push_back({t[i], to});
+    }
   }
-
-  const LatticeMesh& mesh_;
-  const std::vector<bool>& is_shared_;
-  const DataBorder& border_;
-};
+  visit_edges(mesh.vertices.size(), each_use,
+              [&](std::uint32_t lower, std::uint32_t upper, EdgeUses uses) {
+                const auto is_on_border = [&] {
+                  return border.contains_edge(mesh.vertices[lower], mesh.vertices[upper]);
+                };
+                count_edge(uses, is_on_border, seam.interior);
+              });
+}
 
 // Does the same for a mesh marched in a box, examining only edges in the box's faces.
 void add_marched_edges(const LatticeMesh& mesh, const MarchedBox& box,
@@ -160,7 +149,7 @@ TileSeam seam_of(const TileInCube& tile, int smallest, int resolution, const Dat
   if (tile.marched) {
     add_marched_edges(mesh, *tile.marched, is_shared, border, seam);
   } else {
-    ComparedEdges(mesh, is_shared, border).add_to(seam);
+    add_compared_edges(mesh, is_shared, border, seam);
   }
   find_components(mesh, seam);
   seam.number_of.assign(mesh.vertices.size(), kNone);
@@ -209,13 +198,13 @@ MeshTopology joined_topology(const std::vector<TileSeam>& seams,
       for (const auto& [from, to] : seam.edges) use(seam.number_of[from], seam.number_of[to]);
     }
   };
-  visit_edges(
-      shared_vertices.size(), each_use, [&](std::uint32_t lower, std::span<const EdgeUse> uses) {
-        const auto is_on_border = [&] {
-          return border.contains_edge(shared_vertices[lower], shared_vertices[uses.front().upper]);
-        };
-        count_edge(uses, is_on_border, counts);
-      });
+  visit_edges(shared_vertices.size(), each_use,
+              [&](std::uint32_t lower, std::uint32_t upper, EdgeUses uses) {
+                const auto is_on_border = [&] {
+                  return border.contains_edge(shared_vertices[lower], shared_vertices[upper]);
+                };
+                count_edge(uses, is_on_border, counts);
+              });
   counts.components = joined_components(seams, shared_vertices.size());
   return counts;
 }
@@ -261,17 +250,26 @@ MergedTiles merged_tiles(std::span<const TileInCube> tiles, int resolution,
   MergedTiles merged;
   LatticeMesh& mesh = merged.mesh;
   mesh.resolution = resolution;
-  number_shared_vertices(tiles, seams, mesh.vertices);
-  MeshTopology& counts = merged.topology;
-  counts = joined_topology(seams, mesh.vertices, border);
-
-  std::vector<TilePlace> places;
-  std::size_t vertex_count = mesh.vertices.size();
   std::size_t triangle_count = 0;
+  std::vector<TilePlace> places;
+  for (const TileInCube& tile : tiles) {
+    places.push_back({.first_vertex = 0, .first_triangle = triangle_count});
+    triangle_count += tile.mesh->triangles.size();
+  }
+  MeshTopology& counts = merged.topology;
+  for_each(2, [&](std::size_t task) {
+    if (task == 0) {
+      number_shared_vertices(tiles, seams, mesh.vertices);
+      counts = joined_topology(seams, mesh.vertices, border);
+    } else {
+      mesh.triangles.resize(triangle_count);  // Writing so much memory takes as long.
+    }
+  });
+
+  std::size_t vertex_count = mesh.vertices.size();
   for (std::size_t i = 0; i < tiles.size(); ++i) {
-    places.push_back({.first_vertex = vertex_count, .first_triangle = triangle_count});
+    places[i].first_vertex = vertex_count;
     vertex_count += tiles[i].mesh->vertices.size() - seams[i].vertices.size();
-    triangle_count += tiles[i].mesh->triangles.size();
     add_interior(seams[i].interior, counts);
   }
   counts.vertices = static_cast<std::int64_t>(vertex_count);
@@ -279,7 +277,6 @@ MergedTiles merged_tiles(std::span<const TileInCube> tiles, int resolution,
   counts.euler_characteristic = counts.vertices - counts.edges + counts.triangles;
 
   mesh.vertices.resize(vertex_count);
-  mesh.triangles.resize(triangle_count);
   for_each(tiles.size(),
            [&](std::size_t i) { copy_tile(*tiles[i].mesh, places[i], seams[i].number_of, mesh); });
   return merged;

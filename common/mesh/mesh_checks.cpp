@@ -49,9 +49,9 @@ MeshTopology topology(std::size_t vertices, std::span<const TriangleIndices> tri
       for (std::size_t i = 0; i < 3; ++i) use(t[i], t[(i + 1) % 3]);
     }
   };
-  visit_edges(vertices, each_use, [&](std::uint32_t lower, std::span<const EdgeUse> uses) {
+  visit_edges(vertices, each_use, [&](std::uint32_t lower, std::uint32_t upper, EdgeUses uses) {
     count_edge(
-        uses, [&] { return is_on_border(lower, uses.front().upper); }, result);
+        uses, [&] { return is_on_border(lower, upper); }, result);
   });
   result.euler_characteristic = result.vertices - result.edges + result.triangles;
   result.components = components.count();

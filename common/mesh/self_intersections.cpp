@@ -4,6 +4,7 @@
 #include <atomic>
 #include <thread>
 
+#include "common/base/in_parallel.hpp"
 #include "common/base/on_threads.hpp"
 #include "common/mesh/box_tree.hpp"
 #include "common/mesh/detail/triangle_intersection.hpp"
@@ -18,10 +19,11 @@ MeshTriangle triangle_of(const TriangleMesh& mesh, std::size_t number) {
 
 // Calls body(0) ... body(count - 1), in portions large enough that threads seldom meet.
 template <typename Body>
-void in_portions(std::size_t count, const Body& body) {
+void in_portions(std::size_t count, const std::stop_token& stop, const Body& body) {
   constexpr std::size_t kPortion = 1024;
   const std::size_t threads = std::max(1U, std::thread::hardware_concurrency());
   on_threads(threads, (count + kPortion - 1) / kPortion, [&](std::size_t portion) {
+    throw_if_stopped(stop);
     const std::size_t end = std::min(count, (portion + 1) * kPortion);
     for (std::size_t i = portion * kPortion; i < end; ++i) body(i);
   });
@@ -29,20 +31,20 @@ void in_portions(std::size_t count, const Body& body) {
 
 }  // namespace
 
-SelfIntersections self_intersections(const TriangleMesh& mesh) {
+SelfIntersections self_intersections(const TriangleMesh& mesh, const std::stop_token& stop) {
   const std::size_t count = mesh.triangles.size();
   std::vector<Box3> boxes(count);
   std::vector<char> flat(count);
-  in_portions(count, [&](std::size_t i) {
+  in_portions(count, stop, [&](std::size_t i) {
     const MeshTriangle triangle = triangle_of(mesh, i);
     for (const Vec3& place : triangle.positions) boxes[i].add(place);
     flat[i] = is_flat(triangle.positions) ? 1 : 0;
   });
-  const BoxTree tree(boxes);
+  const BoxTree tree(boxes, stop);
   std::vector<std::atomic<bool>> hit(count);
   std::atomic<std::uint64_t> pairs = 0;
   // In the order of the tree, for memory locality.
-  in_portions(count, [&](std::size_t place) {
+  in_portions(count, stop, [&](std::size_t place) {
     const std::uint32_t number = tree.order()[place];
     if (flat[number] != 0) return;
     const MeshTriangle triangle = triangle_of(mesh, number);

@@ -111,8 +111,9 @@ std::vector<Vec3> sampled_points(std::span<const SurfaceTriangle> surface, std::
   return points;
 }
 
-NearestTriangle::NearestTriangle(std::span<const SurfaceTriangle> triangles)
-    : tree_(boxes_of(triangles)) {
+NearestTriangle::NearestTriangle(std::span<const SurfaceTriangle> triangles,
+                                 const std::stop_token& stop)
+    : tree_(boxes_of(triangles), stop) {
   triangles_.reserve(triangles.size());
   for (const std::uint32_t number : tree_.order()) triangles_.push_back(triangles[number]);
 }

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "common/base/vec3.hpp"
@@ -31,7 +32,9 @@ using SurfaceTriangle = std::array<Vec3, 3>;
 // bytes per triangle; a query costs O(log triangles) if the point is near.
 class NearestTriangle {
  public:
-  explicit NearestTriangle(std::span<const SurfaceTriangle> triangles);
+  // Throws Cancelled soon after `stop` is triggered.
+  explicit NearestTriangle(std::span<const SurfaceTriangle> triangles,
+                           const std::stop_token& stop = {});
 
   struct Found {
     double distance = std::numeric_limits<double>::infinity();

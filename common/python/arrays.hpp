@@ -14,15 +14,15 @@
 
 namespace multitetra {
 
-// Returns an array of shape (n, 3) that owns the rows.
-template <typename T>
-pybind11::object rows_of(std::vector<std::array<T, 3>> rows) {
-  static_assert(sizeof(std::array<T, 3>) == 3 * sizeof(T));
+// Returns an array of shape (n, 3) that owns the rows, a vector of arrays of three numbers or
+// another container with data() and size().
+template <typename T, typename RowsOfThree>
+pybind11::object rows_of(RowsOfThree rows) {
+  static_assert(sizeof(*rows.data()) == 3 * sizeof(T));
   const auto size = static_cast<pybind11::ssize_t>(rows.size());
-  auto* const owned = new std::vector<std::array<T, 3>>(std::move(rows));
-  const pybind11::capsule owner(owned, [](void* rows_of_array) {
-    delete static_cast<std::vector<std::array<T, 3>>*>(rows_of_array);
-  });
+  auto* const owned = new RowsOfThree(std::move(rows));
+  const pybind11::capsule owner(
+      owned, [](void* rows_of_array) { delete static_cast<RowsOfThree*>(rows_of_array); });
   return pybind11::array_t<T>({size, pybind11::ssize_t{3}},
                               reinterpret_cast<const T*>(owned->data()), owner);
 }

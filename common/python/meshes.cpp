@@ -33,27 +33,34 @@ py::object certificate_of(const SurfaceFacts& facts, int resolution) {
           "content_digest"_a = facts.digest.hex());
 }
 
+// Calls body(0) ... body(count - 1) on all threads.
+template <typename Body>
+void in_tasks(std::size_t count, const Body& body) {
+  constexpr std::size_t kTask = 1 << 15;
+  in_parallel((count + kTask - 1) / kTask, [&](std::size_t task) {
+    const std::size_t end = std::min(count, (task + 1) * kTask);
+    for (std::size_t i = task * kTask; i < end; ++i) body(i);
+  });
+}
+
 }  // namespace
 
-std::vector<Vec3> world_vertices(const LatticeMesh& mesh, const Affine& grid_to_world) {
-  constexpr std::size_t kVerticesATask = 1 << 15;
+WorldVertices world_vertices(const LatticeMesh& mesh, const Affine& grid_to_world) {
   const double step = std::ldexp(1.0, -mesh.resolution);
   const std::size_t count = mesh.vertices.size();
-  std::vector<Vec3> vertices(count);
-  in_parallel((count + kVerticesATask - 1) / kVerticesATask, [&](std::size_t task) {
-    const std::size_t end = std::min(count, (task + 1) * kVerticesATask);
-    for (std::size_t i = task * kVerticesATask; i < end; ++i) {
-      const LatticePoint& v = mesh.vertices[i];
-      vertices[i] = grid_to_world({v.x * step, v.y * step, v.z * step});
-    }
+  WorldVertices vertices(count);
+  in_tasks(count, [&](std::size_t i) {
+    const LatticePoint& v = mesh.vertices[i];
+    vertices.data()[i] = grid_to_world({v.x * step, v.y * step, v.z * step});
   });
   return vertices;
 }
 
-py::object mesh_of(LatticeMesh mesh, std::vector<Vec3> vertices, const Affine& grid_to_world,
+py::object mesh_of(LatticeMesh mesh, WorldVertices vertices, const Affine& grid_to_world,
                    const SurfaceFacts& facts) {
   if (grid_to_world.determinant() < 0) {
-    for (TriangleIndices& face : mesh.triangles) std::swap(face[1], face[2]);
+    in_tasks(mesh.triangles.size(),
+             [&](std::size_t i) { std::swap(mesh.triangles[i][1], mesh.triangles[i][2]); });
   }
   py::object normals = py::none();
   if (!mesh.normals.empty()) normals = rows_of<float>(std::move(mesh.normals));

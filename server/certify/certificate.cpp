@@ -163,7 +163,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
     choose = ExpectedComponents{own.mesh, components, options.min_component, allowed, voxel};
   }
   const ReferenceSurface reference =
-      reference_surface(field, certificate.grid, options.isovalue, choose);
+      reference_surface(field, certificate.grid, options.isovalue, choose, options.stop);
   certificate.reference = reference.topology;
   certificate.closed_of_reference = counts_of(reference.facings);
   for (const double diagonal : reference.removed_diagonals) {
@@ -216,7 +216,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   }
   if (options.count_self_intersections) {
     begin("self-intersections");
-    certificate.self_intersections = self_intersections(own.mesh);
+    certificate.self_intersections = self_intersections(own.mesh, options.stop);
   }
   return certificate;
 }

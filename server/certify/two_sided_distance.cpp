@@ -294,7 +294,8 @@ TwoSidedDistance two_sided_distance(const TriangleMesh& mesh, const TriangleMesh
   if (within) {
     const auto part_from = [&](const TriangleMesh& whole, const TriangleMesh& other) {
       const TriangleMesh part = clipped(whole, *within);
-      return one_sided(part, triangles_of(part), NearestTriangle(triangles_of(other)), search);
+      return one_sided(part, triangles_of(part), NearestTriangle(triangles_of(other), search.stop),
+                       search);
     };
     return {.mesh_to_reference = part_from(mesh, reference),
             .reference_to_mesh = part_from(reference, mesh)};
@@ -302,8 +303,10 @@ TwoSidedDistance two_sided_distance(const TriangleMesh& mesh, const TriangleMesh
   const std::vector<SurfaceTriangle> of_mesh = triangles_of(mesh);
   const std::vector<SurfaceTriangle> of_reference = triangles_of(reference);
   TwoSidedDistance result;
-  result.mesh_to_reference = one_sided(mesh, of_mesh, NearestTriangle(of_reference), search);
-  result.reference_to_mesh = one_sided(reference, of_reference, NearestTriangle(of_mesh), search);
+  result.mesh_to_reference =
+      one_sided(mesh, of_mesh, NearestTriangle(of_reference, search.stop), search);
+  result.reference_to_mesh =
+      one_sided(reference, of_reference, NearestTriangle(of_mesh, search.stop), search);
   return result;
 }
 

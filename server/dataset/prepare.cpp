@@ -75,6 +75,7 @@ class MemorySink final : public BrickSink, public BrickSource {
   [[nodiscard]] std::unique_ptr<Scratch> new_scratch() const override {
     return std::make_unique<ScratchMemory>();
   }
+  [[nodiscard]] std::span<const std::byte> all() const { return samples_; }
   [[nodiscard]] RetainedBytes brick(std::size_t index) const override {
     return std::span(samples_).subspan(offset_of(index),
                                        sample_bytes_ * layout_.volume(layout_.at(index)));
@@ -128,13 +129,31 @@ IsovalueBins bins_with_edges(const DatasetInfo& info, std::span<const float> inn
   return IsovalueBins(std::move(edges));
 }
 
-// Completes a survey. `builder` has counted every sample once.
-VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
-                      SampleStatisticsBuilder& builder) {
-  if (builder.needs_second_pass()) {
-    for_each_slab(source, options, "histogram",
-                  [&](const Samples& slab, std::int32_t) { builder.add_second_pass(slab); });
+// Adds all samples to the statistics for the second time, from the source.
+void count_again(VolumeSource& source, const PrepareOptions& options,
+                 SampleStatisticsBuilder& builder) {
+  for_each_slab(source, options, "histogram", [&](const Samples& slab, std::int32_t) {
+    builder.add_second_pass(std::get<std::vector<float>>(slab));
+  });
+}
+
+// The same, from memory.
+void count_again(std::span<const std::byte> samples, const PrepareOptions& options,
+                 SampleStatisticsBuilder& builder) {
+  const std::size_t all = samples.size() / sizeof(float);
+  const std::span<const float> values(reinterpret_cast<const float*>(samples.data()), all);
+  const std::size_t most = std::max(options.slab_bytes / sizeof(float), std::size_t{1});
+  for (std::size_t done = 0; done < all;) {
+    const std::size_t count = std::min(most, all - done);
+    builder.add_second_pass(values.subspan(done, count));
+    done += count;
+    if (options.progress) options.progress("histogram", done, all);
   }
+}
+
+// Completes a survey. `builder` has counted every sample twice if it needs that.
+VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
+                      const SampleStatisticsBuilder& builder) {
   DatasetInfo info =
       describe(source.header(), builder.finish(), options.name, options.outside, options.margin);
   info.member = options.member;
@@ -149,8 +168,10 @@ VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
 }
 
 // Writes the samples to the sink, and collects their statistics and the small sections in `parts`.
+// `count_again` adds all samples to the statistics for the second time.
+template <typename CountAgain>
 void first_pass(VolumeSource& source, const PrepareOptions& options, BrickSink& sink,
-                SmallParts& parts) {
+                SmallParts& parts, const CountAgain& count_again) {
   SampleStatisticsBuilder builder(source.header().type);
   BrickLayers bricks(source.header(), sink);
   for_each_slab(source, options, "range", [&](const Samples& slab, std::int32_t slices) {
@@ -159,6 +180,7 @@ void first_pass(VolumeSource& source, const PrepareOptions& options, BrickSink& 
     parts.ranges.add(slab, slices, on_all_threads);
     parts.coarse.add(slab, slices);
   });
+  if (builder.needs_second_pass()) count_again(builder);
   VolumeSurvey found = surveyed(source, options, builder);
   parts.info = std::move(found.info);
   parts.bins = std::move(found.bins);
@@ -276,6 +298,7 @@ VolumeSurvey survey(VolumeSource& source, const PrepareOptions& options) {
   SampleStatisticsBuilder builder(source.header().type);
   for_each_slab(source, options, "range",
                 [&](const Samples& slab, std::int32_t) { builder.add(slab); });
+  if (builder.needs_second_pass()) count_again(source, options, builder);
   return surveyed(source, options, builder);
 }
 
@@ -284,7 +307,9 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
   const DatasetInfo geometry = checked_geometry(source, options);
   DatasetWriter sink(output, geometry);
   SmallParts parts(geometry, sink);
-  first_pass(source, options, sink, parts);
+  first_pass(source, options, sink, parts, [&](SampleStatisticsBuilder& builder) {
+    count_again(source, options, builder);
+  });
   if (options.accept) options.accept(parts.info);
   if (options.samples_only) {
     parts.info.missing = kMissingErrors;
@@ -314,7 +339,9 @@ DatasetPtr prepare_in_memory(VolumeSource& source, const PrepareOptions& options
   const DatasetInfo geometry = checked_geometry(source, options);
   const auto content = std::make_shared<Content>(geometry);
   SmallParts parts(geometry, content->samples);
-  first_pass(source, options, content->samples, parts);
+  first_pass(source, options, content->samples, parts, [&](SampleStatisticsBuilder& builder) {
+    count_again(content->samples.all(), options, builder);
+  });
   parts.info.missing = kMissingErrors;
   content->coarse.resize(static_cast<std::size_t>(parts.coarse.bytes()));
   parts.coarse_scratch->get(0, content->coarse);

@@ -101,9 +101,10 @@ class BudgetedSimplification {
 
   // Builds the surface of the current level.
   void begin() {
-    surface_ = extractor_.extract_model(spec(), stop_);
     const SimplificationOptions how = options();
-    simplifier_.emplace(std::move(surface_.tiles), how.lattice_step, info_.grid_exponent);
+    simplifier_.emplace(how.lattice_step, info_.grid_exponent);
+    surface_ = extractor_.extract_model(
+        spec(), stop_, [&](TileMesh tile) { simplifier_->add(std::move(tile), how, stop_); });
     simplifier_->simplify(how, stop_);
   }
   // Returns the budget in triangles; one of bytes by an estimate, until a surface is encoded.

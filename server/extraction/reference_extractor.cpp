@@ -73,19 +73,19 @@ std::shared_ptr<const Model> ReferenceExtractor::spectrum_model(const ResolvedSt
 }
 
 TiledMesh ReferenceExtractor::surface(const Model& model, const SurfaceOptions& options,
-                                      std::stop_token stop) const {
+                                      std::stop_token stop, const TakeTile& take) const {
   const OctreeCube root = root_cube(field_.grid());
   const int exponent = std::clamp(root.exponent - 3, std::min(root.exponent, 4), 6);
-  return extract_in_parallel(FieldCubes(model, field_, options), root, exponent, stop);
+  return extract_in_parallel(FieldCubes(model, field_, options), root, exponent, stop, take);
 }
 
 TiledMesh ReferenceExtractor::extract(const ResolvedStep& spec, const Model& model,
                                       std::stop_token stop) const {
   const SurfaceOptions options{.isovalue = spec.request().isovalue,
                                .lattice_resolution = spec.request().lattice_resolution};
-  TiledMesh tiled = surface(model, options, stop);
-  simplify(tiled, spec, dataset_.info.grid_exponent, stop);
-  return tiled;
+  return extract_simplified(
+      spec, dataset_.info.grid_exponent, stop,
+      [&](const TakeTile& take) { return surface(model, options, stop, take); });
 }
 
 TiledMesh ReferenceExtractor::extract(const ResolvedStep& spec, std::stop_token stop) const {

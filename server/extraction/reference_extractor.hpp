@@ -37,8 +37,9 @@ class ReferenceExtractor {
                                                             std::stop_token stop = {}) const;
 
   // Returns the surface of any model of this grid. Throws Cancelled soon after `stop` is triggered.
+  // With `take`, its tiles are passed to it instead.
   [[nodiscard]] TiledMesh surface(const Model& model, const SurfaceOptions& options,
-                                  std::stop_token stop = {}) const;
+                                  std::stop_token stop = {}, const TakeTile& take = nullptr) const;
   // Return the surface of a step, simplified if the step requests it, from a model of the step or,
   // without one, from the model with exact errors.
   [[nodiscard]] TiledMesh extract(const ResolvedStep& spec, const Model& model,

@@ -92,24 +92,26 @@ TiledMesh SurfaceExtractor::extract(const StepRequest& step, std::stop_token sto
 }
 
 TiledMesh SurfaceExtractor::extract(const ResolvedStep& spec, std::stop_token stop) const {
-  TiledMesh surface = extract_model(spec, stop);
-  simplify(surface, spec, root_of(spec, dataset_->info).exponent, stop);
+  TiledMesh surface =
+      extract_simplified(spec, root_of(spec, dataset_->info).exponent, stop,
+                         [&](const TakeTile& take) { return extract_model(spec, stop, take); });
   if (dataset_->check) dataset_->check();
   return surface;
 }
 
-TiledMesh SurfaceExtractor::extract_model(const ResolvedStep& spec, std::stop_token stop) const {
+TiledMesh SurfaceExtractor::extract_model(const ResolvedStep& spec, std::stop_token stop,
+                                          const TakeTile& take) const {
   const DatasetInfo& info = dataset_->info;
   const SurfaceOptions options{.isovalue = spec.request().isovalue,
                                .lattice_resolution = spec.request().lattice_resolution};
   if (info.grid_exponent <= kSpectrumExponent) {
     // A grid of at most eight steps has no spectrum, and a pass over it is cheap.
     const ReferenceExtractor reference(*dataset_);
-    return reference.surface(*reference.exact_model(spec, stop), options, stop);
+    return reference.surface(*reference.exact_model(spec, stop), options, stop, take);
   }
   const PreparedModel model = prepared_model(*dataset_, spec);
   return extract_in_parallel(PreparedCubes(model, options, *pool_), root_of(spec, info),
-                             cube_exponent(info.grid_exponent), stop);
+                             cube_exponent(info.grid_exponent), stop, take);
 }
 
 }  // namespace multitetra

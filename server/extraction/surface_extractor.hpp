@@ -59,8 +59,9 @@ class SurfaceExtractor {
   // DatasetFileError if the dataset is damaged.
   [[nodiscard]] TiledMesh extract(const ResolvedStep& spec, std::stop_token stop = {}) const;
   [[nodiscard]] TiledMesh extract(const StepRequest& step, std::stop_token stop = {}) const;
-  // Returns the surface before simplification.
-  [[nodiscard]] TiledMesh extract_model(const ResolvedStep& spec, std::stop_token stop = {}) const;
+  // Returns the surface before simplification. With `take`, its tiles are passed to it instead.
+  [[nodiscard]] TiledMesh extract_model(const ResolvedStep& spec, std::stop_token stop = {},
+                                        const TakeTile& take = nullptr) const;
 
  private:
   DatasetPtr dataset_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "common/wire/tile.hpp"
@@ -16,6 +17,9 @@ struct TiledMesh {
   std::uint64_t active_tetrahedra = 0;
   std::vector<TileMesh> tiles;  // Sorted by cube; independent of the number of threads.
 };
+
+// Takes the tiles of a surface as they become complete, in any order. Called concurrently.
+using TakeTile = std::function<void(TileMesh)>;
 
 // Returns the Draco speed for a tile: simplified ones are worth more time. A mesh that
 // simplification leaves unchanged keeps the digest, and so the bytes, of an unsimplified one.

@@ -91,7 +91,7 @@ PythonVolume open(const std::string& place) {
 struct CheckedSurface {
   Surface surface = {};
   MeshTopology topology = {};
-  std::vector<Vec3> vertices = {};  // In world coordinates.
+  WorldVertices vertices = {};
   bool is_final = true;
 };
 

@@ -148,9 +148,10 @@ int main(int argc, char** argv) {
       input.triangles += static_cast<double>(t.mesh.triangles.size());
     }
     const double begin = cpu();
-    SurfaceSimplifier simplifier(std::move(model.tiles), step, info.grid_exponent);
-    const SimplificationWork work =
-        simplifier.simplify({.lattice_step = step, .max_distance = budget}, {});
+    SurfaceSimplifier simplifier(step, info.grid_exponent);
+    const SimplificationOptions how{.lattice_step = step, .max_distance = budget};
+    for (TileMesh& tile : model.tiles) simplifier.add(std::move(tile), how, {});
+    const SimplificationWork work = simplifier.simplify(how, {});
     model.tiles = simplifier.tiles();
     small.seconds = cpu() - begin;
     std::printf("simplification: %.3f s of work, longest chain %.3f s (1/%.1f)\n", work.seconds,

@@ -37,7 +37,8 @@ bool is_crossed(const SampledField& field, const OctreeCube& cube, double isoval
 }
 
 // Returns the crossed cubes of the grid, row by row.
-std::vector<OctreeCube> crossed_cubes(const Field& field, double isovalue, int exponent) {
+std::vector<OctreeCube> crossed_cubes(const Field& field, double isovalue, int exponent,
+                                      const std::stop_token& stop) {
   const std::int32_t most = field.grid().side() >> exponent;
   const GridPoint last = field.last_sample();
   const auto count = [&](std::int32_t coordinate) {  // The surface ends one step beyond the data.
@@ -46,7 +47,7 @@ std::vector<OctreeCube> crossed_cubes(const Field& field, double isovalue, int e
   const GridPoint counts = {count(last.x), count(last.y), count(last.z)};
   std::vector<std::vector<OctreeCube>> rows(static_cast<std::size_t>(counts.y) *
                                             static_cast<std::size_t>(counts.z));
-  in_parallel(rows.size(), [&](std::size_t row) {
+  const auto add_row = [&](std::size_t row) {
     const auto y = static_cast<std::int32_t>(row) % counts.y;
     const auto z = static_cast<std::int32_t>(row) / counts.y;
     field.visit([&](const auto& sampled) {
@@ -55,22 +56,24 @@ std::vector<OctreeCube> crossed_cubes(const Field& field, double isovalue, int e
         if (is_crossed(sampled, cube, isovalue)) rows[row].push_back(cube);
       }
     });
-  });
+  };
+  in_parallel(rows.size(), add_row, stop);
   std::vector<OctreeCube> cubes;
   for (const auto& row : rows) cubes.insert(cubes.end(), row.begin(), row.end());
   return cubes;
 }
 
-LatticeMesh surface_on_lattice(const Field& field, double isovalue) {
+LatticeMesh surface_on_lattice(const Field& field, double isovalue, const std::stop_token& stop) {
   const UniformModel finest(field.grid(), 3 * field.grid().exponent());
   const SurfaceOptions options{.isovalue = isovalue,
                                .max_triangles = std::numeric_limits<std::size_t>::max()};
   const std::vector<OctreeCube> cubes =
-      crossed_cubes(field, isovalue, std::min(kBlockExponent, field.grid().exponent()));
+      crossed_cubes(field, isovalue, std::min(kBlockExponent, field.grid().exponent()), stop);
   std::vector<LatticeMesh> parts(cubes.size());
-  in_parallel(cubes.size(), [&](std::size_t i) {
+  const auto extract = [&](std::size_t i) {
     parts[i] = surface_in_cube(finest, field, cubes[i], options).rest;
-  });
+  };
+  in_parallel(cubes.size(), extract, stop);
   return weld(parts, options.lattice_resolution);
 }
 
@@ -133,8 +136,9 @@ DatasetInfo grid_info(const Volume& volume, std::optional<double> outside, std::
 }
 
 ReferenceSurface reference_surface(const Field& field, const DatasetInfo& info, double isovalue,
-                                   const ChooseComponents& choose) {
-  LatticeMesh surface = surface_on_lattice(field, isovalue);
+                                   const ChooseComponents& choose, const std::stop_token& stop) {
+  LatticeMesh surface = surface_on_lattice(field, isovalue, stop);
+  throw_if_stopped(stop);
   const Affine to_world = grid_to_world(info);
   ReferenceSurface reference;
   reference.mesh.vertices = crossings(field, surface, isovalue, to_world);
@@ -150,7 +154,9 @@ ReferenceSurface reference_surface(const Field& field, const DatasetInfo& info, 
     reference.mesh.vertices = crossings(field, surface, isovalue, to_world);
     reference.components = components_of(surface);
   }
+  throw_if_stopped(stop);
   reference.topology = topology(surface, data_border(info, surface.resolution, 0));
+  throw_if_stopped(stop);
   reference.facings = facings_of(measures_of(surface, reference.components, to_world));
   reference.mesh.triangles = std::move(surface.triangles);
   if (to_world.determinant() < 0) {

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "common/dataset/dataset_info.hpp"
@@ -43,9 +44,10 @@ using ChooseComponents =
 
 // Takes one pass over the samples plus the extraction, on all threads, and about 100 bytes of
 // memory per triangle. Requires the field of the volume that `info` describes. Without `choose`,
-// keeps all components.
+// keeps all components. Throws Cancelled soon after `stop` is triggered.
 [[nodiscard]] ReferenceSurface reference_surface(const Field& field, const DatasetInfo& info,
                                                  double isovalue,
-                                                 const ChooseComponents& choose = {});
+                                                 const ChooseComponents& choose = {},
+                                                 const std::stop_token& stop = {});
 
 }  // namespace multitetra

@@ -48,8 +48,8 @@ class SimplifiedPiece::Run {
       : limit_(limit),
         points_(std::move(points)),
         mesh_(piece.mesh_.triangles, static_cast<std::uint32_t>(piece.mesh_.vertices.size())),
+        quadrics_(piece.take_quadrics()),
         carried_(mesh_, points_, piece.map_, piece.parts_, limit_),
-        quadrics_(std::move(piece.quadrics_)),
         states_(points_.size()),
         vertices_(piece.mesh_.vertices),
         volumes_(mesh_, vertices_),
@@ -71,17 +71,22 @@ class SimplifiedPiece::Run {
       }
     }
     std::vector<std::uint32_t> numbers(mesh_.triangle_count(), kNone);
-    piece.mesh_.triangles.clear();
+    std::vector<TriangleIndices>& triangles = piece.mesh_.triangles;
+    triangles.clear();
     for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
       if (mesh_.is_removed(t)) continue;
-      numbers[t] = static_cast<std::uint32_t>(piece.mesh_.triangles.size());
-      piece.mesh_.triangles.push_back(mesh_.triangle(t));
+      numbers[t] = static_cast<std::uint32_t>(triangles.size());
+      triangles.push_back(mesh_.triangle(t));
     }
+    triangles.shrink_to_fit();  // Few are left, and the piece may wait for others.
     piece.map_.largest = carried_.largest();
     if (!keeps_state) return;
     piece.map_ = carried_.map(numbers);
-    piece.quadrics_ = std::move(quadrics_);
-    piece.parts_.assign(piece.mesh_.triangles.size(), 0);
+    for (std::uint32_t v = 0; v < quadrics_.size(); ++v) {
+      if (!carried_.is_carried(v)) piece.quadrics_.push_back(quadrics_[v]);
+    }
+    piece.quadrics_.shrink_to_fit();
+    piece.parts_ = std::vector<std::uint32_t>(triangles.size(), 0);
     piece.smallest_tried_limit_ = limit_.largest();
   }
 
@@ -236,10 +241,10 @@ class SimplifiedPiece::Run {
   const PieceLimit& limit_;
   std::vector<CollapseFan::Point> points_;
   CollapsingMesh mesh_;
-  SuccessiveMapping carried_;
-  std::optional<Embedding> embedding_;
   // The quadrics of the vertices, relative to them.
   std::vector<Quadric> quadrics_;
+  SuccessiveMapping carried_;
+  std::optional<Embedding> embedding_;
   std::vector<State> states_;
   std::vector<std::uint32_t> open_;  // Vertices that may still move.
   std::span<const LatticePoint> vertices_;
@@ -262,7 +267,7 @@ SimplifiedPiece::SimplifiedPiece(LatticeMesh mesh, const Vec3& step)
     : mesh_(std::move(mesh)),
       step_(step),
       unit_(*std::min_element(step.begin(), step.end())),
-      is_new_(true) {}
+      needs_first_stage_(true) {}
 
 PieceFrame SimplifiedPiece::frame() const {
   return {.unit = unit_,
@@ -271,33 +276,45 @@ PieceFrame SimplifiedPiece::frame() const {
           .lattice_per_voxel = static_cast<double>(1 << mesh_.resolution)};
 }
 
-void SimplifiedPiece::add_planes() {
+std::vector<Quadric> SimplifiedPiece::take_quadrics() {
+  std::vector<Quadric> quadrics = std::exchange(quadrics_, {});
+  if (quadrics.empty()) return planes();
+  if (quadrics.size() == mesh_.vertices.size()) return quadrics;
+  std::vector<Quadric> all(mesh_.vertices.size());
+  auto next = quadrics.begin();
+  for (std::size_t v = 0; v < all.size(); ++v) {
+    if (map_.carriers[v] == kNone) all[v] = *next++;
+  }
+  return all;
+}
+
+std::vector<Quadric> SimplifiedPiece::planes() const {
   const PieceFrame in = frame();
-  quadrics_.assign(mesh_.vertices.size(), {});
+  std::vector<Quadric> quadrics(mesh_.vertices.size());
   for (const auto& [p, q, r] : mesh_.triangles) {
     const Quadric plane =
         Quadric::of_plane(normal_of(in.position(mesh_.vertices[p]), in.position(mesh_.vertices[q]),
                                     in.position(mesh_.vertices[r])));
-    quadrics_[p].add(plane);
-    quadrics_[q].add(plane);
-    quadrics_[r].add(plane);
+    quadrics[p].add(plane);
+    quadrics[q].add(plane);
+    quadrics[r].add(plane);
   }
+  return quadrics;
 }
 
 void SimplifiedPiece::begin(const AllowedDistance& max_distance, std::optional<Obstacles> obstacles,
                             const std::function<void()>& checkpoint) {
-  if (!is_new_ || max_distance.largest() == 0 || mesh_.triangles.empty()) return;
+  if (!needs_first_stage_ || max_distance.largest() == 0 || mesh_.triangles.empty()) return;
   SimplifiedPiece taken = std::exchange(*this, {});
   const std::vector<Vec3> positions = positions_of(taken.mesh_, taken.frame());
   const PieceLimit limit(max_distance, taken.frame(), positions);
   FirstStage stage = first_stage(taken.mesh_, positions, limit, obstacles, checkpoint);
-  taken.is_new_ = false;
+  taken.needs_first_stage_ = false;
   taken.mesh_ = std::move(stage.mesh);
   taken.errors_ = std::move(stage.errors);
   for (const float error : taken.errors_) {
     taken.map_.largest = std::max(taken.map_.largest, double{error});
   }
-  taken.add_planes();
   *this = std::move(taken);
 }
 

@@ -97,7 +97,7 @@ class SimplifiedPiece {
   void simplify(
       const AllowedDistance& max_distance, const std::function<void()>& checkpoint = [] {},
       std::optional<Obstacles> obstacles = std::nullopt, int stage = 0, bool is_last = false);
-  // Runs only the fast first stage, for a piece to be joined with others.
+  // Runs only the fast first stage, unless it has run.
   void begin(const AllowedDistance& max_distance, std::optional<Obstacles> obstacles,
              const std::function<void()>& checkpoint);
 
@@ -110,8 +110,8 @@ class SimplifiedPiece {
     return history_ ? history_->collapses() : std::span<const Collapse>();
   }
 
-  // Returns whether the piece has been neither simplified nor joined.
-  [[nodiscard]] bool is_new() const { return is_new_; }
+  // Returns whether the piece has been neither simplified, except by its first stage, nor joined.
+  [[nodiscard]] bool is_new() const { return parts_.empty(); }
   [[nodiscard]] int resolution() const { return mesh_.resolution; }
   [[nodiscard]] std::size_t triangles() const { return mesh_.triangles.size(); }
   // Returns the number of vertices at the beginning or, if later, after the first stage.
@@ -127,8 +127,10 @@ class SimplifiedPiece {
 
   void reserve(std::span<const SimplifiedPiece> pieces);
   void append(SimplifiedPiece piece, VertexNumbers& shared);
-  // Sets the quadrics to those of its triangles.
-  void add_planes();
+  // Takes the quadrics of all vertices out of the piece; those of carried ones are unused.
+  [[nodiscard]] std::vector<Quadric> take_quadrics();
+  // Returns the quadrics of its triangles' planes.
+  [[nodiscard]] std::vector<Quadric> planes() const;
   // Returns a frame in units, so that results do not depend on the dataset's unit of length.
   // Requires a vertex.
   [[nodiscard]] PieceFrame frame() const;
@@ -139,10 +141,11 @@ class SimplifiedPiece {
   double unit_ = 1;  // The shortest of these steps.
   // By triangle, for SuccessiveMapping: the joined piece that contains it.
   std::vector<std::uint32_t> parts_;
-  bool is_new_ = false;
+  bool needs_first_stage_ = false;
   // The errors of the vertices after the first stage, in units; empty before it.
   std::vector<float> errors_;
-  // The quadrics of the vertices, relative to them, in units; empty before the first stage.
+  // The quadrics of the vertices, relative to them, in units. Empty before the second stage;
+  // afterwards, unless the piece was joined, only those of vertices that are not carried.
   std::vector<Quadric> quadrics_;
   StoredMapping map_;  // In units.
   std::optional<CollapseHistory> history_;

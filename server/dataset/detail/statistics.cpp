@@ -130,7 +130,9 @@ Result<void> check_values(const DatasetInfo& info) {
 SampleStatistics statistics(const Volume& volume) {
   SampleStatisticsBuilder builder(volume.type());
   builder.add(volume.samples);
-  if (builder.needs_second_pass()) builder.add_second_pass(volume.samples);
+  if (builder.needs_second_pass()) {
+    builder.add_second_pass(std::get<std::vector<float>>(volume.samples));
+  }
   return builder.finish();
 }
 

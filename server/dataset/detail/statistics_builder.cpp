@@ -142,7 +142,8 @@ void SampleStatisticsBuilder::widen_range(std::span<const float> samples) {
   }
 }
 
-void SampleStatisticsBuilder::count_bins(std::span<const float> samples) {
+void SampleStatisticsBuilder::add_second_pass(std::span<const float> samples) {
+  assert(needs_second_pass());
   const double low = min_;
   const double extent = double{max_} - low;
   constexpr std::size_t kBins = kMaxHistogramBins;
@@ -175,11 +176,6 @@ void SampleStatisticsBuilder::add(const Samples& slab) {
 
 bool SampleStatisticsBuilder::needs_second_pass() const {
   return type_ == SampleType::kF32 && min_ < max_;
-}
-
-void SampleStatisticsBuilder::add_second_pass(const Samples& slab) {
-  assert(static_cast<SampleType>(slab.index()) == type_ && needs_second_pass());
-  count_bins(std::get<std::vector<float>>(slab));
 }
 
 SampleStatistics SampleStatisticsBuilder::of_integers() const {

@@ -34,7 +34,7 @@ class SampleStatisticsBuilder {
   [[nodiscard]] bool needs_second_pass() const;
 
   // Second pass: add each sample again.
-  void add_second_pass(const Samples& slab);
+  void add_second_pass(std::span<const float> samples);
 
   // Requires that all passes are complete.
   [[nodiscard]] SampleStatistics finish() const;
@@ -50,7 +50,6 @@ class SampleStatisticsBuilder {
   template <typename Sample>
   void count_values(std::span<const Sample> samples);
   void widen_range(std::span<const float> samples);
-  void count_bins(std::span<const float> samples);
 
   SampleType type_;
   // Integers: the number of samples of each value, starting at the lowest value of the type.

@@ -46,10 +46,14 @@ CubeSurface surface_in(const CubeExtractor& extractor, std::vector<ExtractedCube
   return extractor.join(here.cube, std::move(children));
 }
 
+void take_all(const TakeTile& take, std::vector<TileMesh> tiles) {
+  for (TileMesh& tile : tiles) take(std::move(tile));
+}
+
 }  // namespace
 
 TiledMesh extract_in_parallel(const CubeExtractor& extractor, const OctreeCube& root, int exponent,
-                              std::stop_token stop) {
+                              std::stop_token stop, const TakeTile& take) {
   exponent = std::min(exponent, root.exponent);
   std::vector<ExtractedCube> tree;
   std::vector<std::size_t> parents;
@@ -60,12 +64,18 @@ TiledMesh extract_in_parallel(const CubeExtractor& extractor, const OctreeCube& 
   }
   extractor.will_extract(cubes);
   in_parallel_upwards(
-      parents, [&](std::size_t i) { tree[i].surface = surface_in(extractor, tree, tree[i]); },
+      parents,
+      [&](std::size_t i) {
+        CubeSurface& surface = tree[i].surface;
+        surface = surface_in(extractor, tree, tree[i]);
+        if (take) take_all(take, std::exchange(surface.tiles, {}));
+      },
       stop);
   CubeSurface whole = std::move(tree.back().surface);
   TiledMesh surface{
       .tetrahedra = whole.tetrahedra, .active_tetrahedra = whole.active_tetrahedra, .tiles = {}};
   surface.tiles = finished_tiles(std::move(whole), root);
+  if (take) take_all(take, std::exchange(surface.tiles, {}));
   return surface;
 }
 

@@ -2,6 +2,7 @@
 // independently by core and then joined.
 #pragma once
 
+#include <functional>
 #include <iterator>
 #include <span>
 #include <stop_token>
@@ -29,8 +30,10 @@ class CubeExtractor {
 };
 
 // Returns the surface in `root`, extracted in cubes of 2^exponent steps. The result does not depend
-// on the exponent or the number of threads. Throws Cancelled soon after `stop` is triggered.
+// on the exponent or the number of threads. Throws Cancelled soon after `stop` is triggered. With
+// `take`, the tiles are passed to it instead, each once it is complete.
 [[nodiscard]] TiledMesh extract_in_parallel(const CubeExtractor& extractor, const OctreeCube& root,
-                                            int exponent, std::stop_token stop);
+                                            int exponent, std::stop_token stop,
+                                            const TakeTile& take = nullptr);
 
 }  // namespace multitetra

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -177,13 +178,14 @@ double last_before(std::vector<double> times, std::size_t done) {
 
 }  // namespace
 
-SurfaceSimplifier::SurfaceSimplifier(std::vector<TileMesh> tiles, const Vec3& lattice_step,
-                                     int root_exponent)
-    : root_exponent_(root_exponent) {
-  tiles_.reserve(tiles.size());
-  for (TileMesh& tile : tiles) {
-    tiles_.push_back({tile.cube, SimplifiedPiece(std::move(tile.mesh), lattice_step)});
+void SurfaceSimplifier::add(TileMesh tile, const SimplificationOptions& options,
+                            const std::stop_token& stop) {
+  SimplifiedPiece piece(std::move(tile.mesh), lattice_step_);
+  if (!options.is_intersection_free) {
+    piece.begin(options.max_distance, std::nullopt, [&stop] { throw_if_stopped(stop); });
   }
+  const std::lock_guard lock(mutex_);
+  tiles_.push_back({tile.cube, std::move(piece)});
 }
 
 SimplificationWork SurfaceSimplifier::simplify(const SimplificationOptions& options,
@@ -228,13 +230,17 @@ std::vector<TileMesh> SurfaceSimplifier::tiles(std::size_t max_triangles) const 
   return tiles;
 }
 
-void simplify(TiledMesh& surface, const ResolvedStep& spec, int root_exponent,
-              const std::stop_token& stop) {
-  if (!spec.request().simplify) return;
+TiledMesh extract_simplified(const ResolvedStep& spec, int root_exponent,
+                             const std::stop_token& stop,
+                             const std::function<TiledMesh(const TakeTile&)>& extract) {
+  if (!spec.request().simplify) return extract(nullptr);
   const SimplificationOptions options = spec.simplification();
-  SurfaceSimplifier simplifier(std::move(surface.tiles), options.lattice_step, root_exponent);
+  SurfaceSimplifier simplifier(options.lattice_step, root_exponent);
+  TiledMesh surface =
+      extract([&](TileMesh tile) { simplifier.add(std::move(tile), options, stop); });
   simplifier.simplify(options, stop);
   surface.tiles = simplifier.tiles();
+  return surface;
 }
 
 }  // namespace multitetra

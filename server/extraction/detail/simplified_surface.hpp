@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <mutex>
 #include <stop_token>
 #include <vector>
 
@@ -22,7 +24,12 @@ struct SimplificationWork {
 // not depend on the number of threads.
 class SurfaceSimplifier {
  public:
-  SurfaceSimplifier(std::vector<TileMesh> tiles, const Vec3& lattice_step, int root_exponent);
+  SurfaceSimplifier(const Vec3& lattice_step, int root_exponent)
+      : lattice_step_(lattice_step), root_exponent_(root_exponent) {}
+
+  // Adds a tile and runs its first stage, unless that depends on other tiles. Thread-safe. Throws
+  // Cancelled as below.
+  void add(TileMesh tile, const SimplificationOptions& options, const std::stop_token& stop);
 
   // Simplifies the tiles and divides the surface into tiles again. Can be called again with larger
   // distances if all previous calls had `is_resumable`: the bound remains one to the original
@@ -36,12 +43,16 @@ class SurfaceSimplifier {
   [[nodiscard]] std::vector<TileMesh> tiles(std::size_t max_triangles = 0) const;
 
  private:
+  Vec3 lattice_step_;
   int root_exponent_;
+  std::mutex mutex_;  // Guards tiles_ in add().
   std::vector<SimplifiedTile> tiles_;
 };
 
-// Simplifies a surface as its step requests.
-void simplify(TiledMesh& surface, const ResolvedStep& spec, int root_exponent,
-              const std::stop_token& stop);
+// Returns the surface that `extract` makes, simplified as its step requests. The first stage runs
+// while it is extracted, so that it is never in memory unsimplified. `extract` may get no function.
+[[nodiscard]] TiledMesh extract_simplified(
+    const ResolvedStep& spec, int root_exponent, const std::stop_token& stop,
+    const std::function<TiledMesh(const TakeTile&)>& extract);
 
 }  // namespace multitetra

@@ -45,7 +45,8 @@ TEST_P(EmbeddedSurfaces, HaveNoSelfIntersections) {
           for (std::size_t axis = 0; axis < 3; ++axis) {
             options.lattice_step[axis] = info.spacing[axis] / (1 << kDefaultLatticeResolution);
           }
-          SurfaceSimplifier surface(model.tiles, options.lattice_step, info.grid_exponent);
+          SurfaceSimplifier surface(options.lattice_step, info.grid_exponent);
+          for (const TileMesh& tile : model.tiles) surface.add(tile, options, {});
           surface.simplify(options, {}, {.triangles = triangles});
           return mesh_of({.tiles = surface.tiles()});
         };

@@ -46,11 +46,12 @@ TEST(SimplificationWork, IsAtLeastItsLongestChain) {
   TiledMesh surface = extractor.extract({.request = {.isovalue = 0, .error = 0.1}});
   const SimplificationOptions how{.lattice_step = {0.03125, 0.03125, 0.03125}, .max_distance = 0.5};
   const int root = dataset->info.grid_exponent;
-  const SimplificationWork work =
-      SurfaceSimplifier(std::move(surface.tiles), how.lattice_step, root).simplify(how, {});
+  SurfaceSimplifier simplifier(how.lattice_step, root);
+  for (TileMesh& tile : surface.tiles) simplifier.add(std::move(tile), how, {});
+  const SimplificationWork work = simplifier.simplify(how, {});
   EXPECT_GT(work.longest_chain, 0);
   EXPECT_GE(work.seconds, work.longest_chain);
-  EXPECT_EQ(SurfaceSimplifier({}, how.lattice_step, root).simplify(how, {}).seconds, 0);
+  EXPECT_EQ(SurfaceSimplifier(how.lattice_step, root).simplify(how, {}).seconds, 0);
 }
 
 TEST(SurfaceSizes, AreNearTheRealSizes) {

@@ -93,6 +93,12 @@ class Sweeps {
   [[nodiscard]] FirstStage result(const LatticeMesh& before) const {
     FirstStage result{.mesh = {.resolution = before.resolution, .vertices = {}, .triangles = {}},
                       .errors = {}};
+    const auto left = static_cast<std::size_t>(
+        std::count(goals_.begin(), goals_.end(), CollapsingMesh::kNone));
+    result.mesh.vertices.reserve(left);
+    result.errors.reserve(left);
+    // A collapse removes two triangles.
+    result.mesh.triangles.reserve(mesh_.triangle_count() - 2 * (goals_.size() - left));
     std::vector<std::uint32_t> number(positions_.size(), CollapsingMesh::kNone);
     for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
       if (mesh_.is_removed(t)) continue;

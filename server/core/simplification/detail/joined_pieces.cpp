@@ -45,10 +45,8 @@ void SimplifiedPiece::reserve(std::span<const SimplifiedPiece> pieces) {
 
 // Carried vertices belong to no other piece.
 void SimplifiedPiece::append(SimplifiedPiece piece, VertexNumbers& shared) {
-  if (piece.is_new_) {
-    piece.errors_.assign(piece.mesh_.vertices.size(), 0.0F);
-    piece.add_planes();
-  }
+  piece.errors_.resize(piece.mesh_.vertices.size(), 0.0F);
+  const std::vector<Quadric> quadrics = piece.take_quadrics();
   const auto first_triangle = static_cast<std::uint32_t>(mesh_.triangles.size());
   std::vector<std::uint32_t> number(piece.mesh_.vertices.size());
   for (std::size_t v = 0; v < number.size(); ++v) {
@@ -63,7 +61,7 @@ void SimplifiedPiece::append(SimplifiedPiece piece, VertexNumbers& shared) {
   quadrics_.resize(mesh_.vertices.size());
   errors_.resize(mesh_.vertices.size(), 0.0F);
   for (std::size_t v = 0; v < number.size(); ++v) {
-    quadrics_[number[v]].add(piece.quadrics_[v]);
+    quadrics_[number[v]].add(quadrics[v]);
     errors_[number[v]] = std::max(errors_[number[v]], piece.errors_[v]);
   }
   // Parts are in ascending order; a piece that was never simplified has one for each triangle.

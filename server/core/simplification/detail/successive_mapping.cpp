@@ -150,6 +150,7 @@ StoredMapping SuccessiveMapping::map(std::span<const std::uint32_t> numbers) con
                            .end = static_cast<std::uint32_t>(map.crossings.size())});
     }
   }
+  map.crossings.shrink_to_fit();
   return map;
 }
 
