@@ -24,7 +24,7 @@ export class Programs {
   // scene's lights, and never to the canvas.
   areReady(kind: string, example: () => THREE.Object3D, isPass = false): boolean {
     if (this.ready.has(kind)) return true;
-    if (!this.compiling.has(kind)) void this.compile(kind, example(), isPass);
+    if (!this.compiling.has(kind)) void this.compile(kind, example, isPass);
     return false;
   }
 
@@ -33,12 +33,13 @@ export class Programs {
     this.ready.clear();
   }
 
-  private async compile(kind: string, object: THREE.Object3D, isPass: boolean): Promise<void> {
+  // Examples with materials of their own are compiled at the same time for all targets.
+  private async compile(kind: string, example: () => THREE.Object3D, isPass: boolean): Promise<void> {
     this.compiling.add(kind);
     const scene = isPass ? null : this.scene;
     const timeout = new Promise((resolve) => setTimeout(resolve, compileTimeout));
     const targets = this.targets.filter((one) => one !== null || !isPass);
-    await Promise.race([Promise.all(targets.map((target) => this.compiled(object, scene, target))), timeout]);
+    await Promise.race([Promise.all(targets.map((target) => this.compiled(example(), scene, target))), timeout]);
     this.compiling.delete(kind);
     this.ready.add(kind);
     this.changed();
