@@ -22,6 +22,7 @@ const [withRanges, whole] = await Promise.all([webServer(true), webServer(false)
 
 await test("ShowsTheSurfaceOfTheServerFromFiles", showsTheSurface);
 await test("FetchesOnlyWhatIsNew", fetchesWhatIsNew);
+await test("BeginsAgainWhenItsStorageIsFull", keepsABoundedNumber);
 await test("ShowsLargeSurfacesFineNearTheEye", followsTheView);
 await test("StepsThroughTheTimesOfASeries", stepsThroughTimes);
 await test("SamplesFilesOnPlanesAndAtPlaces", samplesFiles);
@@ -92,6 +93,27 @@ async function fetchesWhatIsNew(page) {
   await page.reload();
   await complete(page);
   assert.deepEqual(fetched, ["gyroid.mtd 0-262143"], "the rest is in the browser's storage");
+}
+
+// Storage for 2^15 blocks, filled with those of another file.
+async function keepsABoundedNumber(page) {
+  await open(page, "#dataset=gyroid&isovalue=0.1");
+  const { digest } = await complete(page);
+  const count = (fill) => page.evaluate(async (size) => {
+    const done = (request) => new Promise((resolve, reject) => Object.assign(request, { onsuccess: () => resolve(request.result), onerror: () => reject(request.error) }));
+    const database = await done(indexedDB.open("multitetra-files", 1));
+    const store = database.transaction("blocks", "readwrite").objectStore("blocks");
+    for (let i = 0; i < size; ++i) store.put(new Uint8Array(1), ["other", i]);
+    const found = await done(store.count());
+    database.close();
+    return found;
+  }, fill);
+  assert(await count(2 ** 15) >= 2 ** 15);
+  await open(page, "#dataset=beat&isovalue=0.1");
+  await complete(page, (shown) => shown.digest !== digest);
+  let kept = await count(0);
+  for (const until = Date.now() + patience; kept >= 2 ** 15 && Date.now() < until; kept = await count(0)) await page.waitForTimeout(200);
+  assert(kept > 0 && kept < 2 ** 14, `${kept} blocks are kept`);
 }
 
 async function stepsThroughTimes(page) {
