@@ -16,7 +16,8 @@ struct SelfIntersections {
 
 // Two triangles intersect if they share a point that lies neither on a common vertex nor on a
 // common edge: neighbors if they overlap, others also if they only touch. Returns the same result
-// for any number of threads. Requires a welded mesh. Throws Cancelled soon after `stop` is triggered.
+// for any number of threads. Requires a welded mesh. Throws Cancelled soon after `stop` is
+// triggered.
 [[nodiscard]] SelfIntersections self_intersections(const TriangleMesh& mesh,
                                                    const std::stop_token& stop = {});
 

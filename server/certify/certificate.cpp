@@ -156,6 +156,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   }
   const double allowed = options.error.value_or(kMissingComponentVoxels * voxel) +
                          certificate.lattice_allowance + certificate.rounding_allowance;
+  throw_if_stopped(options.stop);
   const MeshComponents components =
       components_of(own.mesh, inverse(grid_to_world(certificate.grid)));
   ChooseComponents choose;
@@ -172,6 +173,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
     certificate.left_out.largest_diagonal =
         std::max(certificate.left_out.largest_diagonal, diagonal);
   }
+  throw_if_stopped(options.stop);
   certificate.nonmanifold_vertices_of_reference =
       nonmanifold_vertices(reference.mesh.vertices.size(), reference.mesh.triangles);
 
@@ -185,8 +187,10 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
         is_open[components.of_vertex[a]] = 1;
         return open_places.contain_edge(own.mesh.vertices[a], own.mesh.vertices[b]);
       });
+  throw_if_stopped(options.stop);
   const std::vector<Facing> facings = facings_of(own.mesh, components, is_open, float_rounding);
   certificate.closed = counts_of(facings);
+  throw_if_stopped(options.stop);
   certificate.nonmanifold_vertices =
       nonmanifold_vertices(own.mesh.vertices.size(), own.mesh.triangles);
 

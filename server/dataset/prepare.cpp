@@ -307,9 +307,8 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
   const DatasetInfo geometry = checked_geometry(source, options);
   DatasetWriter sink(output, geometry);
   SmallParts parts(geometry, sink);
-  first_pass(source, options, sink, parts, [&](SampleStatisticsBuilder& builder) {
-    count_again(source, options, builder);
-  });
+  first_pass(source, options, sink, parts,
+             [&](SampleStatisticsBuilder& builder) { count_again(source, options, builder); });
   if (options.accept) options.accept(parts.info);
   if (options.samples_only) {
     parts.info.missing = kMissingErrors;

@@ -83,9 +83,9 @@ TiledMesh ReferenceExtractor::extract(const ResolvedStep& spec, const Model& mod
                                       std::stop_token stop) const {
   const SurfaceOptions options{.isovalue = spec.request().isovalue,
                                .lattice_resolution = spec.request().lattice_resolution};
-  return extract_simplified(
-      spec, dataset_.info.grid_exponent, stop,
-      [&](const TakeTile& take) { return surface(model, options, stop, take); });
+  return extract_simplified(spec, dataset_.info.grid_exponent, stop, [&](const TakeTile& take) {
+    return surface(model, options, stop, take);
+  });
 }
 
 TiledMesh ReferenceExtractor::extract(const ResolvedStep& spec, std::stop_token stop) const {

@@ -3,9 +3,12 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <stop_token>
+#include <vector>
 
 #include <gtest/gtest.h>
 
+#include "common/base/in_parallel.hpp"
 #include "tests/support/distance.hpp"
 #include "tests/support/distance_statistics.hpp"
 
@@ -169,6 +172,14 @@ TEST(SurfaceDistances, AreInfiniteOrZeroForEmptyMeshes) {
   const auto none = distances({}, NearestTriangle(square(0)), unlimited);
   EXPECT_EQ(none.samples, 0U);
   EXPECT_EQ(none.maximum, 0);
+}
+
+TEST(NearestTriangle, IsNotBuiltAfterAStop) {
+  const std::vector<SurfaceTriangle> triangles(20'000);
+  std::stop_source stop;
+  EXPECT_NO_THROW(NearestTriangle(triangles, stop.get_token()));
+  stop.request_stop();
+  EXPECT_THROW(NearestTriangle(triangles, stop.get_token()), Cancelled);
 }
 
 }  // namespace

@@ -134,8 +134,9 @@ SampleStatisticsBuilder built(const Samples& samples, std::size_t size, std::siz
     }
   };
   pass([&](const Samples& part) { builder.add(part); });
-  if (builder.needs_second_pass())
-    pass([&](const Samples& part) { builder.add_second_pass(part); });
+  if (builder.needs_second_pass()) {
+    pass([&](const Samples& part) { builder.add_second_pass(std::get<std::vector<float>>(part)); });
+  }
   return builder;
 }
 

@@ -93,8 +93,8 @@ class Sweeps {
   [[nodiscard]] FirstStage result(const LatticeMesh& before) const {
     FirstStage result{.mesh = {.resolution = before.resolution, .vertices = {}, .triangles = {}},
                       .errors = {}};
-    const auto left = static_cast<std::size_t>(
-        std::count(goals_.begin(), goals_.end(), CollapsingMesh::kNone));
+    const auto left =
+        static_cast<std::size_t>(std::count(goals_.begin(), goals_.end(), CollapsingMesh::kNone));
     result.mesh.vertices.reserve(left);
     result.errors.reserve(left);
     // A collapse removes two triangles.
