@@ -28,6 +28,12 @@ std::string geometry_text(const PhysicalMeaning& meaning) {
   return text + " (" + meaning.assumed + (is_several ? " are assumed)" : " is assumed)");
 }
 
+std::string rounding_text(const std::string& source, const PhysicalMeaning& meaning) {
+  if (meaning.rounding.empty()) return {};
+  return "The samples of \"" + source + "\" were rounded to 32-bit floats (" + meaning.rounding +
+         "); surfaces are those of the rounded samples.";
+}
+
 bool is_unit_text(std::string_view text) {
   return text.size() <= kMaxUnitBytes && is_plain_text(text);
 }

@@ -34,6 +34,10 @@ struct PhysicalMeaning {
   GeometryBasis geometry = GeometryBasis::kUnknown;
   // What of the placement is assumed, such as "spacing along z, origin"; same rules as units.
   std::string assumed = {};
+  // Rounding of samples to 32-bit floats that changes them by more than a ten-thousandth of their
+  // range, such as "up to 0.06, 0.5 % of their range"; same rules as units. Empty: less, or
+  // unknown.
+  std::string rounding = {};
 
   friend bool operator==(const PhysicalMeaning&, const PhysicalMeaning&) = default;
 };
@@ -42,6 +46,10 @@ inline constexpr std::size_t kMaxUnitBytes = 64;
 
 // Returns the basis with what is assumed: "partly (spacing along z is assumed)"; empty if unknown.
 [[nodiscard]] std::string geometry_text(const PhysicalMeaning& meaning);
+
+// Returns the sentence about rounding of the samples of `source`, which is quoted; empty if none is
+// stated.
+[[nodiscard]] std::string rounding_text(const std::string& source, const PhysicalMeaning& meaning);
 
 // Returns whether a spacing is assumed, so that lengths in world units are not those of the object.
 [[nodiscard]] inline bool has_assumed_spacing(const PhysicalMeaning& meaning) {

@@ -114,6 +114,9 @@ std::vector<std::string> request_notices(const IsosurfaceRequest& request,
     notices.push_back("Lengths are not measured: the source of \"" + info.name +
                       "\" does not state all of them (assumed: " + info.meaning.assumed + ").");
   }
+  if (std::string text = rounding_text(info.name, info.meaning); !text.empty()) {
+    notices.push_back(std::move(text));
+  }
   const LocalThresholds& thresholds = request.thresholds;
   const bool is_world = thresholds.coordinates == CoordinateSystem::kWorld;
   const IsApart is_apart(data_box(info), is_world ? info.index_to_world : Affine{});

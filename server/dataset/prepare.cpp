@@ -156,6 +156,7 @@ VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
                       const SampleStatisticsBuilder& builder) {
   DatasetInfo info =
       describe(source.header(), builder.finish(), options.name, options.outside, options.margin);
+  info.meaning.rounding = source.rounding();
   info.member = options.member;
   if (options.label_volume) info.label_extent = options.label_volume->extent();
   info.display_window = source.contents().display_window;

@@ -97,7 +97,8 @@ std::optional<PlacedBox> box_of(const CertifyArguments& arguments, const Affine&
 bool is_dataset(const std::string& place) { return place.ends_with(".mtd"); }
 
 // Loads the samples of a dataset, to which the options of `prepare` were applied.
-Volume volume_of_dataset(const CertifyArguments& arguments, CertifyOptions& options) {
+Volume volume_of_dataset(const CertifyArguments& arguments, CertifyOptions& options,
+                         std::vector<std::string>& notices) {
   if (!arguments.outside.empty() || arguments.margin || !arguments.source.command_line().empty()) {
     throw std::invalid_argument(
         "--pad-value, --pad and the options for reading a volume are recorded in the dataset.");
@@ -107,20 +108,33 @@ Volume volume_of_dataset(const CertifyArguments& arguments, CertifyOptions& opti
   options.margin = dataset->info.margin;
   Volume volume = whole_volume(*dataset);
   volume.meaning = dataset->info.meaning;
+  if (std::string text = rounding_text(dataset->info.name, volume.meaning); !text.empty()) {
+    notices.push_back(std::move(text));
+  }
   return volume;
 }
 
+// If 32-bit floats would round the samples of a file notably, returns differences from the isovalue
+// instead, which they hold well where the surface is; the options then have isovalue 0.
 Volume volume_of(const CertifyArguments& arguments, CertifyOptions& options, Progress& progress,
                  std::vector<std::string>& notices) {
-  if (is_dataset(arguments.volume)) return volume_of_dataset(arguments, options);
+  if (is_dataset(arguments.volume)) return volume_of_dataset(arguments, options, notices);
   options.outside = outside_from(arguments.outside.empty() ? "void" : arguments.outside);
   options.margin = arguments.margin.value_or(0);
   VolumeFileOptions source = arguments.source.parsed();
-  source.notice = [&](const std::string& sentence) {
-    progress.print_above_bar(sentence);
-    notices.push_back(sentence);
-  };
-  return read_volume(arguments.volume, source);
+  source.choice.allow_loss = true;
+  source.notice = [&](const std::string& sentence) { notices.push_back(sentence); };
+  Volume volume = read_volume(arguments.volume, source);
+  if (!volume.meaning.rounding.empty()) {
+    notices = {"32-bit floats would round the samples (" + volume.meaning.rounding +
+               "); compared are their differences from the isovalue."};
+    source.choice.subtract += options.isovalue;
+    if (options.outside) *options.outside -= options.isovalue;
+    options.isovalue = 0;
+    volume = read_volume(arguments.volume, source);
+  }
+  for (const std::string& sentence : notices) progress.print_above_bar(sentence);
+  return volume;
 }
 
 int run_certify(const CertifyArguments& arguments) {
@@ -153,6 +167,7 @@ int run_certify(const CertifyArguments& arguments) {
     options.error = *arguments.error * (arguments.unit == "voxel" ? voxel : 1.0);
   }
   const Certificate certificate = certify(mesh, volume, options);
+  options.isovalue = arguments.isovalue;  // Which may be 0 for differences from it.
   progress.finish();
   const CertifiedFiles files{.mesh = arguments.mesh,
                              .volume = without_password(arguments.volume),

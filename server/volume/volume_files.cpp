@@ -257,11 +257,13 @@ std::unique_ptr<VolumeSource> opened_in_sandbox(const fs::path& path,
 Volume read_volume(const fs::path& path, const VolumeFileOptions& options) {
   const std::unique_ptr<VolumeSource> source = opened_in_sandbox(path, options, Use::kWhole);
   const VolumeHeader& header = source->header();
-  return Volume{.dims = header.dims,
+  Volume volume{.dims = header.dims,
                 .spacing = header.spacing,
                 .index_to_world = header.index_to_world,
                 .meaning = header.meaning,
                 .samples = source->take_all()};
+  volume.meaning.rounding = source->rounding();
+  return volume;
 }
 
 std::unique_ptr<VolumeSource> open_volume(const fs::path& path, const VolumeFileOptions& options) {

@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 
 #include "common/base/affine.hpp"
 #include "server/core/framework/volume.hpp"
@@ -51,6 +52,9 @@ class VolumeSource {
 
   // Returns all slices. A source in memory gives its samples away, so this must be the last call.
   [[nodiscard]] virtual Samples take_all();
+
+  // Returns PhysicalMeaning::rounding of the samples, once every slice has been read.
+  [[nodiscard]] virtual std::string rounding() const { return {}; }
 
   // Returns further contents of the source, if its file lists them.
   [[nodiscard]] virtual const VolumeContents& contents() const;

@@ -10,11 +10,12 @@ import pathlib
 import re
 import shlex
 import shutil
+import struct
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "support"))
 from programs import (PROGRAMS, PROJECT, Started, check, expect_exit, expect_files, expect_info, files, get, printed, read_json, report_of,
-                      run, run_groups, same_bytes)
+                      run, run_groups, same_bytes, write_nrrd)
 
 
 def make(*kinds, noise=0.01):
@@ -201,6 +202,10 @@ def volumes_without_a_surface_are_refused():
     run("server prepare slice.nrrd --outside 0 --margin 1 -o slice.mtd --quiet")
     write_ascii("void.nrrd", "2 2 2", 8 * "nan ")
     expect_exit(2, "all its samples are void", "server prepare void.nrrd -o never.mtd")
+    write_ascii("hole.nrrd", "3 3 3", "nan " + " ".join(map(str, range(26))))
+    run("server prepare hole.nrrd --outside -100 --margin 1 -o hole.mtd --quiet")
+    expect_exit(0, "open at void samples of the data (NaN, or missing: 1), which --pad-value does not fill",
+                "server extract hole.mtd --isovalue 3.5 -o hole.ply")
     write_ascii("constant.nrrd", "2 2 2", 8 * "1152921504606846976 ")
     run("server prepare constant.nrrd -o constant.mtd --quiet")
     expect_files("never.mtd")
@@ -223,6 +228,30 @@ def files_are_what_their_reports_say():
         run(f"{extract} {shift} -o far.{suffix} --report far.json --quiet")
         check("shift" in read_json("far.json"), "the shift is not in the report")
         run(f"server certify far.{suffix} {certify} {shift}")
+
+
+def rounded_samples_are_told_and_compared_as_they_were():
+    """Heights of 0.2 on a radius of 1737400, of which 32-bit floats have steps of 0.125."""
+    heights = [(6 - math.dist((x, y, z), (6, 6, 6))) / 8 for z in range(13) for y in range(13) for x in range(13)]
+    samples = struct.pack(f"<{len(heights)}d", *(1737400 + height for height in heights))
+    write_nrrd("moon.nrrd", (13, 13, 13), samples, "double", "spacings: 1 1 1\n")
+    expect_exit(1, "--subtract 1737400, or accept the loss with --allow-loss", "server prepare moon.nrrd -o moon.mtd")
+    run("server prepare moon.nrrd --subtract 1737400 -o exact.mtd --quiet")
+    run("server prepare moon.nrrd --allow-loss -o rounded.mtd --quiet")
+    reports = {name: report_of(f"server extract {name}.mtd --isovalue {isovalue} --error 0 -o {name}.ply --quiet")
+               for name, isovalue in (("exact", 0.2), ("rounded", 1737400.2))}
+    words = "rounded to 32-bit floats (up to 0.06"
+    check(any(words in notice for notice in reports["rounded"]["notices"]), f"the rounding is not told: {reports['rounded']}")
+    check(not reports["exact"].get("notices"), reports["exact"])
+    check(report_of("server info rounded.mtd")["rounding"].startswith("up to 0.06"), "info does not tell the rounding")
+    check("rounding" not in run("server info exact.mtd"), "info tells a rounding of exact differences")
+    certify = "--volume moon.nrrd --isovalue 1737400.2 --error 0.05 --lattice 5 --json"
+    found = report_of(f"server certify exact.ply {certify}")
+    check(found["kept"] and found["isovalue"] == 1737400.2, found)
+    check("compared are their differences" in found["volume_notices"][0], found["volume_notices"])
+    expect_exit(3, "", f"server certify rounded.ply {certify}")
+    found = report_of("server certify rounded.ply --volume rounded.mtd --isovalue 1737400.2 --error 0 --lattice 5 --json")
+    check(found["kept"] and words in found["volume_notices"][0], found)
 
 
 def fetched_surfaces_are_the_extracted_ones():
@@ -560,7 +589,7 @@ def view_prints_the_address_of_the_page():
 
 
 if __name__ == "__main__":
-    run_groups(fetched_surfaces_are_the_extracted_ones, meshes_are_certified, files_are_what_their_reports_say,
+    run_groups(fetched_surfaces_are_the_extracted_ones, meshes_are_certified, files_are_what_their_reports_say, rounded_samples_are_told_and_compared_as_they_were,
                threshold_maps_and_budgets_give_the_same_mesh, snapshots_are_reproducible_and_change_with_the_view,
                several_surfaces_are_parts_or_files, empty_and_unprintable_surfaces_are_noticed, small_components_are_left_out_on_request,
                clients_name_what_is_wrong, every_kind_is_extracted_without_a_crack, meshes_and_models_are_written,

@@ -197,7 +197,8 @@ inline DatasetInfo dataset_info(Random& random) {
                   .length_unit = text(up_to(64, random), random),
                   .value_unit = text(up_to(64, random), random),
                   .geometry = one_of<GeometryBasis>(0, 3, random),
-                  .assumed = text(up_to(64, random), random)};
+                  .assumed = text(up_to(64, random), random),
+                  .rounding = text(up_to(64, random), random)};
   info.member = series_member(random);
   if (info.member && info.member->label && random() % 2 == 0) {
     info.label_extent = label_extent(info.dims, random);

@@ -137,8 +137,8 @@ SampleStatistics statistics(const Volume& volume) {
 }
 
 Result<void> check_info(const DatasetInfo& info) {
-  for (const std::string& unit :
-       {info.meaning.length_unit, info.meaning.value_unit, info.meaning.assumed, info.missing}) {
+  for (const std::string& unit : {info.meaning.length_unit, info.meaning.value_unit,
+                                  info.meaning.assumed, info.meaning.rounding, info.missing}) {
     if (is_unit_text(unit)) continue;
     return fail(ErrorCode::kInvalidArgument, "A unit must be UTF-8 of at most " +
                                                  std::to_string(kMaxUnitBytes) +

@@ -70,6 +70,7 @@ class ResampledVolume : public VolumeSource {
     }
   }
 
+  [[nodiscard]] std::string rounding() const override { return slices_->rounding(); }
   [[nodiscard]] const VolumeContents& contents() const override { return slices_->contents(); }
 
  private:

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <sstream>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -50,12 +49,6 @@ SampleType type_for(StoredType stored, const Range& range) {
     if (holds(type)) return type;
   }
   return stored == StoredType::kI16 ? SampleType::kI16 : SampleType::kF32;
-}
-
-std::string number_text(double number) {
-  std::ostringstream text;
-  text << number;
-  return text.str();
 }
 
 }  // namespace
@@ -205,11 +198,18 @@ void SampleConversion::require_small_loss() const {
   const double unit = std::pow(10, std::ceil(std::log10(range)));
   const double middle = std::round((least_ + range / 2) / unit) * unit;
   fail_reading(file_,
-               what + " change by up to " + number_text(largest_error_) + " as f32, " +
-                   number_text(std::round(1000 * largest_error_ / range) / 10) +
+               what + " change by up to " + rounded_text(largest_error_) + " as f32, " +
+                   rounded_text(std::round(1000 * largest_error_ / range) / 10) +
                    " % of their range",
                "Keep them as differences from a value within their range with --subtract " +
                    shortest_text(middle) + ", or accept the loss with --allow-loss");
+}
+
+std::string SampleConversion::rounding() const {
+  const double range = greatest_ - least_;
+  if (largest_error_ == 0 || largest_error_ <= range / 10'000) return {};
+  return "up to " + rounded_text(largest_error_) +
+         (range > 0 ? ", " + rounded_text(100 * largest_error_ / range) + " % of their range" : "");
 }
 
 void SampleConversion::report(const Notice& notice) const {
@@ -224,10 +224,10 @@ void SampleConversion::report(const Notice& notice) const {
   if (type_ == SampleType::kF32) {
     text += largest_error_ == 0 && too_large_ == 0
                 ? ", exactly"
-                : ", with errors of at most " + number_text(largest_error_);
+                : ", with errors of at most " + rounded_text(largest_error_);
     const double range = greatest_ - least_;
     if (largest_error_ > 0 && range > 0) {
-      text += " (" + number_text(100 * largest_error_ / range) + " % of the range)";
+      text += " (" + rounded_text(100 * largest_error_ / range) + " % of the range)";
     }
   }
   if (saturated_ > 0) {

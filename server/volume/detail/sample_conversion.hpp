@@ -49,6 +49,8 @@ class SampleConversion {
   // Throws VolumeFileError if f32 loses more than a hundredth of the range of the values converted
   // so far, or can hold none of them.
   void require_small_loss() const;
+  // Returns PhysicalMeaning::rounding of the values converted so far.
+  [[nodiscard]] std::string rounding() const;
   // Reports rounding and clamping, if any.
   void report(const Notice& notice) const;
 

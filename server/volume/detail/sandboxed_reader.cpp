@@ -19,12 +19,13 @@ namespace multitetra {
 namespace {
 
 // Kinds of messages. From the reader: the header is known; further contents of the source; the
-// opened volume's header; a notice; the reason of a failure; the requested samples. From the
-// parent: the memory for samples is granted; the requested slices.
+// opened volume's header; a notice; the rounding of all samples; the reason of a failure; the
+// requested samples. From the parent: the memory for samples is granted; the requested slices.
 constexpr char kHeaderKnown = 'k';
 constexpr char kContents = 'm';
 constexpr char kOpened = 'o';
 constexpr char kNotice = 'n';
+constexpr char kRounding = 'r';
 constexpr char kFailed = 'f';
 constexpr char kSamples = 's';
 constexpr char kGranted = 'g';
@@ -66,10 +67,15 @@ void serve_source(const OpenSource& open, const std::string& request, SandboxCha
     parent.send(kContents, contents_text(source->contents()));
     if (!parent.send(kOpened, header_text(source->header()))) return;
     Samples samples;
+    std::string rounding;
     Wanted wanted{};
     while (parent.receive(message, kIdleTime) && message.kind == kWanted &&
            unpack_all(message.bytes, wanted)) {
       source->read(wanted.first, wanted.count, samples);
+      if (const std::string now = source->rounding(); now != rounding) {
+        rounding = now;
+        parent.send(kRounding, rounding);
+      }
       const bool sent = std::visit(
           [&](const auto& values) {
             const auto bytes = std::as_bytes(std::span(values));
@@ -108,6 +114,7 @@ class SandboxedVolume : public VolumeSource {
 
   [[nodiscard]] const VolumeHeader& header() const override { return header_; }
   [[nodiscard]] const VolumeContents& contents() const override { return contents_; }
+  [[nodiscard]] std::string rounding() const override { return rounding_; }
 
   // Of a volume that is read from the beginning, the reader makes the next slices meanwhile.
   void read(std::int32_t first_slice, std::int32_t slices, Samples& into) override {
@@ -155,6 +162,10 @@ class SandboxedVolume : public VolumeSource {
         return grant_memory(message.bytes);
       case kContents:
         return take_contents(message.bytes);
+      case kRounding:
+        if (!is_unit_text(message.bytes)) refuse_answer();
+        rounding_ = message.bytes;
+        return;
       case kNotice:
         if (notice_) notice_(printable(message.bytes.substr(0, kMaxNoticeBytes)));
         return;
@@ -209,6 +220,7 @@ class SandboxedVolume : public VolumeSource {
   std::uint64_t memory_limit_ = kHeaderMemory;
   VolumeHeader header_;
   VolumeContents contents_;
+  std::string rounding_;
   std::int32_t next_slice_ = 0;  // After those read last.
   std::optional<Wanted> ahead_;  // Requested and not received.
   int messages_ = 0;             // Besides replies.

@@ -54,6 +54,7 @@ class StreamedVolume : public VolumeSource {
     }
   }
 
+  [[nodiscard]] std::string rounding() const override { return conversion_.rounding(); }
   [[nodiscard]] const VolumeContents& contents() const override { return contents_; }
 
  private:

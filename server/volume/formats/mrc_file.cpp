@@ -27,7 +27,9 @@ StoredType type_of_mode(const fs::path& file, std::int32_t mode) {
   if (mode == 2) return StoredType::kF32;
   if (mode == 6) return StoredType::kU16;
   if (mode == kHalfMode) return StoredType::kF32;
-  fail_reading(file, "its mode is " + std::to_string(mode),
+  const bool is_complex = mode == 3 || mode == 4;
+  fail_reading(file,
+               "its mode is " + std::to_string(mode) + (is_complex ? ", complex numbers" : ""),
                "Supported modes are 0, 1, 2, 6 and 12; save it as mode 2");
 }
 

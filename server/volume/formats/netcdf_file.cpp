@@ -72,8 +72,6 @@ class NetcdfContainer : public ArrayContainer {
     return found;
   }
 
-  [[nodiscard]] std::vector<std::string> children(const std::string&) const override { return {}; }
-
   [[nodiscard]] std::vector<std::int64_t> shape(const std::string& array) const override {
     const NetcdfObject found = object(array);
     if (found.variable == NC_GLOBAL || !type(array)) return {};

@@ -155,7 +155,9 @@ NumberType number_type(const fs::path& file, int code) {
   for (const NumberType& type : kTypes) {
     if (type.code == code) return type;
   }
-  fail_reading(file, "its datatype is " + std::to_string(code),
+  const bool is_complex = code == 32 || code == 1792 || code == 2048;
+  fail_reading(file,
+               "its datatype is " + std::to_string(code) + (is_complex ? ", complex numbers" : ""),
                "Give integers of 8 to 64 bits, floats of 32 or 64 bits, or RGB");
 }
 
@@ -326,7 +328,11 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
   }
   if (std::isfinite(nifti.slope) && nifti.slope != 0 && type.components == 1) {
     header.slope = nifti.slope;
-    header.intercept = nifti.intercept;
+    header.intercept = std::isfinite(nifti.intercept) ? nifti.intercept : 0;
+    if (!std::isfinite(nifti.intercept)) {
+      header.contradictions.push_back(
+          {Fact::kScaling, "its intercept (scl_inter) is not a number; 0 is used"});
+    }
     header.values.scaling = Basis::kStated;
     if (is_analyze(beginning) && nifti.slope != 1) {
       header.contradictions.push_back({Fact::kScaling, "its Analyze header has the scale factor " +
@@ -345,6 +351,12 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
   const ImageHeader one = header;
   header.components *= std::min(volumes, kMaxComponents + 1);
   check_header(path, header);
+  std::vector<std::string> notices;
+  if ((nifti.units & 7) == 0 && !header.meaning.length_unit.empty() && !choice.given.length_unit) {
+    notices.push_back("'" + path.string() +
+                      "': the file states no unit of lengths; mm is assumed. Give it with "
+                      "--length-unit.");
+  }
   const VolumeContents contents{.times = times_of(nifti, length_along(path, nifti, 4))};
   const std::int64_t time = chosen_time(path, contents.times.count, choice);
   constexpr double kMaxOffset = 1e15;
@@ -369,6 +381,7 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
   return {
       .header = header,
       .slices = volumes == 1 ? std::move(slices[0]) : interleaved_slices(std::move(slices), header),
+      .notices = std::move(notices),
       .contents = contents};
 }
 

@@ -137,21 +137,6 @@ class NpyArrays : public ArrayContainer {
     const NpyType* const type = at(name).type;
     return type == nullptr ? std::nullopt : std::optional(type->type);
   }
-  // Arrays of NumPy have no groups and attributes.
-  [[nodiscard]] std::vector<std::string> children(const std::string&) const override { return {}; }
-  [[nodiscard]] std::vector<double> values(const std::string&) const override { return {}; }
-  [[nodiscard]] std::vector<double> numbers(const std::string&, const char*) const override {
-    return {};
-  }
-  [[nodiscard]] std::vector<std::string> texts(const std::string&, const char*) const override {
-    return {};
-  }
-  [[nodiscard]] std::vector<std::string> dimension_names(const std::string&) const override {
-    return {};
-  }
-  [[nodiscard]] std::string coordinates(const std::string&, std::size_t) const override {
-    return {};
-  }
 
  private:
   // Adds the arrays of a folder in an archive.

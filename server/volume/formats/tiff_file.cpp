@@ -140,7 +140,9 @@ void place_pages(const TiffPages& tiff, const TiffDescription& description, Imag
   for (std::size_t axis = 0; axis < 2; ++axis) {
     if (spacing[axis] || !std::isfinite(pixels[axis]) || pixels[axis] <= 0) continue;
     if (description.resolution_is_spacing) {
-      if (!units[axis].empty()) spacing[axis] = 1 / pixels[axis];
+      // As in ImageJ: that along z, in no unit, is in that of the others.
+      const bool has_unit = !units[axis].empty() || (resolution.unit_mm == 0 && spacing[2]);
+      if (has_unit) spacing[axis] = 1 / pixels[axis];
     } else if (units[axis].empty() && resolution.unit_mm > 0 && !is_screen) {
       spacing[axis] = resolution.unit_mm / pixels[axis];
       units[axis] = "mm";

@@ -32,13 +32,14 @@ TEST(DatasetMetadata, RoundTripsOptionalSpaceAndUnits) {
                            .length_unit = "µm",
                            .value_unit = "kg/m³",
                            .geometry = GeometryBasis::kPartly,
-                           .assumed = "spacing along z, origin"};
+                           .assumed = "spacing along z, origin",
+                           .rounding = "up to 0.06"};
   std::string text = metadata_text(metadata);
   const auto result = parse_metadata(text);
   ASSERT_TRUE(result) << result.error().text;
   EXPECT_EQ(result->info.meaning, metadata.info.meaning);
-  for (const char* key :
-       {"\"space\":", "\"length_unit\":", "\"value_unit\":", "\"geometry\":", "\"assumed\":"}) {
+  for (const char* key : {"\"space\":", "\"length_unit\":", "\"value_unit\":", "\"geometry\":",
+                          "\"assumed\":", "\"rounding\":"}) {
     text.replace(text.find(key), std::string(key).size(), "\"x\":");
   }
   const auto older = parse_metadata(text);

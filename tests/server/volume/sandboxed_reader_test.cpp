@@ -143,7 +143,8 @@ TEST(SandboxedVolume, RefusesAnswersThatNoReaderGives) {
                                of.meaning.assumed, of.values);
   };
   EXPECT_EQ(opened("a", kLie, message(header))->header().dims, header.dims);
-  std::vector<std::string> lies = {"o", "k", "kfar too long", "m", "m{}", "m[", "nagain", "x"};
+  std::vector<std::string> lies = {"o",  "k",      "kfar too long", "m", "m{}",
+                                   "m[", "nagain", "r\x1b[2J",      "x"};
   const auto add = [&](const std::function<void(VolumeHeader&)>& change) {
     VolumeHeader other = header;
     change(other);

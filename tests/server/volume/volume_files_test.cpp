@@ -114,6 +114,8 @@ TEST_F(VolumeFiles, RefuseDoublesWhoseDifferencesFloatsLose) {
       read_volume(file, {.choice = {.allow_loss = true},
                          .notice = [&](const std::string& text) { notices.push_back(text); }});
   EXPECT_EQ(samples_of(rounded)[0], static_cast<float>(numbers[0]));
+  EXPECT_EQ(rounded.meaning.rounding.find("up to 0.06"), 0U) << rounded.meaning.rounding;
+  EXPECT_EQ(differences.meaning.rounding, "");
   ASSERT_EQ(notices.size(), 1U);
   expect_contains(notices[0], " % of the range)");
 }

@@ -68,6 +68,11 @@ def tiff():
     path = folder / "calibrated.tif"
     tifffile.imwrite(path, volume, imagej=True, resolution=(2, 2), metadata=calibration)
     read("imagej-calibrated", path, volume * 0.5 - 1000, origin=(-1.5, 0, -3), steps=diagonal(0.5, 0.5, 3), unit="µm")
+    path = folder / "no-unit.tif"
+    tifffile.imwrite(path, volume, imagej=True, resolution=(4, 2), metadata={"axes": "ZYX", "spacing": 3.0})
+    read("imagej-no-unit", path, volume, steps=diagonal(0.25, 0.5, 3))
+    tifffile.imwrite(folder / "complex.tif", volume.astype("c8"), metadata=None)
+    refuse("tiff-complex", folder / "complex.tif", "complex numbers")
     path = folder / "function.tif"
     tifffile.imwrite(path, volume, imagej=True, metadata={"axes": "ZYX", "cf": 8, "c0": 1, "c1": 2})
     read("imagej-function", path, volume, notice="function 8 of ImageJ, which is not read")
@@ -292,6 +297,9 @@ def vtk():
         read(f"{name}-vector", path, second, options="array=v,component=1", **place)
         for array in ("of cells", "CellData/of cells"):
             read(f"{name}-{array.replace('/', '-')}", path, cells, options=f"array={array}", origin=(1.25, 2.75, 4), steps=diagonal(0.5, 1.5, 2))
+        colors = VTK.format("ASCII" if is_text else "BINARY").encode() + b"POINT_DATA 240\nCOLOR_SCALARS c 1\n"
+        colors += b" ".join(b"%g" % (value / 255) for value in volume.flat) if is_text else volume.astype("u1").tobytes()
+        read(f"{name}-colors", write(f"colors-{name}", colors + b"\n"), volume, **place)
         refuse(f"{name}-none", path, "Its arrays are CellData/of cells, PointData/density", options="array=nothing")
     ghosts = VTK.format("ASCII") + "POINT_DATA 240\nFIELD FieldData 2\nvtkGhostType 1 240 unsigned_char\n" + "0 " * 240
     ghosts += "\ns 1 240 float\n" + " ".join(map(str, range(240))) + "\n"
@@ -424,6 +432,14 @@ def nifti():
         image.header.set_xyzt_units("mm")
         nibabel.save(image, folder / f"{name}.nii")
         read(f"nifti-{name}", folder / f"{name}.nii", volume, notice=notice, **place)
+    data = bytearray((folder / "same.nii").read_bytes())
+    data[112:120] = struct.pack("<2f", 2, math.nan)
+    read("nifti-no-intercept", write("intercept.nii", data), 2 * volume, notice="its intercept (scl_inter) is not a number; 0 is used", **place)
+    data[123] = 0
+    read("nifti-no-unit", write("unit.nii", data), 2 * volume, notice="states no unit of lengths; mm is assumed", **place)
+    read("nifti-given-unit", folder / "unit.nii", 2 * volume, options="unit=mm", notice="!unit of lengths", **place)
+    data[70:72] = struct.pack("<h", 32)
+    refuse("nifti-complex", write("complex.nii", data), "complex numbers")
 
 
 detached()

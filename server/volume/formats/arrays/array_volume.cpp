@@ -1,9 +1,10 @@
 #include "server/volume/formats/arrays/array_volume.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <map>
 #include <utility>
+
+#include "server/volume/formats/detail/plain_slices.hpp"
 
 namespace multitetra {
 namespace {
@@ -204,33 +205,6 @@ class ArraySlices : public StoredSlices {
   std::size_t end_ = 0;
 };
 
-// Slices with a slope and an intercept each, as f32.
-class ScaledSlices : public StoredSlices {
- public:
-  ScaledSlices(std::unique_ptr<StoredSlices> stored, StoredType type, std::size_t numbers,
-               std::vector<std::array<double, 2>> scales)
-      : stored_(std::move(stored)), type_(type), numbers_(numbers), scales_(std::move(scales)) {}
-
-  void read(std::size_t first, std::size_t count, std::byte* into) override {
-    std::vector<std::byte> slice(numbers_ * bytes_of(type_));
-    for (std::size_t z = first; z < first + count; ++z) {
-      stored_->read(z, 1, slice.data());
-      const auto [slope, intercept] = scales_[z];
-      for (std::size_t i = 0; i < numbers_; ++i, into += sizeof(float)) {
-        const double number = number_from(type_, slice.data() + i * bytes_of(type_));
-        const auto value = static_cast<float>(slope * number + intercept);
-        std::memcpy(into, &value, sizeof value);
-      }
-    }
-  }
-
- private:
-  std::unique_ptr<StoredSlices> stored_;
-  StoredType type_;
-  std::size_t numbers_;  // In a slice.
-  std::vector<std::array<double, 2>> scales_;
-};
-
 // Returns the scale of each slice, from one for each entry of the first dimensions.
 std::vector<std::array<double, 2>> scales_of_slices(
     const fs::path& path, const std::vector<std::int64_t>& shape,
@@ -350,7 +324,7 @@ std::unique_ptr<StoredSlices> array_slices(std::unique_ptr<ArrayReader> reader,
   auto slices =
       std::make_unique<ArraySlices>(std::move(reader), std::move(shape), std::move(place));
   if (scales.empty()) return slices;
-  return std::make_unique<ScaledSlices>(std::move(slices), type, numbers, scales);
+  return scaled_slices(std::move(slices), type, numbers, scales);
 }
 
 void list_arrays(const ArrayContainer& file, const std::string& array, VolumeContents& contents) {

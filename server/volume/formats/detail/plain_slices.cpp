@@ -176,6 +176,34 @@ class InterleavedSlices : public StoredSlices {
   ImageHeader header_;
 };
 
+class ScaledSlices : public StoredSlices {
+ public:
+  ScaledSlices(std::unique_ptr<StoredSlices> stored, StoredType type, std::size_t numbers,
+               std::vector<std::array<double, 2>> scales)
+      : stored_(std::move(stored)), type_(type), numbers_(numbers), scales_(std::move(scales)) {}
+
+  void read(std::size_t first, std::size_t count, std::byte* into) override {
+    std::vector<std::byte> slice(numbers_ * bytes_of(type_));
+    for (std::size_t z = first; z < first + count; ++z) {
+      stored_->read(z, 1, slice.data());
+      const auto [slope, intercept] = scales_[z];
+      for (std::size_t i = 0; i < numbers_; ++i, into += sizeof(float)) {
+        const double number = number_from(type_, slice.data() + i * bytes_of(type_));
+        const auto value = static_cast<float>(slope * number + intercept);
+        std::memcpy(into, &value, sizeof value);
+      }
+    }
+  }
+
+  [[nodiscard]] std::vector<std::string> findings() const override { return stored_->findings(); }
+
+ private:
+  std::unique_ptr<StoredSlices> stored_;
+  StoredType type_;
+  std::size_t numbers_;  // In a slice.
+  std::vector<std::array<double, 2>> scales_;
+};
+
 }  // namespace
 
 std::unique_ptr<StoredSlices> slices_in_parts(SampleParts samples, const ImageHeader& header) {
@@ -208,6 +236,12 @@ std::unique_ptr<StoredSlices> slices_in_file(const fs::path& file, std::uint64_t
 std::unique_ptr<StoredSlices> interleaved_slices(
     std::vector<std::unique_ptr<StoredSlices>> components, const ImageHeader& header) {
   return std::make_unique<InterleavedSlices>(std::move(components), header);
+}
+
+std::unique_ptr<StoredSlices> scaled_slices(std::unique_ptr<StoredSlices> stored, StoredType type,
+                                            std::size_t numbers,
+                                            std::vector<std::array<double, 2>> scales) {
+  return std::make_unique<ScaledSlices>(std::move(stored), type, numbers, std::move(scales));
 }
 
 }  // namespace multitetra

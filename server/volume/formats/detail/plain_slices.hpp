@@ -1,6 +1,8 @@
 // Samples stored contiguously, uncompressed or compressed as a whole.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -52,5 +54,10 @@ struct SampleParts {
 // describes samples with all components.
 [[nodiscard]] std::unique_ptr<StoredSlices> interleaved_slices(
     std::vector<std::unique_ptr<StoredSlices>> components, const ImageHeader& header);
+
+// Returns slices of `numbers` numbers of `type` each as f32, by a slope and an intercept each.
+[[nodiscard]] std::unique_ptr<StoredSlices> scaled_slices(
+    std::unique_ptr<StoredSlices> stored, StoredType type, std::size_t numbers,
+    std::vector<std::array<double, 2>> scales);
 
 }  // namespace multitetra

@@ -215,7 +215,11 @@ ImageHeader TiffPages::header(std::size_t page) const {
   const PageFormat format = format_of(reader_->tiff);
   const std::optional<StoredType> type = stored_type_of(format);
   if (!type) {
-    fail_reading(file_, "its samples have " + std::to_string(format.bits) + " bits",
+    const bool is_complex =
+        format.kind == SAMPLEFORMAT_COMPLEXINT || format.kind == SAMPLEFORMAT_COMPLEXIEEEFP;
+    fail_reading(file_,
+                 is_complex ? "its samples are complex numbers"
+                            : "its samples have " + std::to_string(format.bits) + " bits",
                  "Save them as integers or floating-point numbers of 8, 16, 32 or 64 bits");
   }
   std::uint16_t unused = 0;

@@ -145,16 +145,10 @@ class ZipStore : public ObjectStore {
   }
 
   std::optional<std::vector<std::byte>> get(const std::string& key, std::uint64_t most) override {
-    const auto entry = entries_.find(prefix_ + key);
-    if (entry == entries_.end()) return std::nullopt;
-    const std::lock_guard lock(mutex_);
-    Entry opened(archive_.get(), entry->second, place(key));
-    if (opened.size() > most) {
-      fail_in_zip(place(key), "it has " + std::to_string(opened.size()) + " bytes; the limit is " +
-                                  std::to_string(most));
+    auto bytes = get_range(key, 0, most + 1);
+    if (bytes && bytes->size() > most) {
+      fail_in_zip(place(key), "it has more than " + std::to_string(most) + " bytes, the limit");
     }
-    std::vector<std::byte> bytes(opened.size());
-    opened.read(0, bytes);
     return bytes;
   }
 

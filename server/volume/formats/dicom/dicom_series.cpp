@@ -3,7 +3,7 @@
 #include <gdcmTrace.h>
 
 #include <algorithm>
-#include <cstring>
+#include <array>
 #include <map>
 #include <span>
 #include <string>
@@ -12,6 +12,7 @@
 #include "common/base/number_text.hpp"
 #include "common/base/text.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/plain_slices.hpp"
 #include "server/volume/formats/dicom/detail/dicom_frames.hpp"
 #include "server/volume/formats/dicom/detail/dicom_grid.hpp"
 #include "server/volume/formats/dicom/detail/dicom_image.hpp"
@@ -80,19 +81,13 @@ void mark_assumed(const std::vector<DicomImage>& stack, ImageHeader& header) {
 
 class DicomSlices : public StoredSlices {
  public:
-  DicomSlices(std::vector<DicomImage> stack, const ImageHeader& header, bool rescale)
-      : stack_(std::move(stack)), header_(header), rescale_(rescale) {}
+  explicit DicomSlices(std::vector<DicomImage> stack) : stack_(std::move(stack)) {}
 
   void read(std::size_t first, std::size_t count, std::byte* into) override {
-    for (std::size_t i = first; i < first + count; ++i, into += header_.slice_bytes()) {
-      const DicomImage& image = stack_[i];
-      const std::span<const std::byte> samples = frames_.samples(image);
-      note_padding(image, samples);
-      if (rescale_) {
-        to_values(image, samples.data(), into);
-      } else {
-        std::memcpy(into, samples.data(), samples.size());
-      }
+    for (std::size_t i = first; i < first + count; ++i) {
+      const std::span<const std::byte> samples = frames_.samples(stack_[i]);
+      note_padding(stack_[i], samples);
+      into = std::copy(samples.begin(), samples.end(), into);
     }
   }
 
@@ -114,23 +109,7 @@ class DicomSlices : public StoredSlices {
     }
   }
 
-  // Converts slices with their own slope to values.
-  void to_values(const DicomImage& image, const std::byte* from, std::byte* into) const {
-    const std::size_t count = header_.slice_bytes() / sizeof(float);
-    with_number_type(image.type, [&]<typename Number>() {
-      for (std::size_t i = 0; i < count; ++i) {
-        Number number;
-        std::memcpy(&number, from + i * sizeof(Number), sizeof(Number));
-        const auto value =
-            static_cast<float>(image.slope * static_cast<double>(number) + image.intercept);
-        std::memcpy(into + i * sizeof(float), &value, sizeof(float));
-      }
-    });
-  }
-
   std::vector<DicomImage> stack_;
-  ImageHeader header_;
-  bool rescale_;
   DicomFrames frames_;
   std::optional<double> padding_;  // Once it occurs.
 };
@@ -191,9 +170,9 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
       dicom_stack(place, std::move(images), choice, volume.notices, volume.contents.times);
   const DicomImage& first = stack.front();
   const DicomGrid grid = dicom_grid(place, stack, choice, volume.notices);
-  const bool rescale = std::any_of(stack.begin(), stack.end(), [&](const DicomImage& image) {
-    return image.slope != first.slope || image.intercept != first.intercept;
-  });
+  std::vector<std::array<double, 2>> scales;
+  for (const DicomImage& image : stack) scales.push_back({image.slope, image.intercept});
+  const bool rescale = scales != std::vector(scales.size(), scales.front());
 
   ImageHeader& header = volume.header;
   header.dims = {first.size[0], first.size[1], static_cast<std::int64_t>(stack.size())};
@@ -217,7 +196,11 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
   set_axes(header, grid.steps, first.has_origin ? stated(grid.origin) : kNotStated);
   mark_assumed(stack, header);
   check_header(place, header);
-  volume.slices = std::make_unique<DicomSlices>(stack, header, rescale);
+  const std::size_t numbers = first.frame_bytes() / bytes_of(first.type);
+  volume.slices = std::make_unique<DicomSlices>(stack);
+  if (rescale) {
+    volume.slices = scaled_slices(std::move(volume.slices), first.type, numbers, std::move(scales));
+  }
   volume.resampled = grid.resampled;
   return volume;
 }

@@ -21,6 +21,7 @@ StoredVolume open_legacy_vtk(const std::filesystem::path& path, const VolumeChoi
   for (std::size_t axis = 0; axis < 3 && array.of_cells && vtk.origin; ++axis) {
     origin[axis] = (*vtk.origin)[axis] + vtk.spacing.value_or(Vec3{1, 1, 1})[axis] / 2;
   }
+  header.slope = array.slope;
   set_box_axes(header, origin, vtk.spacing ? stated(*vtk.spacing) : kNotStated);
   check_header(path, header);
   if (!vtk.unread.empty()) {

@@ -223,26 +223,15 @@ void Hdf5ChunkSizes::require_whole_chunk(hid_t dataset, const std::vector<hsize_
 }
 
 bool Hdf5ChunkSizes::is_whole(Bytes chunk, unsigned skipped) const {
-  std::vector<const Filter*> used;
-  for (std::size_t i = 0; i < filters_.size(); ++i) {
-    if (i >= 32 || ((skipped >> i) & 1) == 0) used.push_back(&filters_[i]);
-  }
-  const auto reads_contents = [](const Filter* filter) {
-    return filter->id == H5Z_FILTER_DEFLATE || filter->id == H5Z_FILTER_SZIP ||
-           filter->id == H5Z_FILTER_SCALEOFFSET;
-  };
-  const auto keeps_contents = [](const Filter& filter) {
-    return filter.id == H5Z_FILTER_DEFLATE || filter.id == H5Z_FILTER_SHUFFLE ||
-           filter.id == H5Z_FILTER_FLETCHER32;
-  };
   bool has_contents = true;
-  while (!used.empty()) {
-    const Filter& filter = *used.back();
-    used.pop_back();
-    const bool needs_contents = std::any_of(used.begin(), used.end(), reads_contents);
-    if (reads_contents(&filter) && !has_contents) refuse(filter);
-    if (!unpack(filter, needs_contents, chunk)) return false;
-    has_contents = has_contents && keeps_contents(filter);
+  for (std::size_t i = filters_.size(); i-- > 0;) {
+    const H5Z_filter_t id = filters_[i].id;
+    if (i < 32 && ((skipped >> i) & 1) != 0) continue;
+    const bool is_stream = id == H5Z_FILTER_DEFLATE;
+    if ((is_stream || id == H5Z_FILTER_SZIP || id == H5Z_FILTER_SCALEOFFSET) && !has_contents)
+      refuse(filters_[i]);
+    if (!unpack(filters_[i], /*needs_contents=*/i > 0, chunk)) return false;
+    has_contents &= is_stream || id == H5Z_FILTER_SHUFFLE || id == H5Z_FILTER_FLETCHER32;
   }
   return chunk.size() == chunk_bytes_;
 }

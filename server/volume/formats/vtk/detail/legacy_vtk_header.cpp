@@ -274,8 +274,11 @@ class LegacyParser {
       return true;
     }
     if (kind == "color_scalars") {
-      return add_array(words[1], header_.is_text ? "float" : "unsigned_char", integer(words[2]),
-                       tuples_);
+      const std::size_t before = header_.arrays.size();
+      const std::string type = header_.is_text ? "float" : "unsigned_char";
+      if (!add_array(words[1], type, integer(words[2]), tuples_)) return false;
+      if (header_.is_text && header_.arrays.size() > before) header_.arrays.back().slope = 255;
+      return true;
     }
     if (kind == "texture_coordinates") {
       return add_array(words[1], words[3], integer(words[2]), tuples_);

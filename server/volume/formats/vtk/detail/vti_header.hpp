@@ -22,6 +22,7 @@ struct VtiArray {
   std::string name;
   StoredType type = StoredType::kU8;
   std::int64_t components = 1;
+  double slope = 1;  // Of the values; colors in text are shares of 255.
   Format format = Format::kText;
   bool of_cells = false;
   // The parent tag: "PointData", "Points", "Polys" and so on.
