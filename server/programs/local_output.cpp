@@ -76,9 +76,6 @@ void print(const OutputPart& part) {
               << " triangles shared with neighbors";
   }
   std::cout << "\n";
-  if (topology.border_edges > 0 && !report.open_reason.empty()) {
-    std::cout << "  It is open " << report.open_reason << ".\n";
-  }
   if (report.written && report.written->self_intersections) {
     std::cout << "  " << human_count_of(report.written->self_intersections->triangles, "triangle")
               << " that intersect others\n";

@@ -202,10 +202,6 @@ def volumes_without_a_surface_are_refused():
     run("server prepare slice.nrrd --outside 0 --margin 1 -o slice.mtd --quiet")
     write_ascii("void.nrrd", "2 2 2", 8 * "nan ")
     expect_exit(2, "all its samples are void", "server prepare void.nrrd -o never.mtd")
-    write_ascii("hole.nrrd", "3 3 3", "nan " + " ".join(map(str, range(26))))
-    run("server prepare hole.nrrd --outside -100 --margin 1 -o hole.mtd --quiet")
-    expect_exit(0, "open at void samples of the data (NaN, or missing: 1), which --pad-value does not fill",
-                "server extract hole.mtd --isovalue 3.5 -o hole.ply")
     write_ascii("constant.nrrd", "2 2 2", 8 * "1152921504606846976 ")
     run("server prepare constant.nrrd -o constant.mtd --quiet")
     expect_files("never.mtd")
@@ -235,14 +231,14 @@ def rounded_samples_are_told_and_compared_as_they_were():
     heights = [(6 - math.dist((x, y, z), (6, 6, 6))) / 8 for z in range(13) for y in range(13) for x in range(13)]
     samples = struct.pack(f"<{len(heights)}d", *(1737400 + height for height in heights))
     write_nrrd("moon.nrrd", (13, 13, 13), samples, "double", "spacings: 1 1 1\n")
-    expect_exit(1, "--subtract 1737400, or accept the loss with --allow-loss", "server prepare moon.nrrd -o moon.mtd")
+    expect_exit(2, "--subtract 1737400, or accept the loss with --allow-loss", "server prepare moon.nrrd -o moon.mtd")
     run("server prepare moon.nrrd --subtract 1737400 -o exact.mtd --quiet")
     run("server prepare moon.nrrd --allow-loss -o rounded.mtd --quiet")
     reports = {name: report_of(f"server extract {name}.mtd --isovalue {isovalue} --error 0 -o {name}.ply --quiet")
                for name, isovalue in (("exact", 0.2), ("rounded", 1737400.2))}
     words = "rounded to 32-bit floats (up to 0.06"
     check(any(words in notice for notice in reports["rounded"]["notices"]), f"the rounding is not told: {reports['rounded']}")
-    check(not reports["exact"].get("notices"), reports["exact"])
+    check(not any("rounded" in notice for notice in reports["exact"]["notices"]), reports["exact"])
     check(report_of("server info rounded.mtd")["rounding"].startswith("up to 0.06"), "info does not tell the rounding")
     check("rounding" not in run("server info exact.mtd"), "info tells a rounding of exact differences")
     certify = "--volume moon.nrrd --isovalue 1737400.2 --error 0.05 --lattice 5 --json"
