@@ -131,6 +131,7 @@ Volume volume_of(const CertifyArguments& arguments, CertifyOptions& options, Pro
     source.choice.subtract += options.isovalue;
     if (options.outside) *options.outside -= options.isovalue;
     options.isovalue = 0;
+    volume = {};  // Not both in memory.
     volume = read_volume(arguments.volume, source);
   }
   for (const std::string& sentence : notices) progress.print_above_bar(sentence);

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <span>
 #include <vector>
 
 #include "common/mesh/mesh_checks.hpp"
@@ -23,24 +24,33 @@ enum class EdgeUses : std::uint32_t {
 // of every directed edge, and the same ones in every call. Requires fewer than 2^30 vertices.
 template <typename EachUse, typename Visit>
 void visit_edges(std::size_t vertices, const EachUse& each_use, const Visit& visit) {
+  constexpr std::size_t kFewUses = 64;  // Those of the hub of a fan are compared after sorting.
   assert(vertices < std::size_t{1} << 30);
-  // Buckets by the lower vertex, with room for one entry per use.
-  std::vector<std::uint32_t> begin(vertices + 1, 0);
-  each_use([&](std::uint32_t from, std::uint32_t to) { ++begin[std::min(from, to) + 1]; });
+  // Buckets by the lower vertex: a counting sort.
+  std::vector<std::uint32_t> begin(vertices + 2, 0);
+  each_use([&](std::uint32_t from, std::uint32_t to) { ++begin[std::min(from, to) + 2]; });
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<std::uint32_t> edges(begin.back(), 0);  // 4 upper + uses; 0: free.
+  std::vector<std::uint32_t> all(begin.back());  // 4 upper + use.
   each_use([&](std::uint32_t from, std::uint32_t to) {
-    const std::uint32_t upper = std::max(from, to);
-    const std::uint32_t use = from < to ? 1 : 2;
-    std::uint32_t* edge = &edges[begin[std::min(from, to)]];
-    while (*edge != 0 && *edge / 4 != upper) ++edge;
-    const std::uint32_t before = *edge % 4;
-    const bool is_regular = *edge == 0 || before + use == 3;
-    *edge = 4 * upper + (is_regular ? before + use : 0);
+    all[begin[std::min(from, to) + 1]++] = 4 * std::max(from, to) + (from < to ? 1 : 2);
   });
   for (std::uint32_t lower = 0; lower < vertices; ++lower) {
-    for (std::uint32_t i = begin[lower]; i < begin[lower + 1] && edges[i] != 0; ++i) {
-      visit(lower, edges[i] / 4, static_cast<EdgeUses>(edges[i] % 4));
+    const auto uses = std::span(all).subspan(begin[lower], begin[lower + 1] - begin[lower]);
+    const bool is_sorted = uses.size() > kFewUses;
+    if (is_sorted) std::sort(uses.begin(), uses.end());
+    for (std::size_t i = 0; i < uses.size(); ++i) {
+      if (uses[i] == 0) continue;  // Counted with an earlier one.
+      const std::uint32_t upper = uses[i] / 4;
+      std::uint32_t sum = uses[i] % 4;
+      for (std::size_t k = i + 1; k < uses.size(); ++k) {
+        if (uses[k] / 4 == upper && uses[k] != 0) {
+          sum = sum != 0 && sum + uses[k] % 4 == 3 ? 3 : 0;
+          uses[k] = 0;
+        } else if (is_sorted) {
+          break;
+        }
+      }
+      visit(lower, upper, static_cast<EdgeUses>(sum));
     }
   }
 }

@@ -192,7 +192,10 @@ SimplificationWork SurfaceSimplifier::simplify(const SimplificationOptions& opti
                                                const std::stop_token& stop,
                                                const SimplifiedTileLimits& limits) {
   // If nothing may change, leaves the pieces separate, so that a first stage can still start.
-  if (tiles_.empty() || (options.is_resumable && options.max_distance.largest() == 0)) return {};
+  if (tiles_.empty() || (options.is_resumable && options.max_distance.largest() == 0)) {
+    std::ranges::sort(tiles_, {}, &SimplifiedTile::cube);  // They came in the order of threads.
+    return {};
+  }
   const int resolution = tiles_.front().piece.resolution();
   std::vector<CubesOfLevel> cubes = cubes_around(std::move(tiles_), root_exponent_);
   std::vector<ObstaclesOfLevel> obstacles(cubes.size());

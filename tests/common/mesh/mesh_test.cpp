@@ -198,6 +198,21 @@ TEST(Topology, FindsAnEdgeOfThreeTriangles) {
   EXPECT_EQ(found.open_edges, 2);
 }
 
+TEST(Topology, CountsTheEdgesOfAnyFan) {
+  // Around vertex 0, from few to so many that comparing each spoke with all would take minutes.
+  for (const std::uint32_t spokes : {3U, 40U, 70U, 500'000U}) {
+    std::vector<TriangleIndices> fan;
+    for (std::uint32_t i = 0; i < spokes; ++i) fan.push_back({0, 1 + i, 1 + (i + 1) % spokes});
+    const auto nowhere = [](std::uint32_t, std::uint32_t) { return false; };
+    const MeshTopology found = topology(spokes + 1, fan, nowhere);
+    EXPECT_EQ(found.edges, 2 * spokes);
+    EXPECT_EQ(found.open_edges, spokes);
+    EXPECT_EQ(found.nonmanifold_edges, 0);
+    fan.push_back({0, 1, spokes + 1});  // One spoke more, and a third triangle at another.
+    EXPECT_EQ(topology(spokes + 2, fan, nowhere).nonmanifold_edges, 1) << spokes;
+  }
+}
+
 TEST(Topology, CountsDegenerateTrianglesWithoutTheirEdges) {
   LatticeMesh mesh = surfaces::torus(5, 24, 12, 0.2, 1);
   mesh.triangles.push_back({3, 3, 9});

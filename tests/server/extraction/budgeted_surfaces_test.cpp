@@ -214,6 +214,17 @@ TEST(LargeBudgetedSurfaces, UseNearlyAllOfTheirBudget) {
   EXPECT_GT(made.error_floor, 0);
 }
 
+TEST(LargeBudgetedSurfaces, SortTheirTilesIfNothingIsSimplified) {
+  const SurfaceExtractor extractor(prepared({"large_noise", fields::noise({56, 56, 56}, 47)}));
+  IsosurfaceRequest request{.isovalue = 0.1, .error = 0, .simplify = true};
+  const std::size_t all = mesh_of(extractor.extract({.request = request})).triangles.size();
+  request.max_triangles = all;
+  const BudgetedSurface made = surface_within_budget(extractor, request, bytes_of, {});
+  EXPECT_EQ(mesh_of(made.surface).triangles.size(), all);
+  EXPECT_GT(made.surface.tiles.size(), 8U);
+  EXPECT_TRUE(std::ranges::is_sorted(made.surface.tiles, {}, &TileMesh::cube));
+}
+
 // Whatever the estimate says.
 TEST(LargeBudgetedSurfaces, EqualTheRequestWithABudgetThatItMeets) {
   std::mt19937_64 random(48);

@@ -61,9 +61,15 @@ export class VolumeLabels {
     const fetchNext = async (): Promise<void> => {
       const label = this.map === map ? map.next() : undefined;
       if (label === undefined) return;
-      for (const box of map.boxes(label)) {
-        const packed = await this.sources.queries.box(map.nameOf(label), box);
-        map.paint(label, box, await unpackedSamples(packed, samplesOf(box.counts)));
+      try {
+        for (const box of map.boxes(label)) {
+          if (this.map !== map) return;
+          const packed = await this.sources.queries.box(map.nameOf(label), box);
+          map.paint(label, box, await unpackedSamples(packed, samplesOf(box.counts)));
+        }
+      } catch (error) {
+        map.retryLater(label);
+        throw error;
       }
       if (map.upload(uploadInterval)) this.changed();
       return fetchNext();
@@ -125,6 +131,11 @@ export class LabelMap {
     const label = this.wanted.find((at) => !this.begun.has(at));
     if (label !== undefined) this.begun.add(label);
     return label;
+  }
+
+  // Its samples did not come: the next update asks for them again.
+  retryLater(label: number): void {
+    this.begun.delete(label);
   }
 
   nameOf(label: number): string {

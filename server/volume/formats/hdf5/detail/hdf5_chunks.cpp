@@ -1,6 +1,7 @@
 #include "server/volume/formats/hdf5/detail/hdf5_chunks.hpp"
 
 #include <libaec.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <array>
@@ -9,7 +10,6 @@
 #include <utility>
 
 #include "server/volume/formats/detail/input_file.hpp"
-#include "server/volume/formats/detail/unpacking.hpp"
 #include "server/volume/formats/hdf5/detail/hdf5_lzf.hpp"
 
 namespace multitetra {
@@ -246,9 +246,16 @@ bool Hdf5ChunkSizes::unpack(const Filter& filter, bool needs_contents, Bytes& by
   };
   switch (filter.id) {
     case H5Z_FILTER_DEFLATE: {
-      auto plain = unpack_at_most(Packing::kZlib, bytes, most);
-      if (plain) bytes = *std::move(plain);
-      return plain.has_value();
+      // As libhdf5 does, ignores what follows the stream.
+      Bytes plain(most);
+      uLongf size = most;
+      uLong packed = bytes.size();
+      const auto* data = reinterpret_cast<const Bytef*>(bytes.data());
+      auto* unpacked = reinterpret_cast<Bytef*>(plain.data());
+      if (uncompress2(unpacked, &size, data, &packed) != Z_OK) return false;
+      plain.resize(size);
+      bytes = std::move(plain);
+      return true;
     }
     case H5Z_FILTER_SZIP:
       return has_size(szip_size(bytes, values, most));
