@@ -38,7 +38,7 @@
         "What of them is assumed, such as \"spacing along z\"; null: nothing.")                   \
   FIELD(rounding, meaning.rounding,                                                               \
         "Rounding of samples to 32-bit floats by more than a ten-thousandth of their range, "     \
-        "such as \"up to 0.06, 0.5 % of their range\"; null: less.")                              \
+        "such as \"up to 0.06, 0.5 % of their range\"; null: less, or unknown.")                  \
   FIELD(suggested_isovalues, suggested_isovalues, "Suggested isovalues, the best first.")         \
   FIELD(display_window, display_window,                                                           \
         "The values that the source recommends for the darkest and the brightest color, such "    \

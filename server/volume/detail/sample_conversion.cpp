@@ -207,9 +207,10 @@ void SampleConversion::require_small_loss() const {
 
 std::string SampleConversion::rounding() const {
   const double range = greatest_ - least_;
-  if (largest_error_ == 0 || largest_error_ <= range / 10'000) return {};
-  return "up to " + rounded_text(largest_error_) +
-         (range > 0 ? ", " + rounded_text(100 * largest_error_ / range) + " % of their range" : "");
+  // Samples that are all equal have no surface that rounding could move.
+  if (range <= 0 || largest_error_ <= range / 10'000) return {};
+  return "up to " + rounded_text(largest_error_) + ", " +
+         rounded_text(100 * largest_error_ / range) + " % of their range";
 }
 
 void SampleConversion::report(const Notice& notice) const {

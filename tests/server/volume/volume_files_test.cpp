@@ -116,6 +116,10 @@ TEST_F(VolumeFiles, RefuseDoublesWhoseDifferencesFloatsLose) {
   EXPECT_EQ(samples_of(rounded)[0], static_cast<float>(numbers[0]));
   EXPECT_EQ(rounded.meaning.rounding.find("up to 0.06"), 0U) << rounded.meaning.rounding;
   EXPECT_EQ(differences.meaning.rounding, "");
+  const Volume constant = read_volume(
+      folder_.file("c.nrrd", nrrd(kNrrdLines + "spacings: 1 1 1\ntype: double\n",
+                                  packed<double>(std::vector<double>(numbers.size(), 0.1)))));
+  EXPECT_EQ(constant.meaning.rounding, "") << "no surface moves";
   ASSERT_EQ(notices.size(), 1U);
   expect_contains(notices[0], " % of the range)");
 }
