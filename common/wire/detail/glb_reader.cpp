@@ -13,6 +13,7 @@
 #include "common/base/affine.hpp"
 #include "common/base/json.hpp"
 #include "common/image/stored_type.hpp"
+#include "common/wire/detail/instances.hpp"
 #include "common/wire/detail/mesh_bytes.hpp"
 #include "common/wire/draco_mesh.hpp"
 
@@ -32,10 +33,10 @@ constexpr std::array<std::optional<StoredType>, 7> kComponentTypes = {
     StoredType::kI8, StoredType::kU8,  StoredType::kI16, StoredType::kU16,
     std::nullopt,    StoredType::kU32, StoredType::kF32};
 
-DracoMesh decoded_draco(std::string_view bytes, std::optional<std::uint32_t> position_id) {
+TriangleMesh decoded_draco(std::string_view bytes, std::optional<std::uint32_t> position_id) {
   auto mesh = decode_draco_mesh(bytes, position_id);
   if (!mesh) throw MeshFileError(mesh.error().text);
-  return *std::move(mesh);
+  return {.vertices = std::move(mesh->positions), .triangles = std::move(mesh->triangles)};
 }
 
 // Reads a non-negative integer.
@@ -119,6 +120,10 @@ class GlbReader {
       const Affine turn = {.columns = {Vec3{1, 0, 0}, Vec3{0, 0, 1}, Vec3{0, -1, 0}}};
       for (const json& node : scene["nodes"]) add_node(whole(node), turn, 0);
     }
+    for (const auto& [mesh, map] : placed_) {
+      if (first_triangles_ != nullptr) first_triangles_->push_back(mesh_.triangles.size());
+      for (const json& primitive : (*mesh)["primitives"]) add_primitive(primitive, map);
+    }
     return std::move(mesh_);
   }
 
@@ -132,23 +137,41 @@ class GlbReader {
     const json& node = element(document_, "nodes", number);
     const Affine map = composed(parent, node_map(node));
     if (node.contains("mesh")) {
-      if (first_triangles_ != nullptr) first_triangles_->push_back(mesh_.triangles.size());
       const json& mesh = element(document_, "meshes", whole(node["mesh"]));
       if (!mesh.contains("primitives")) throw MeshFileError("a mesh has no primitives");
-      for (const json& primitive : mesh["primitives"]) add_primitive(primitive, map);
+      for (const json& primitive : mesh["primitives"]) count(primitive);
+      placed_.emplace_back(&mesh, map);
     }
     if (!node.contains("children")) return;
     for (const json& child : node["children"]) add_node(whole(child), map, depth + 1);
   }
 
-  void add_primitive(const json& primitive, const Affine& map) {
+  // A few bytes can instance the same mesh a million times: all are counted before one is read.
+  void count(const json& primitive) {
+    const auto size_of = [&](const json& accessor) {
+      return whole_or(element(document_, "accessors", whole(accessor)), "count", 0);
+    };
+    if (!has_triangles(primitive)) return;
+    const std::size_t vertices = size_of(primitive["attributes"]["POSITION"]);
+    const std::size_t corners =
+        primitive.contains("indices") ? size_of(primitive["indices"]) : vertices;
+    announced_.add(vertices, corners / 3);
+  }
+
+  // False for points and lines.
+  static bool has_triangles(const json& primitive) {
     const std::size_t mode = whole_or(primitive, "mode", 4);
-    if (mode < 4) return;  // Points and lines.
     if (mode > 4) throw MeshFileError("its triangles are strips or fans, which are not supported");
+    if (mode < 4) return false;
     if (!primitive.contains("attributes") || !primitive["attributes"].contains("POSITION")) {
       throw MeshFileError("a primitive has no positions");
     }
-    DracoMesh part;
+    return true;
+  }
+
+  void add_primitive(const json& primitive, const Affine& map) {
+    if (!has_triangles(primitive)) return;
+    TriangleMesh part;
     if (primitive.contains("extensions") && primitive["extensions"].contains(kDracoExtension)) {
       const json& draco = primitive["extensions"][kDracoExtension];
       constexpr int kMaxDracoMeshes = 10'000;
@@ -164,37 +187,26 @@ class GlbReader {
     } else {
       part = plain_part(primitive);
     }
-    const auto first = mesh_.vertices.size();
-    // A few bytes can instance the same mesh a million times.
-    if (first + part.positions.size() > kMaxMeshElements ||
-        mesh_.triangles.size() + part.triangles.size() > kMaxMeshElements) {
-      throw MeshFileError("it has more than 2^28 vertices or triangles, counting all instances");
-    }
-    for (const Vec3& place : part.positions) mesh_.vertices.push_back(map(place));
-    const bool is_mirrored = map.determinant() < 0;  // glTF then reverses the faces.
-    for (TriangleIndices t : part.triangles) {
-      for (std::uint32_t& corner : t) corner += static_cast<std::uint32_t>(first);
-      if (is_mirrored) std::swap(t[1], t[2]);
-      mesh_.triangles.push_back(t);
-    }
+    read_.add(part.vertices.size(), part.triangles.size());
+    append(mesh_, part, map);
   }
 
-  DracoMesh plain_part(const json& primitive) {
-    DracoMesh part;
+  TriangleMesh plain_part(const json& primitive) {
+    TriangleMesh part;
     const json& positions =
         element(document_, "accessors", whole(primitive["attributes"]["POSITION"]));
-    visit(positions, 3, [&](const std::array<double, 3>& v) { part.positions.push_back(v); });
+    visit(positions, 3, [&](const std::array<double, 3>& v) { part.vertices.push_back(v); });
     std::vector<std::uint32_t> corners;
     if (primitive.contains("indices")) {
       visit(element(document_, "accessors", whole(primitive["indices"])), 1,
             [&](const std::array<double, 3>& v) {
-              if (!(v[0] >= 0 && v[0] < static_cast<double>(part.positions.size()))) {
+              if (!(v[0] >= 0 && v[0] < static_cast<double>(part.vertices.size()))) {
                 throw MeshFileError("a triangle refers to a missing vertex");
               }
               corners.push_back(static_cast<std::uint32_t>(v[0]));
             });
     } else {
-      for (std::uint32_t i = 0; i < part.positions.size(); ++i) corners.push_back(i);
+      for (std::uint32_t i = 0; i < part.vertices.size(); ++i) corners.push_back(i);
     }
     for (std::size_t i = 0; i + 2 < corners.size(); i += 3) {
       part.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
@@ -314,6 +326,9 @@ class GlbReader {
   std::string_view binary_;
   std::vector<std::size_t>* first_triangles_;
   TriangleMesh mesh_;
+  std::vector<std::pair<const json*, Affine>> placed_;  // Meshes, in the order of their nodes.
+  InstanceCount announced_;
+  InstanceCount read_;  // Draco data may hold more than announced.
   std::size_t nodes_ = 0;
   int draco_meshes_ = 0;
   std::map<std::size_t, std::string> unpacked_;  // By view, with EXT_meshopt_compression.
@@ -347,9 +362,6 @@ TriangleMesh read_glb(std::string_view file, std::vector<std::size_t>* first_tri
   }
 }
 
-TriangleMesh read_draco(std::string_view file) {
-  DracoMesh mesh = decoded_draco(file, std::nullopt);
-  return {.vertices = std::move(mesh.positions), .triangles = std::move(mesh.triangles)};
-}
+TriangleMesh read_draco(std::string_view file) { return decoded_draco(file, std::nullopt); }
 
 }  // namespace multitetra

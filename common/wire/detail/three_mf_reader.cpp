@@ -9,9 +9,11 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/base/affine.hpp"
 #include "common/base/parse_number.hpp"
+#include "common/wire/detail/instances.hpp"
 #include "common/wire/detail/mesh_bytes.hpp"
 #include "common/wire/mesh_readers.hpp"
 
@@ -52,7 +54,23 @@ class ModelReader {
     if (is_large) fail("it has too many triangles");
   }
 
-  [[nodiscard]] TriangleMesh take() { return std::move(mesh_); }
+  [[nodiscard]] TriangleMesh read() const {
+    InstanceCount instances;
+    for (const auto& [object, map] : items_)
+      instances.add(object->vertices.size(), object->triangles.size());
+    TriangleMesh mesh;
+    for (const auto& [object, map] : items_) {
+      for (const TriangleIndices& corners : object->triangles) {
+        for (const std::uint32_t corner : corners) {
+          if (corner >= object->vertices.size())
+            fail("a triangle refers to a vertex that does not exist");
+        }
+      }
+      if (first_ != nullptr) first_->push_back(mesh.triangles.size());
+      append(mesh, *object, map);
+    }
+    return mesh;
+  }
 
  private:
   [[noreturn]] static void fail(const std::string& problem) { throw MeshFileError(problem); }
@@ -78,33 +96,13 @@ class ModelReader {
     const auto found = objects_.find(id);
     if (found == objects_.end())
       fail("an item refers to object " + id + ", which is not in its model");
-    const TriangleMesh& object = found->second;
-    const Affine map = map_from(transform);
-    const std::size_t first_vertex = mesh_.vertices.size();
-    if (first_vertex + object.vertices.size() > kMaxMeshElements ||
-        mesh_.triangles.size() + object.triangles.size() > kMaxMeshElements) {
-      fail("it has too many triangles");
-    }
-    if (first_ != nullptr) first_->push_back(mesh_.triangles.size());
-    for (const Vec3& vertex : object.vertices) {
-      mesh_.vertices.push_back(transform.empty() ? vertex : map(vertex));
-    }
-    const bool is_mirrored = map.determinant() < 0;
-    for (TriangleIndices corners : object.triangles) {
-      for (std::uint32_t& corner : corners) {
-        if (corner >= object.vertices.size())
-          fail("a triangle refers to a vertex that does not exist");
-        corner += static_cast<std::uint32_t>(first_vertex);
-      }
-      if (is_mirrored) std::swap(corners[1], corners[2]);
-      mesh_.triangles.push_back(corners);
-    }
+    items_.emplace_back(&found->second, map_from(transform));
   }
 
   std::vector<std::size_t>* first_;
   std::map<std::string, TriangleMesh> objects_;
   TriangleMesh* object_ = nullptr;  // The one whose elements follow.
-  TriangleMesh mesh_;
+  std::vector<std::pair<const TriangleMesh*, Affine>> items_;
 };
 
 // Exceptions must not pass through expat.
@@ -195,7 +193,7 @@ TriangleMesh read_three_mf_model(std::string_view model,
     throw MeshFileError("the XML of its model is damaged in line " +
                         std::to_string(XML_GetCurrentLineNumber(parser.get())));
   }
-  return parsing.reader.take();
+  return parsing.reader.read();
 }
 
 }  // namespace multitetra

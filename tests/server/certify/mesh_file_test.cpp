@@ -320,7 +320,7 @@ std::string glb(std::string json, std::string binary) {
 }
 
 // A triangle with positions as shorts and indices as bytes, and nested nodes.
-std::string nested_glb(const std::string& nodes) {
+std::string nested_glb(const std::string& nodes, const std::string& count = "3") {
   std::string binary;
   for (const std::int16_t v : std::array<std::int16_t, 12>{0, 0, 0, 99, 1, 0, 0, 99, 0, 1, 0, 99}) {
     binary.append(reinterpret_cast<const char*>(&v), 2);
@@ -329,7 +329,8 @@ std::string nested_glb(const std::string& nodes) {
   return glb(R"({"asset":{"version":"2.0"},"scene":1,"scenes":[{},{"nodes":[0]}],"nodes":)" +
                  nodes +
                  R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
-      "accessors":[{"bufferView":0,"componentType":5122,"count":3,"type":"VEC3"},
+      "accessors":[{"bufferView":0,"componentType":5122,"count":)" +
+                 count + R"(,"type":"VEC3"},
                    {"bufferView":1,"componentType":5121,"count":3,"type":"SCALAR"}],
       "bufferViews":[{"buffer":0,"byteLength":24,"byteStride":8},
                      {"buffer":0,"byteOffset":24,"byteLength":3}],
@@ -358,6 +359,27 @@ TEST_F(MeshFile, RejectsInvalidGltf) {
           .find("'EXT_texture_webp'"),
       std::string::npos);
   EXPECT_NE(complaint("a.glb", glb("{", "")).find("JSON"), std::string::npos);
+}
+
+// Before an array is read, which is shorter than it says here.
+TEST_F(MeshFile, CountsTheVerticesOfAllInstancesFirst) {
+  std::string nodes = R"([{"children":[1)";
+  for (int i = 0; i < 99; ++i) nodes += ",1";
+  const std::string file = nested_glb(nodes + R"(]},{"mesh":0}])", "3000000");
+  EXPECT_NE(complaint("a.glb", file).find("counting all instances"), std::string::npos);
+
+  std::string model =
+      "<model><resources><object id='1'><mesh><triangles><triangle v1='0' v2='1' "
+      "v3='70000'/></triangles><vertices>";
+  for (int i = 0; i < 30'000; ++i) model += "<vertex x='0' y='0' z='0'/>";
+  model += "</vertices></mesh></object></resources><build>";
+  for (int i = 0; i < 10'000; ++i) model += "<item objectid='1'/>";
+  try {
+    (void)read_three_mf_model(model + "</build></model>");
+    FAIL();
+  } catch (const MeshFileError& error) {
+    EXPECT_NE(std::string(error.what()).find("counting all instances"), std::string::npos);
+  }
 }
 
 // ---- VTP
