@@ -14,7 +14,7 @@ import { noProgress, type StepFacts } from "../../../client/web/src/state/progre
 import { timeText } from "../../../client/web/src/state/series";
 import { defaults, type Place, type Settings } from "../../../client/web/src/state/settings";
 import { fromAddress, toAddress } from "../../../client/web/src/state/url_state";
-import { assumedPlacement, coordinateResolution, coordinateText, placeText, valueText } from "../../../client/web/src/stream/dataset";
+import { coordinateResolution, coordinateText, placeText, reservationsOf, valueText } from "../../../client/web/src/stream/dataset";
 import type { ShownSurface } from "../../../client/web/src/surfaces/shown_surface";
 import { captionOf } from "../../../client/web/src/viewer/picture";
 import { withoutPart } from "../../../client/web/src/viewer/surface_parts";
@@ -111,9 +111,12 @@ describe("FarNumbers", () => {
     expect(fromAddress(toAddress(settings)).eye).toEqual(a); // Exact where no resolution is known.
   });
 
-  test("SayWhatIsAssumed", () => {
-    expect(assumedPlacement({ ...info, assumed: "spacing along z" } as DatasetInfo)).toBe("spacing along z");
-    expect(assumedPlacement(info)).toBe("");
+  test("SayWhatIsAssumedOrRounded", () => {
+    const dubious = { ...info, assumed: "spacing along z", rounding: "up to 0.06, 0.5 % of their range" } as DatasetInfo;
+    const [placement, samples] = reservationsOf(dubious);
+    expect(placement).toContain("does not state spacing along z");
+    expect(samples).toContain("rounded to 32-bit floats (up to 0.06, 0.5 % of their range)");
+    expect(reservationsOf({ ...info, assumed: "", rounding: "" } as DatasetInfo)).toEqual([]);
   });
 
   test("OfHiddenPartsAndLabelsAreOfTheGrid", () => {

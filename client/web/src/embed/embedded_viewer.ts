@@ -8,7 +8,6 @@ import { parseSettings } from "../state/parse_settings";
 import type { StepFacts } from "../state/progress";
 import type { WrittenSettings } from "../state/settings";
 import { written } from "../state/written_settings";
-import { assumedPlacement } from "../stream/dataset";
 import type { Viewer } from "../viewer/viewer";
 import type { PictureOptions } from "../viewer/viewer_options";
 import type { EmbeddedDataset, EmbeddedEvents, EmbeddedPick, EmbeddedStep } from "./embedded_events";
@@ -128,7 +127,7 @@ export class EmbeddedViewer {
       min: info.min,
       max: info.max,
       lengthUnit: info.lengthUnit,
-      assumed: assumedPlacement(info),
+      assumed: info.assumed,
       valueUnit: info.valueUnit,
       suggestedIsovalues: [...info.suggestedIsovalues],
       member: memberOf(info),

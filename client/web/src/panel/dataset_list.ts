@@ -3,7 +3,7 @@ import type { DatasetInfo } from "../protocol/messages";
 import { h } from "../shared/elements";
 import { grouped, inDigits } from "../shared/quantities";
 import type { Entry, Series } from "../state/series";
-import { assumedPlacement, sampleTypeName, valueText } from "../stream/dataset";
+import { reservationsOf, sampleTypeName, valueText } from "../stream/dataset";
 
 export class DatasetList {
   readonly element = h("div", { class: "datasets" });
@@ -55,7 +55,6 @@ export class DatasetList {
     const { info, name, series } = entry;
     const [x, y, z] = info.dims;
     const samples = x * y * z;
-    const assumed = assumedPlacement(info);
     const million = samples >= 1e6 ? `${inDigits(samples / 1e6, 3)} M` : grouped(samples);
     const card = h(
       "button",
@@ -68,14 +67,14 @@ export class DatasetList {
         "data-tip":
           `${million} samples of type ${sampleTypeName(info.type)}, spacing ` +
           `${info.spacing.map((s) => inDigits(s, 3)).join(" × ")}, values ` +
-          `${valueText(info.min, info)} to ${valueText(info.max, info)}${assumed ? `. Assumed, as the file does not state it: ${assumed}` : ""}`,
+          `${[`${valueText(info.min, info)} to ${valueText(info.max, info)}.`, ...reservationsOf(info)].join(" ")}`,
       },
       h("img", { alt: "", src: blank, width: "64", height: "48", hidden: !this.events.hasPictures }),
       h("span", { class: "dataset-name" }, name),
       h(
         "span",
         { class: "dataset-facts" },
-        `${x} × ${y} × ${z} · ${series ? wordsOf(series) : sampleTypeName(info.type)}${assumed ? ` · ${assumed} assumed` : ""}${info.missing ? ` · ${info.missing} to come` : ""}`,
+        `${x} × ${y} × ${z} · ${series ? wordsOf(series) : sampleTypeName(info.type)}${info.assumed && ` · ${info.assumed} assumed`}${info.rounding && " · rounded"}${info.missing && ` · ${info.missing} to come`}`,
       ),
     );
     this.cards.set(name, card);

@@ -9,11 +9,11 @@ import { grouped, inDigits } from "../shared/quantities";
 import { type MeasuredPlace, maxNoteLength, maxPlaces } from "../state/settings";
 import {
   applied,
-  assumedPlacement,
   coordinateResolution,
   inverse,
   latticeToWorld,
   placeText,
+  reservationsOf,
   type Vec3,
   valueText,
   voxelLength,
@@ -189,8 +189,7 @@ export class Measuring {
       ...[...this.lengths(), ...this.angle()].map((text) => h("p", { class: "distance" }, text)),
     );
     const click = this.element.closest(".has-slices") ? "Click (in slices: double-click)" : "Click";
-    const assumed = assumedPlacement(info);
-    if (assumed) this.element.append(h("p", { class: "assumed" }, `Assumed, as the file does not state it: ${assumed}.`));
+    this.element.append(...reservationsOf(info).map((text) => h("p", { class: "assumed" }, text)));
     const next = [`${click} another point to measure.`, `${click} a third point for the angle.`][places.length - 1];
     if (next) this.element.append(h("p", { class: "hint" }, next));
     this.element.append(this.noteInput(places.length - 1));

@@ -98,9 +98,12 @@ export function worldBox({ indexToWorld, dims }: DatasetInfo): { low: Vec3; high
   );
 }
 
-// Returns what of spacing and origin the file does not state: "spacing along z, origin"; empty: nothing, or it is unknown.
-export function assumedPlacement(info: DatasetInfo): string {
-  return info.assumed;
+// Returns a sentence for each way in which the dataset may differ from what was measured.
+export function reservationsOf({ assumed, rounding }: DatasetInfo): string[] {
+  return [
+    ...(assumed ? [`Its file does not state ${assumed}: assumed, so lengths and places may be wrong.`] : []),
+    ...(rounding ? [`Its samples were rounded to 32-bit floats (${rounding}); surfaces are those of the rounded samples.`] : []),
+  ];
 }
 
 // Returns the resolution of coordinates that are kept: a thousandth of a voxel, below which they have only rounding errors.

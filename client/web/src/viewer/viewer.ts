@@ -21,7 +21,7 @@ import { changeFromWritten, initialSelection, settingsOfChoice } from "../state/
 import { type Entry, findByName, isSameData, isSameSeries, unknownDatasetText } from "../state/series";
 import { defaults, isOtherRequest, type Settings, type WrittenSettings } from "../state/settings";
 import { Store } from "../state/store";
-import { assumedPlacement, labelBox, type Vec3, worldBox } from "../stream/dataset";
+import { labelBox, reservationsOf, type Vec3, worldBox } from "../stream/dataset";
 import { DatasetQueries } from "../stream/dataset_queries";
 import { ReadingWatch } from "../stream/reading_watch";
 import type { View } from "../stream/request";
@@ -331,9 +331,8 @@ export class Viewer {
     }
     this.overlays.setDataset(now);
     this.events.emit("dataset", now);
-    const assumed = assumedPlacement(now);
-    if (assumed && before?.name !== now.name)
-      this.notices.announce(`The file of "${now.name}" does not state its ${assumed}: assumed, so lengths and places may be wrong.`, true);
+    const reservations = reservationsOf(now).join(" ");
+    if (reservations && before?.name !== now.name) this.notices.announce(`"${now.name}": ${reservations}`, true);
     if (isSameData(before, now)) return; // After a lost connection: the stream resumes by itself.
     if (before) this.overlays.measuring.clear();
     this.overlays.show(this.get(), now);
