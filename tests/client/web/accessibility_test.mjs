@@ -8,7 +8,7 @@ import path from "node:path";
 import { examine } from "./axe.mjs";
 import { complete, finish, notice, open, patience, scratch, test } from "./in_a_browser.mjs";
 
-const everything = "#dataset=head&isovalue=300.5&error=2&opacity=0.5&surfaces=900.5,3060ff,1&slice=y&region=ball:32,32,32,8=0";
+const everything = "#dataset=head&isovalue=300.5&error=2&surfaces=900.5,3060ff,1&slice=y&region=ball:32,32,32,8=0";
 
 for (const [width, height] of [[1600, 1000], [390, 844]]) {
   await test(`HasNoAccessibilityViolations_${width}`, async (page) => {

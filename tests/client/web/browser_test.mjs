@@ -11,17 +11,19 @@ import {
 } from "./in_a_browser.mjs";
 import { samplesOf, writeNrrd } from "./made_volumes.mjs";
 
-await test("ShowsAndChecksASurface", showsASurface);
+const moving = { reducedMotion: "no-preference" }; // As most users have it: the camera swings out.
+
+await test("ShowsAndChecksASurface", showsASurface, { isFresh: true });
 await test("ReceivesSamplesForSmallErrors", receivesSamples);
 await test("ShowsDataWithNearlyRectangularAxes", showsRoundedAxes);
-await test("KeepsASurfaceWhileDraggingTheIsovalue", followsADrag);
+await test("KeepsASurfaceWhileDraggingTheIsovalue", followsADrag, moving);
 await test("ControlsKeepTheirPositions", keepsItsControls);
-await test("RefinesADraggedRegion", refinesARegion);
+await test("RefinesADraggedRegion", refinesARegion, moving);
 await test("ShowsTheEstimatedSize", showsSizes);
 await test("KeysChangeTheAddress", pressesKeys);
 await test("ClipsTheSurface", clips);
 await test("CropsToABox", crops);
-await test("HandlesMoveAndRotateTheCut", dragsTheCut);
+await test("HandlesMoveAndRotateTheCut", dragsTheCut, moving);
 await test("SavesFilesAndPictures", savesFiles);
 await test("ResumesAfterAServerRestart", resumes);
 await test("ReportsUnknownDatasets", reportsUnknownDataset);
@@ -33,7 +35,7 @@ await test("DragsOneOfSeveralIsovalues", showsSeveral);
 await test("ShowsSurfacesOfTwoDatasets", showsTwoDatasets);
 await test("MeasuresAPickedPart", measuresAPart);
 await test("HidesSmallComponentsLikeTheCommandLine", hidesSmallComponents);
-await test("CountsTheTrianglesOfVisibleSurfaces", countsTriangles);
+await test("CountsTheTrianglesOfVisibleSurfaces", countsTriangles, { isFresh: true });
 await test("UndoesAndRestoresBookmarks", undoes);
 await test("ColorsASurfaceByAnotherField", colorsByAField);
 await test("ExchangesMessagesWithTheEmbeddingPage", exchangesMessages);
@@ -44,7 +46,7 @@ await test("ShowsTomographyInItsWindows", showsTomography);
 await test("LinksThreeSlicesByACrosshair", linksSlices);
 await test("RefinesNearbySurfacesToAPixel", refinesWhatIsNear);
 await test("FollowsTheViewByDefault", followsTheView);
-await test("PausesDetailInViewOnSlowLinks", pausesDetail);
+await test("PausesDetailInViewOnSlowLinks", pausesDetail, { isFresh: true });
 await test("NamesErrorsByQuality", namesQualities);
 await test("HidesAClickedPart", hidesAPart);
 await test("KeepsNotesInTheAddress", keepsNotes);

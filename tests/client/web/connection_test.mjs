@@ -18,15 +18,15 @@ rmSync(tokens, { force: true });
 const token = newToken("alice", tokens);
 const guarded = await serve("--tokens", tokens);
 
-await test("ReconnectsAfterTheServerDied", reconnects);
+await test("ReconnectsAfterTheServerDied", reconnects, { isFresh: true });
 await test("RequestsATokenUntilItIsValid", requestsAToken);
-await test("RemovesTheTokenFromTheAddress", hidesItsToken);
+await test("RemovesTheTokenFromTheAddress", hidesItsToken, { isFresh: true });
 await test("SendsATokenToItsServerOnly", keepsItsToken);
 await test("AppliesAnEditedAddress", appliesAnEditedAddress);
 await test("ReportsAndIgnoresUnreadableSettings", reportsIgnoredSettings);
 await test("OffersNoSlicesOfSurfacesOnly", offersNoSlices);
 await test("ShowsHowFarAVolumeIsRead", showsReading);
-await test("LivesAsAModuleInAnotherPage", livesInAnotherPage);
+await test("LivesAsAModuleInAnotherPage", livesInAnotherPage, { isFresh: true });
 await finish();
 
 // ----

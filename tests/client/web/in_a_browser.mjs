@@ -43,36 +43,63 @@ const browser = await chromium.launch({
 const reader = await browser.newPage(); // Decodes screenshots.
 let failures = 0;
 
-// `device` describes the emulated screen.
-export async function test(name, act, device = {}) {
+const pages = new Map(); // By what they emulate. A page that is used again costs half the time of a new one.
+
+// `device`: the emulated screen; by default one without animations, each frame of which costs without a graphics card.
+// Tests get an empty page that others may have used before; `isFresh`: one that nobody uses after it either.
+export async function test(name, act, { isFresh = false, ...emulated } = {}) {
   if (process.env.ONLY && !new RegExp(process.env.ONLY).test(name)) return; // ONLY selects tests during development.
-  const page = await browser.newPage({ viewport: { width: 900, height: 640 }, ...device });
-  page.setDefaultTimeout(patience);
+  const device = { viewport: { width: 900, height: 640 }, reducedMotion: "reduce", ...emulated };
+  const key = JSON.stringify(device);
+  const page = (!isFresh && pages.get(key)) || (await newPage(device));
+  pages.delete(key);
   const began = Date.now();
-  const failure = [];
-  page.mayBeAt = (host) => hosts.add(host); // A page of another site that the test itself serves.
-  page.on("console", (message) => {
-    // The browser logs failed requests, including the page's icon, while the server is down.
-    const isAway = /WebSocket|ERR_CONNECTION_(REFUSED|RESET)/.test(message.text());
-    const isExpected = (page.mayLoseItsConnection && isAway) || page.maySay?.test(message.text());
-    if (message.type() === "error" && !isExpected) failure.push(message.text());
-  });
-  page.on("pageerror", (error) => failure.push(error.message));
-  page.on("request", (request) => {
-    const { host, protocol } = new URL(request.url());
-    const isLocal = hosts.has(host) || protocol === "data:" || protocol === "blob:";
-    if (!isLocal) failure.push(`It requests ${request.url()}.`);
-  });
+  const { failure } = Object.assign(page, { failure: [], mayLoseItsConnection: false, maySay: null });
   try {
     await act(page);
     assert.deepEqual(failure, [], "nothing is said on the console");
+    if (!isFresh) await forget(page, device);
     console.log(`ok   ${name} (${((Date.now() - began) / 1000).toFixed(1)} s)`);
   } catch (error) {
     ++failures;
     console.log(`FAIL ${name}: ${error.stack}\n${failure.join("\n")}`);
     await page.screenshot({ path: path.join(scratch, `${name}.png`) }).catch(() => {});
+    return page.close();
   }
-  await page.close();
+  if (isFresh) return page.close();
+  pages.set(key, page);
+}
+
+async function newPage(device) {
+  const page = await browser.newPage(device);
+  page.setDefaultTimeout(patience);
+  page.mayBeAt = (host) => hosts.add(host); // A page of another site that the test itself serves.
+  page.on("console", (message) => {
+    // The browser logs failed requests, including the page's icon, while the server is down.
+    const isAway = /WebSocket|ERR_CONNECTION_(REFUSED|RESET)/.test(message.text());
+    const isExpected = (page.mayLoseItsConnection && isAway) || page.maySay?.test(message.text());
+    if (message.type() === "error" && !isExpected) page.failure.push(message.text());
+  });
+  page.on("pageerror", (error) => page.failure.push(error.message));
+  page.on("request", (request) => {
+    const { host, protocol } = new URL(request.url());
+    const isLocal = hosts.has(host) || protocol === "data:" || protocol === "blob:" || protocol === "about:";
+    if (!isLocal) page.failure.push(`It requests ${request.url()}.`);
+  });
+  return page;
+}
+
+// Leaves nothing of a test in its page.
+async function forget(page, { viewport }) {
+  await page.evaluate(() => [localStorage, sessionStorage].forEach((one) => one.clear()));
+  await page.goto("about:blank");
+  page.removeAllListeners("websocket");
+  await page.unrouteAll();
+  await page.mouse.move(0, 0);
+  await page.setViewportSize(viewport);
+  const devtools = await page.context().newCDPSession(page);
+  for (const host of hosts) await devtools.send("Storage.clearDataForOrigin", { origin: `http://${host}`, storageTypes: "all" });
+  await devtools.detach();
 }
 
 // Starts another server with the same datasets.
