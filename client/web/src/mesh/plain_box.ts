@@ -1,7 +1,8 @@
 // Payloads of tiles that a page without a server makes from a file: boxes of samples (common/codec/plain_box.hpp), which the
 // decoder of sample shells marches; and triangles, where spacings meet in a tile.
-import { type SampleArray, typeCode } from "../static/sample_array";
+
 import type { Vec3 } from "../stream/dataset";
+import { type SampleArray, typeCode } from "../stream/sample_array";
 import type { LatticeMesh } from "./tile_mesh";
 
 export interface PlainBox {

@@ -1,9 +1,9 @@
 // Values of a prepared file's field at places: slices and probes, with the rules of server/core/sampling.
 import { CoordinateSystem, create, Interpolation, type Probe, type ProbedPlace, ProbedPlaceSchema, type Slice, SliceDetail } from "../protocol/messages";
 import { type Affine, applied, inverse, type Vec3 } from "../stream/dataset";
+import type { SampleArray } from "../stream/sample_array";
 import { coarseExtent, coarseSpacing } from "./level_extents";
 import type { PreparedVolume } from "./prepared_file";
-import type { SampleArray } from "./sample_array";
 import { brickSide } from "./sample_bricks";
 
 type SampleAt = (x: number, y: number, z: number) => number;

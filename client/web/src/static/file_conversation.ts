@@ -28,12 +28,12 @@ import {
   TileSchema,
   WelcomeSchema,
 } from "../protocol/messages";
+import { sampleBytes } from "../stream/sample_array";
 import { CrossedCells } from "./crossed_cells";
 import { probedPlaces, sampledSlice } from "./field_samples";
 import { coarseSpacing } from "./level_extents";
 import type { PageDatasets } from "./page_datasets";
 import type { PreparedVolume } from "./prepared_file";
-import { sampleBytes } from "./sample_array";
 import { brickSide } from "./sample_bricks";
 import { type MadeTile, SurfaceLevel, type Tools, uniformCubes } from "./surface_level";
 import { cubesByView } from "./view_levels";

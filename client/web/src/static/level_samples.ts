@@ -5,10 +5,10 @@
 import type { PlainBox } from "../mesh/plain_box";
 import type { OctreeCube } from "../mesh/tile_mesh";
 import type { Vec3 } from "../stream/dataset";
+import { arrayType, type SampleArray } from "../stream/sample_array";
 import { type Cells, type CrossedCells, cellsOf } from "./crossed_cells";
 import { coarseExtent, coarseSpacing, indexIn } from "./level_extents";
 import type { PreparedVolume } from "./prepared_file";
-import { arrayType, type SampleArray } from "./sample_array";
 import { brickSide } from "./sample_bricks";
 
 type Box = Pick<PlainBox, "layers"> & { first: Vec3; last: Vec3 }; // Samples of the data, in spacings.

@@ -2,13 +2,13 @@
 // trusted: checksums, sizes and places are checked. Errors are sentences that name the file.
 import { createXXHash3 } from "hash-wasm";
 import { create, type DatasetInfo, DatasetInfoSchema } from "../protocol/messages";
+import { type SampleArray, sampleBytes, samplesOf } from "../stream/sample_array";
 import type { BlockStore } from "./block_store";
 import { datasetInfo } from "./dataset_metadata";
 import { type Bytes, FileBlocks } from "./file_blocks";
 import { cellExtent, coarseExtent, sizeOf } from "./level_extents";
 import { entryOf, unpacked } from "./packed_brick";
 import { RangedFile } from "./ranged_file";
-import { type SampleArray, sampleBytes, samplesOf } from "./sample_array";
 import { indexBytes, SampleBricks } from "./sample_bricks";
 
 // What a surface is made from.

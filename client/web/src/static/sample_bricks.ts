@@ -1,9 +1,9 @@
 // The bricks of samples of a prepared file: fetched together, unpacked when they are read.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Vec3 } from "../stream/dataset";
+import { type SampleArray, sampleBytes, samplesOf } from "../stream/sample_array";
 import type { Bytes, FetchProgress, FileBlocks } from "./file_blocks";
 import { entryOf, unpacked } from "./packed_brick";
-import { type SampleArray, sampleBytes, samplesOf } from "./sample_array";
 
 export const brickSide = 16;
 const maxUnpackedBytes = 1 << 27; // Kept.

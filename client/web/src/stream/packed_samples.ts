@@ -1,7 +1,6 @@
 // Unpacks the samples of a SliceReply; conversation.proto describes the format.
 import { SampleType } from "../protocol/messages";
-
-export type Samples = Uint8Array | Int8Array | Uint16Array | Int16Array | Float32Array;
+import { arrayType, type SampleArray } from "./sample_array";
 
 // As they were sent.
 export interface PackedSamples {
@@ -10,30 +9,17 @@ export interface PackedSamples {
 }
 
 const otherCount = "The server's samples are not as many as requested.";
-const bytesOf = new Map([
-  [SampleType.U8, 1],
-  [SampleType.I8, 1],
-  [SampleType.U16, 2],
-  [SampleType.I16, 2],
-  [SampleType.F32, 4],
-]);
-
 // Rejects if the bytes are not `count` numbers of this type.
-export async function unpackedSamples({ type, bytes }: PackedSamples, count: number): Promise<Samples> {
+export async function unpackedSamples({ type, bytes }: PackedSamples, count: number): Promise<SampleArray> {
   if (type === SampleType.UNSPECIFIED) {
     if (bytes.length !== 4 * count) throw new Error(otherCount);
     return new Float32Array(bytes.slice().buffer); // The bytes may be unaligned in their message.
   }
-  const width = bytesOf.get(type);
-  if (!width) throw new Error("The server sent samples of an unknown type.");
-  const planes = await inflated(bytes, width * count);
-  if (type === SampleType.F32) return new Float32Array(summed(new Uint32Array(count), planes).buffer);
-  if (width === 1) {
-    const sums = summed(new Uint8Array(count), planes);
-    return type === SampleType.U8 ? sums : new Int8Array(sums.buffer);
-  }
-  const sums = summed(new Uint16Array(count), planes);
-  return type === SampleType.U16 ? sums : new Int16Array(sums.buffer);
+  const Type = arrayType(type);
+  if (!Type) throw new Error("The server sent samples of an unknown type.");
+  const width = Type.BYTES_PER_ELEMENT;
+  const Sums = width === 4 ? Uint32Array : width === 2 ? Uint16Array : Uint8Array;
+  return new Type(summed(new Sums(count), await inflated(bytes, width * count)).buffer);
 }
 
 // Adds up the differences.

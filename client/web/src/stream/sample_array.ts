@@ -1,4 +1,4 @@
-// Samples in the types of prepared files.
+// Samples in the types of datasets.
 import type { SampleType } from "../protocol/messages";
 
 export type SampleArray = Uint8Array | Int8Array | Uint16Array | Int16Array | Float32Array;

@@ -1,6 +1,6 @@
 // A worker that keeps a copy of every tile for operations on whole surfaces: checks a step before it is shown, makes
 // normals agree between tiles, selects the drawn components, finds intersections of the drawn triangles with rays and
-// planes, measures parts, and writes files.
+// planes, measures parts, and writes files. It converts the samples of volumes, too.
 
 import { type DataBorder, matchBoundaries } from "../mesh/boundary_matcher";
 import { type CutPlane, cutLine } from "../mesh/cut";
@@ -11,6 +11,7 @@ import { nearestHit } from "../mesh/ray";
 import { scalarAttribute } from "../mesh/scalars";
 import { drawnComponents, withDrawnComponents } from "../mesh/tile_components";
 import { weldedInWorld } from "../mesh/welded_mesh";
+import { madeSlab } from "../scene/volume/slab";
 import type { CheckedStep, DrawnTiles, Hit, MeasuredPart, MeshMessage, MeshReply, PickRay, SavedSurface, Selection, StoredTile } from "./worker_messages";
 
 const tiles = new Map<string, StoredTile>();
@@ -125,6 +126,7 @@ const calls = {
     const { meshFile } = await import("../mesh/mesh_file");
     return meshFile(weldedInWorld(await drawnTiles(drawn), toWorld), format, step);
   },
+  slab: madeSlab, // A part of a volume.
 };
 
 export type MeshCalls = typeof calls;
@@ -132,6 +134,7 @@ export type MeshCalls = typeof calls;
 function transfers(result: Awaited<ReturnType<MeshCalls[keyof MeshCalls]>>): ArrayBufferLike[] {
   if (result instanceof Uint8Array || result instanceof Float32Array) return [result.buffer];
   if (result && "parted" in result) return result.parted.map(({ triangles }) => triangles.buffer);
+  if (result && "texels" in result) return [result.texels.buffer, result.ranges.low.buffer, result.ranges.high.buffer];
   if (result && "topology" in result) return result.normals.map(({ normals }) => normals.buffer);
   return [];
 }

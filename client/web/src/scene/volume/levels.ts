@@ -3,7 +3,7 @@
 import type { DatasetInfo } from "../../protocol/messages";
 import type { Vec3 } from "../../stream/dataset";
 import type { SampleBox } from "../../stream/dataset_queries";
-import type { Samples } from "../../stream/packed_samples";
+import type { SampleArray } from "../../stream/sample_array";
 
 export interface Level {
   step: number; // Every step-th sample along each axis, from the first on.
@@ -87,7 +87,7 @@ export class BlockRanges {
   }
 
   // Adds the values of rows, which may be NaN; `first` counts the rows before them.
-  add(first: number, values: Samples): void {
+  add(first: number, values: SampleArray): void {
     const [width, height] = this.counts;
     const [across, down] = this.blocks;
     for (let begin = 0, row = first; begin < values.length; begin += width, ++row) {
@@ -105,7 +105,7 @@ export class BlockRanges {
     }
   }
 
-  private addRow(block: number, values: Samples, begin: number): void {
+  private addRow(block: number, values: SampleArray, begin: number): void {
     const [width] = this.counts;
     for (let i = 0; i < this.blocks[0]; ++i) {
       let [low, high] = [this.low[block + i], this.high[block + i]];

@@ -1,6 +1,7 @@
 // Unpacks a part of a level and converts it for the GPU: 8 bits for data of 8 bits, else half floats over the data's range.
 import type { Vec3 } from "../../stream/dataset";
-import { type PackedSamples, type Samples, unpackedSamples } from "../../stream/packed_samples";
+import { type PackedSamples, unpackedSamples } from "../../stream/packed_samples";
+import type { SampleArray } from "../../stream/sample_array";
 import { BlockRanges, samplesOf } from "./levels";
 
 export interface SlabJob {
@@ -34,13 +35,13 @@ export async function madeSlab({ packed, counts, row, layer, levelCounts, texels
   return { texels: texelsOf(samples, texels), ranges: { first, low, high } };
 }
 
-function rangesOf(samples: Samples, row: number, levelCounts: Vec3, layers: [number, number]): BlockRanges {
+function rangesOf(samples: SampleArray, row: number, levelCounts: Vec3, layers: [number, number]): BlockRanges {
   const ranges = new BlockRanges(levelCounts, ...layers);
   ranges.add(row, samples);
   return ranges;
 }
 
-function texelsOf(samples: Samples, { range: [low, high], isOfBytes, isOfIntegers }: TexelRules): Slab["texels"] {
+function texelsOf(samples: SampleArray, { range: [low, high], isOfBytes, isOfIntegers }: TexelRules): Slab["texels"] {
   if (isOfBytes) return Uint8Array.from(samples, (value) => value - low);
   const texels = new Uint16Array(samples.length);
   const half = (value: number) => (Number.isNaN(value) ? noValue : halfOf((value - low) / (high - low)));

@@ -4,11 +4,11 @@ import type { ColorScale } from "../../shared/color_maps";
 import { isSameData } from "../../state/series";
 import type { Settings } from "../../state/settings";
 import type { DatasetQueries } from "../../stream/dataset_queries";
+import type { TilePool } from "../../workers/tile_pool";
 import { clipPlanes } from "../crop";
 import type { Stage } from "../stage";
 import { type Level, levelsOf, nextLevel, slabsOf, type VolumeBudget } from "./levels";
 import { opacitiesOf } from "./opacities";
-import { SlabMaker } from "./slab_maker";
 import { type ShownLabels, VolumeLabels } from "./volume_labels";
 import { VolumePass } from "./volume_pass";
 import { VolumeTexture } from "./volume_texture";
@@ -26,6 +26,7 @@ export interface ShownLevel {
 
 export interface VolumeSources {
   queries: Pick<DatasetQueries, "box">;
+  pool: Pick<TilePool, "call">; // Its worker converts samples.
   failed: (text: string) => void; // Called with a sentence.
   volumeShown: (level: ShownLevel | null) => void; // Null: none.
 }
@@ -35,7 +36,6 @@ const concurrent = 3; // Queries; another one is left for slices.
 export class Volume {
   private readonly pass: VolumePass;
   private readonly budget: VolumeBudget;
-  private readonly slabs = new SlabMaker();
   private readonly labels: VolumeLabels;
   private wanted: DatasetInfo | null = null;
   private shown: VolumeTexture | null = null;
@@ -106,7 +106,6 @@ export class Volume {
     }
     if (this.wanted !== info && this.wanted) return;
     this.isLoading = false;
-    this.slabs.close();
   }
 
   private async level(info: DatasetInfo, level: Level): Promise<VolumeTexture> {
@@ -116,7 +115,7 @@ export class Volume {
       const slab = waiting.shift();
       if (!slab || this.wanted !== info) return;
       const job = texture.job(slab, await this.sources.queries.box(info.name, slab));
-      const made = await this.slabs.make(job);
+      const made = await this.sources.pool.call("slab", job);
       if (this.wanted === info) texture.put(job, made);
       return fetchNext();
     };

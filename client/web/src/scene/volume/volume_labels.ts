@@ -3,7 +3,8 @@ import * as THREE from "three";
 import type { DatasetInfo } from "../../protocol/messages";
 import type { Vec3 } from "../../stream/dataset";
 import type { SampleBox } from "../../stream/dataset_queries";
-import { type Samples, unpackedSamples } from "../../stream/packed_samples";
+import { unpackedSamples } from "../../stream/packed_samples";
+import type { SampleArray } from "../../stream/sample_array";
 import { type Level, levelsOf, samplesOf, slabsOf, type VolumeBudget } from "./levels";
 import type { VolumeSources } from "./volume";
 import type { VolumePass } from "./volume_pass";
@@ -152,7 +153,7 @@ export class LabelMap {
     return Math.min(...count) < 1 ? [] : slabsOf({ step, counts: count }, first.map((at) => at * step) as Vec3);
   }
 
-  paint(label: number, { first, step, counts: [width, height, layers] }: SampleBox, values: Samples): void {
+  paint(label: number, { first, step, counts: [width, height, layers] }: SampleBox, values: SampleArray): void {
     const [x, y, z] = first.map((at) => at / step);
     const [across, down] = this.level.counts;
     for (let row = 0; row < height * layers; ++row) {
