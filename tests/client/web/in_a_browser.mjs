@@ -38,7 +38,7 @@ const hosts = new Set([new URL(server.page).host]); // Hosts that pages may conn
 const others = [];
 const browser = await chromium.launch({
   executablePath: chromiumPath,
-  args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+  args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", ...(process.env.CARGS ?? "").split(" ").filter(Boolean)],
 });
 const reader = await browser.newPage(); // Decodes screenshots.
 let failures = 0;
