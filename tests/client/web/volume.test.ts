@@ -2,7 +2,8 @@ import { SampleType } from "../../../client/web/src/protocol/messages";
 import { BlockRanges, levelsOf, nextLevel, samplesOf, slabsOf } from "../../../client/web/src/scene/volume/levels";
 import { extinctionTable, isVisible, opacityAt, tableLength, volumePresets } from "../../../client/web/src/scene/volume/opacities";
 import { halfOf, madeSlab } from "../../../client/web/src/scene/volume/slab";
-import { blockTexture, texelRange } from "../../../client/web/src/scene/volume/volume_texture";
+import { VolumePass } from "../../../client/web/src/scene/volume/volume_pass";
+import { blockTexture, texelRange, type VolumeTexture } from "../../../client/web/src/scene/volume/volume_texture";
 import { fromAddress } from "../../../client/web/src/state/url_state";
 import type { Vec3 } from "../../../client/web/src/stream/dataset";
 import { plain as named } from "./made_datasets";
@@ -133,6 +134,31 @@ test("TexelRange.IsThatOfTheTypeForBytes", () => {
   expect(texelRange({ type: SampleType.U8, min: 7, max: 90 })).toEqual([0, 255]);
   expect(texelRange({ type: SampleType.I8, min: 7, max: 90 })).toEqual([-128, 127]);
   expect(texelRange({ type: SampleType.I16, min: -1000, max: 3000 })).toEqual([-1000, 3000]);
+});
+
+test("VolumePass.IsDrawnFinerAtRestOnceItIsKnownToBeFast", async () => {
+  let [clock, frame] = [0, 20_000]; // Milliseconds.
+  vi.spyOn(performance, "now").mockImplementation(() => (clock += frame));
+  const renderer = { getContext: () => ({ fenceSync: () => null }) };
+  const pass = new VolumePass(renderer as unknown as ConstructorParameters<typeof VolumePass>[0]);
+  const camera = { matrixWorld: pass.object.matrixWorld, projectionMatrixInverse: pass.object.matrixWorld }; // Identities.
+  const level = { step: 1, counts: [9, 9, 9] as Vec3 };
+  const texture = { level, texture: null, rules: { range: [0, 1] }, ranges: new BlockRanges(level.counts) };
+  pass.setSamples(texture as unknown as VolumeTexture, named("ct"));
+  const scale = { map: "gray", low: 0, high: 1, isLog: false } as const;
+  pass.setLook({ points: points([0, 0], [1, 0.5]), scale, isMaximum: false, isShaded: false, clip: [] });
+  const draw = async (quality: "moving" | "resting") => {
+    pass.begin(camera as Parameters<VolumePass["begin"]>[0], { width: 800, height: 600 }, quality);
+    pass.end();
+    await pass.measuring;
+    return pass.isFinerAtRest;
+  };
+  await draw("moving");
+  expect(await draw("resting")).toBe(false); // It is as slow as expected.
+  frame = 10;
+  expect(await draw("resting")).toBe(true);
+  expect(await draw("resting")).toBe(false);
+  vi.restoreAllMocks();
 });
 
 describe("Slab", () => {

@@ -189,9 +189,12 @@ export class Stage extends OrbitView {
     if (this.pending.some((isDataPending) => isDataPending()) || this.isDue) return this.scheduleRest();
     const begin = performance.now();
     this.draw("resting");
-    if (!this.look.hasOcclusion) return;
-    await gpuFinished(this.renderer, 4);
-    this.occlusionCost = performance.now() - begin;
+    if (this.look.hasOcclusion) {
+      await gpuFinished(this.renderer, 4);
+      this.occlusionCost = performance.now() - begin;
+    }
+    await this.volume?.measuring;
+    if (this.volume?.isFinerAtRest && !this.isChanged && timer === this.restTimer) this.scheduleRest();
   }
 
   private draw(quality: VolumeQuality, hasHandles = true): void {

@@ -55,6 +55,7 @@ export class VolumePass {
   private begun: Promise<number> | null = null;
   private measured = 1; // The frame's share of that, inverted.
   private isMeasuring = false;
+  measuring: Promise<void> = Promise.resolve(); // Of the latest frame.
 
   constructor(private readonly renderer: THREE.WebGLRenderer) {}
 
@@ -142,7 +143,13 @@ export class VolumePass {
 
   // Ends the frame: measures what it cost. Other work on the GPU only makes it longer.
   end(): void {
-    if (this.begun) void this.measure(this.begun, this.measured);
+    if (this.begun) this.measuring = this.measure(this.begun, this.measured);
+  }
+
+  // Whether a frame at rest would be clearly finer than the latest one: drawing has turned out to be faster than before.
+  get isFinerAtRest(): boolean {
+    const { shrink, stride } = this.fineness("resting");
+    return this.isShown && shrink ** 2 * stride < 0.8 * this.measured;
   }
 
   // Whether frames during motion are as good as those at rest.
