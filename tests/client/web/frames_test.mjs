@@ -3,7 +3,7 @@
 //   node frames_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
 
-import { finish, patience, server, surfaceShares, test } from "./in_a_browser.mjs";
+import { finish, maxScenes, patience, server, surfaceShares, test } from "./in_a_browser.mjs";
 
 await test("DrawsEveryFrameThatIsSeen", drawsAllFrames, { viewport: { width: 500, height: 700 } });
 await test("SaysWhyAFrameIsBlank", saysWhyItIsBlank, { viewport: { width: 1000, height: 560 } });
@@ -48,7 +48,7 @@ async function areDrawn(page, places) {
 
 async function drawsAllFrames(page) {
   page.maySay = /WebGL/;
-  const count = 18; // A browser draws 16 at a time.
+  const count = maxScenes + 2;
   await openAround(page, frame("width: 500px; height: 400px").repeat(count));
   const frames = page.frames().slice(1);
   assert.equal(frames.length, count);
@@ -64,7 +64,7 @@ async function drawsAllFrames(page) {
 
 async function saysWhyItIsBlank(page) {
   page.maySay = /WebGL/;
-  const count = 18;
+  const count = maxScenes + 2;
   await openAround(page, `<div style="display: grid; grid-template-columns: repeat(6, 1fr)">${frame("width: 160px; height: 180px").repeat(count)}</div>`);
   const frames = page.frames().slice(1);
   const blank = async () => (await Promise.all(frames.map(noticeOf))).map((text, at) => (/took the graphics/.test(text) ? at : -1)).filter((at) => at >= 0);

@@ -15,6 +15,7 @@ import { Server } from "./viewer_host.mjs";
 const [program, viewer, scratchFolder] = process.argv.slice(2);
 const chromiumPath = process.env.CHROMIUM ?? "/usr/bin/chromium";
 export const scratch = scratchFolder;
+export const maxScenes = 6; // That the browser draws at a time; 16 otherwise.
 export const patience = Number(process.env.PATIENCE ?? 120_000); // Enough for a busy machine without a graphics card.
 
 function skip(what) {
@@ -38,7 +39,7 @@ const hosts = new Set([new URL(server.page).host]); // Hosts that pages may conn
 const others = [];
 const browser = await chromium.launch({
   executablePath: chromiumPath,
-  args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", ...(process.env.CARGS ?? "").split(" ").filter(Boolean)],
+  args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", `--max-active-webgl-contexts=${maxScenes}`],
 });
 const reader = await browser.newPage(); // Decodes screenshots.
 let failures = 0;
