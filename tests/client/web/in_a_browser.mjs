@@ -78,7 +78,8 @@ async function newPage(device) {
   page.on("console", (message) => {
     // The browser logs failed requests, including the page's icon, while the server is down.
     const isAway = /WebSocket|ERR_CONNECTION_(REFUSED|RESET)/.test(message.text());
-    const isExpected = (page.mayLoseItsConnection && isAway) || page.maySay?.test(message.text());
+    const isCancelled = message.text().endsWith("net::ERR_FAILED"); // A request of a page that was left.
+    const isExpected = isCancelled || (page.mayLoseItsConnection && isAway) || page.maySay?.test(message.text());
     if (message.type() === "error" && !isExpected) page.failure.push(message.text());
   });
   page.on("pageerror", (error) => page.failure.push(error.message));
