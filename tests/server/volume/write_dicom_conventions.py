@@ -134,6 +134,101 @@ def bits():
     read("bits-rle", slices("bits-rle", run_lengths), signed, **PLACE)
 
 
+    def seven(_, data):
+        data.BitsAllocated, data.BitsStored, data.HighBit, data.PixelRepresentation = 8, 7, 6, 0
+    low = (volume % 128).astype("u1")
+    read("bits-seven", slices("bits-seven", seven, pixels=low), low, **PLACE)
+
+    # The highest bits hold an overlay.
+    def overlaid(i, data):
+        stored(11, 0, packed | 0x1000)(i, data)
+        for element, kind, value in ((0x10, "US", 6), (0x11, "US", 8), (0x40, "CS", "G"), (0x50, "SS", [1, 1]), (0x100, "US", 16), (0x102, "US", 12)):
+            data.add_new(0x60000000 + element, kind, value)
+    read("bits-overlay", slices("bits-overlay", overlaid), packed, **PLACE)
+
+    def dense(_, data):
+        data.BitsAllocated, data.BitsStored, data.HighBit = 12, 12, 11
+    refuse("bits-dense", slices("bits-dense", dense), "in 12 bits")
+
+    def big(i, data):
+        data.file_meta.TransferSyntaxUID, data.is_little_endian = "1.2.840.10008.1.2.2", False
+        data.BitsAllocated, data.BitsStored, data.HighBit = 32, 32, 31
+        data.PixelData = volume[i].astype(">i4").tobytes()
+    refuse("bits-big", slices("bits-big", big), "not little-endian")
+
+    def without(name, value=None):
+        def change(_, data):
+            data["PixelData"].VR = "OW"
+            delattr(data, name) if value is None else setattr(data, name, value)
+        return slices(f"without-{name}", change)
+    refuse("bits-unknown", without("BitsAllocated"), "does not state the bits")
+    refuse("bits-pairs", without("SamplesPerPixel", 2), "have 2 samples")
+    read("bits-sign", without("PixelRepresentation"), volume, notice="does not state whether its integers have a sign", **PLACE)
+
+
+def values():
+    """Slope and intercept of all storage classes, private ones, too."""
+    def scaled(slope, intercept):
+        def change(i, data):
+            data.RescaleSlope, data.RescaleIntercept = slope, intercept
+        return change
+    storage = "1.2.840.10008.5.1.4.1.1."
+    for name, kind in (("mr", storage + "4"), ("us", storage + "6.1"), ("xa", storage + "12.1"), ("dx", storage + "1.1.1"),
+                       ("rt", storage + "481.1"), ("sc", storage + "7"), ("private", "1.2.840.113619.4.30")):
+        def change(i, data):
+            scaled(2 + i, -100)(i, data)
+            data.SOPClassUID = data.file_meta.MediaStorageSOPClassUID = kind
+            data.compress("1.2.840.10008.1.2.5")
+        expected = numpy.stack([volume[i] * (2 + i) - 100 for i in range(5)])
+        read(f"rescale-{name}", slices(f"rescale-{name}", change), expected, **PLACE)
+    read("rescale-zero", slices("rescale-zero", scaled(0, 0)), volume, notice="states no scaling", **PLACE)
+    read("rescale-intercept", slices("rescale-intercept", scaled(None, -100)), volume - 100, notice="!states no scaling", **PLACE)
+
+    def mapped(_, data):
+        data.RealWorldValueMappingSequence = items(RealWorldValueIntercept=1.0, RealWorldValueSlope=3.0)
+    read("mapping", slices("mapping", mapped), volume, notice="RealWorldValueMappingSequence), which is not applied", **PLACE)
+
+    def padded(_, data):
+        data.add_new(0x00280120, "SS", -5)
+        data.add_new(0x00280121, "SS", 3)
+    read("padding-range", slices("padding-range", padded), volume, notice="number is -5 to 3 are padding", **PLACE)
+
+
+def places():
+    def odd(_, data):
+        data.add_new(0x00280030, "SH", "1.5")  # Of a wrong type.
+    read("spacing-odd", slices("spacing-odd", odd), volume, notice="no spacing along x and y", **{**PLACE, "steps": diagonal(1, 1, 2)})
+
+    def unplaced(i, data):
+        if i == 4:
+            del data.ImagePositionPatient
+    read("position-missing", slices("position-missing", unplaced), volume[:4], notice="1 images without a position are skipped", **PLACE)
+
+    def unturned(_, data):
+        del data.ImageOrientationPatient
+    read("orientation-missing", slices("orientation-missing", unturned), volume, notice="state no orientation", **PLACE)
+    read("orientation-stated", slices("orientation-stated"), volume, notice="!state no orientation", **PLACE)
+
+    def tiles(data):
+        data.TotalPixelMatrixColumns, data.TotalPixelMatrixRows = 16, 18
+    refuse("tiles", one_file("tiles", tiles, "1.2.840.10008.5.1.4.1.1.77.1.6"), "tiles of one larger image")
+
+
+def colors():
+    pixels = numpy.stack([volume % 256, volume * 3 % 256, 255 - volume % 256], -1).astype("u1")
+    def colored(kind, planes, syntax=None):
+        def change(i, data):
+            data.SamplesPerPixel, data.PlanarConfiguration, data.PhotometricInterpretation = 3, planes, kind
+            data.BitsAllocated, data.BitsStored, data.HighBit, data.PixelRepresentation = 8, 8, 7, 0
+            data.PixelData = (pixels[i].transpose(2, 0, 1) if planes else pixels[i]).tobytes()
+            if syntax:
+                data.compress(syntax)
+        return change
+    for name, change in (("pixels", colored("RGB", 0)), ("planes", colored("RGB", 1)), ("planes-rle", colored("RGB", 1, "1.2.840.10008.1.2.5"))):
+        read(f"color-{name}", slices(f"color-{name}", change), pixels[..., 1], options="component=1", **PLACE)
+    read("color-ybr", slices("color-ybr", colored("YBR_FULL", 0)), pixels[..., 1], options="component=1", notice="two color differences", **PLACE)
+
+
 def ultrasound():
     def region(dx, dy, spatial=1, unit=3):
         return items(RegionSpatialFormat=spatial, RegionDataType=1, PhysicalUnitsXDirection=unit, PhysicalUnitsYDirection=unit,
@@ -373,8 +468,29 @@ def compressed():
         data.PixelData = encapsulate([bytes(stream) + b"\0" * (len(stream) % 2)])
         data["PixelData"].is_undefined_length = True
 
+    # Frames in several fragments.
+    def fragmented(data):
+        data.file_meta.TransferSyntaxUID = "1.2.840.10008.1.2.4.90"
+        data.ImagePositionPatient, data.ImageOrientationPatient, data.SliceThickness = [10, 20, 30], [1, 0, 0, 0, 1, 0], 2
+        data.PixelRepresentation = 0
+        streams = []
+        for frame in volume.astype("<u2"):
+            out = io.BytesIO()
+            Image.fromarray(frame).save(out, "JPEG2000", irreversible=False, no_jp2=True)
+            streams.append(out.getvalue() + b"\0" * (len(out.getvalue()) % 2))
+        data.PixelData = encapsulate(streams, fragments_per_frame=2)
+        data["PixelData"].is_undefined_length = True
+    read("j2k-fragments", one_file("j2k-fragments", fragmented), volume, **PLACE)
+
+    # Deflated as a whole by GDCM, which writes checksum and length of gzip behind the stream.
+    from pydicom.uid import DeflatedExplicitVRLittleEndian
+    path = slices("deflated", syntax=DeflatedExplicitVRLittleEndian)
+    for file in path.iterdir():
+        file.write_bytes(file.read_bytes() + b"\x3b\x6e\x01\x20\x66\x01\0\0")
+    read("deflated-trailer", path, volume, **PLACE)
+
     path = slices("j2k-unsigned", unsigned_stream, syntax="1.2.840.10008.1.2.4.90", pixels=numbers)
     read("j2k-unsigned", path, numbers, **PLACE)
 
 
-run_with_packages(spacing, bits, ultrasound, mosaics, without_preamble, segmentations, parametric_maps, compressed)
+run_with_packages(spacing, bits, values, places, colors, ultrasound, mosaics, without_preamble, segmentations, parametric_maps, compressed)

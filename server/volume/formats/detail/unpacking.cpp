@@ -297,7 +297,9 @@ std::size_t UnpackedStream::read_some(std::span<std::byte> into) {
         if (state.left.empty()) state.refill();
         state.ended = !may_have_members(state.packing) || state.left.empty() ||
                       packing_at(state.file, state.offset - state.left.size()) != state.packing;
-        if (state.ended) {
+        if (state.ended && state.packing == Packing::kDeflate) {
+          state.left = {};  // GDCM writes the checksum and the length of gzip behind it.
+        } else if (state.ended) {
           state.require_nothing_left();
         } else {
           state.unpacker.begin_next_member();

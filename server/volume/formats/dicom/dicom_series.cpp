@@ -93,8 +93,9 @@ class DicomSlices : public StoredSlices {
 
   [[nodiscard]] std::vector<std::string> findings() const override {
     if (!padding_) return {};
+    const auto [low, high] = *padding_;
     return {"'" + stack_.front().file.string() + "': samples whose stored number is " +
-            shortest_text(*padding_) +
+            shortest_text(low) + (low < high ? " to " + shortest_text(high) : "") +
             " are padding outside of the image (PixelPaddingValue); they are kept as values."};
   }
 
@@ -103,7 +104,8 @@ class DicomSlices : public StoredSlices {
     if (!image.padding || padding_) return;
     const std::size_t width = bytes_of(image.type);
     for (std::size_t at = 0; at + width <= samples.size(); at += width) {
-      if (number_from(image.type, samples.data() + at) != *image.padding) continue;
+      const double number = number_from(image.type, samples.data() + at);
+      if (number < (*image.padding)[0] || number > (*image.padding)[1]) continue;
       padding_ = image.padding;
       return;
     }
@@ -111,7 +113,7 @@ class DicomSlices : public StoredSlices {
 
   std::vector<DicomImage> stack_;
   DicomFrames frames_;
-  std::optional<double> padding_;  // Once it occurs.
+  std::optional<std::array<double, 2>> padding_;  // Once it occurs.
 };
 
 }  // namespace
@@ -178,15 +180,14 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
   header.dims = {first.size[0], first.size[1], static_cast<std::int64_t>(stack.size())};
   header.type = rescale ? StoredType::kF32 : first.type;
   header.components = first.components;
-  header.meaning = {.space = first.is_in_own_space ? WorldSpace::kUnnamed : WorldSpace::kLps,
+  const bool is_in_patient = first.has_orientation && !first.is_in_own_space;
+  header.meaning = {.space = is_in_patient ? WorldSpace::kLps : WorldSpace::kUnnamed,
                     .length_unit = "mm",
                     .value_unit = first.value_unit};
   header.values.scaling = first.has_rescale ? Basis::kStated : Basis::kAssumed;
-  if (first.has_value_table) {
-    header.contradictions.push_back({Fact::kScaling,
-                                     "its values are given by a table (ModalityLUTSequence), which "
-                                     "is not read; its numbers are "
-                                     "read as stored"});
+  if (!first.has_sign) header.values.sign = Basis::kAssumed;
+  if (!first.mapping_notice.empty()) {
+    header.contradictions.push_back({Fact::kScaling, first.mapping_notice});
   }
   if (!rescale && first.components == 1) {
     header.slope = first.slope;

@@ -1,11 +1,17 @@
 #include "server/volume/formats/dicom/detail/dicom_frames.hpp"
 
-#include <gdcmImageReader.h>
+#include <gdcmFragment.h>
+#include <gdcmMediaStorage.h>
+#include <gdcmPixmapReader.h>
 #include <gdcmReader.h>
+#include <gdcmSequenceOfFragments.h>
 
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "server/volume/formats/detail/input_file.hpp"
 
@@ -30,17 +36,81 @@ void take_stored_bits(const DicomImage& image, std::span<std::byte> pixels) {
   });
 }
 
+// Reads the pixels of any storage class, private ones as well. Drops overlays, on some of which
+// GDCM aborts.
+class PixelReader : public gdcm::PixmapReader {
+ public:
+  bool read_pixels() {
+    if (!gdcm::Reader::Read()) return false;
+    gdcm::DataSet& data = GetFile().GetDataSet();
+    std::vector<gdcm::Tag> overlays;
+    for (const gdcm::DataElement& element : data.GetDES()) {
+      if ((element.GetTag().GetGroup() & 0xFF00) == 0x6000) overlays.push_back(element.GetTag());
+    }
+    for (const gdcm::Tag& tag : overlays) data.Remove(tag);
+    GetPixmap().SetTransferSyntax(GetFile().GetHeader().GetDataSetTransferSyntax());
+    return ReadImage(gdcm::MediaStorage::SecondaryCaptureImageStorage);
+  }
+};
+
+bool begins_stream(std::string_view bytes) {
+  using namespace std::string_view_literals;
+  return bytes.starts_with("\xFF\xD8\xFF"sv) ||      // JPEG, JPEG-LS
+         bytes.starts_with("\xFF\x4F\xFF\x51"sv) ||  // JPEG 2000
+         bytes.starts_with("\0\0\0\x0CjP  "sv);      // with boxes of a file
+}
+
+// Joins the fragments of each frame: of several frames, GDCM takes each fragment for a frame.
+void join_fragments(std::size_t frames, gdcm::Bitmap& pixels) {
+  const gdcm::SequenceOfFragments* const fragments =
+      pixels.GetDataElement().GetSequenceOfFragments();
+  if (fragments == nullptr || fragments->GetNumberOfFragments() <= frames || frames == 1) return;
+  std::vector<std::string> streams;
+  for (std::size_t i = 0; i < fragments->GetNumberOfFragments(); ++i) {
+    const gdcm::ByteValue* const bytes = fragments->GetFragment(i).GetByteValue();
+    if (bytes == nullptr) continue;
+    const std::string_view fragment(bytes->GetPointer(), bytes->GetLength());
+    if (streams.empty() || begins_stream(fragment)) streams.emplace_back();
+    streams.back() += fragment;
+  }
+  if (streams.size() != frames) return;
+  gdcm::SmartPointer<gdcm::SequenceOfFragments> joined = new gdcm::SequenceOfFragments;
+  for (const std::string& stream : streams) {
+    gdcm::Fragment fragment;
+    fragment.SetByteValue(stream.data(), static_cast<std::uint32_t>(stream.size()));
+    joined->AddFragment(fragment);
+  }
+  gdcm::DataElement element = pixels.GetDataElement();
+  element.SetValue(*joined);
+  pixels.SetDataElement(element);
+}
+
+// Interleaves the components of frames that are stored as planes.
+void interleave(const DicomImage& image, std::vector<std::byte>& pixels) {
+  const auto planes = static_cast<std::size_t>(image.components);
+  const std::size_t width = bytes_of(image.type);
+  const std::size_t count = image.frame_bytes() / width / planes;
+  const std::vector<std::byte> stored = pixels;
+  for (std::size_t begin = 0; begin < stored.size(); begin += image.frame_bytes()) {
+    for (std::size_t i = 0; i < count * planes; ++i) {
+      const std::size_t from = i % planes * count + i / planes;
+      std::memcpy(pixels.data() + begin + i * width, stored.data() + begin + from * width, width);
+    }
+  }
+}
+
 }  // namespace
 
 std::span<const std::byte> DicomFrames::samples(const DicomImage& image) {
   const std::size_t bytes = image.frame_bytes();
   const auto frame = static_cast<std::size_t>(image.frame);
   const std::size_t first_bit = frame * bytes;  // If samples are bits.
-  if (image.pixels_at) {
+  if (image.pixels_at && !image.tile) {
     const InputFile file(image.file);
     if (!image.has_bits) {
       one_.resize(bytes);
       file.read(*image.pixels_at + frame * bytes, one_);
+      take_stored_bits(image, one_);
       return one_;
     }
     std::vector<std::byte> packed((first_bit + bytes + 7) / 8 - first_bit / 8);
@@ -91,13 +161,14 @@ void DicomFrames::load(const DicomImage& image) {
 }
 
 void DicomFrames::load_by_gdcm(const DicomImage& image) {
-  gdcm::ImageReader reader;
+  PixelReader reader;
   reader.SetFileName(image.file.c_str());
-  if (!reader.Read()) {
+  if (!reader.read_pixels()) {
     fail_reading(image.file, "GDCM cannot read its image",
                  "Decompress it first, for example with gdcmconv --raw or dcmdjpeg");
   }
-  gdcm::Image& pixels = reader.GetImage();
+  gdcm::Bitmap& pixels = reader.GetPixmap();
+  join_fragments(image.tile ? 1 : static_cast<std::size_t>(image.frames), pixels);
   if (image.unused_bits > 0 && !image.is_jpeg) {  // GDCM would drop the highest bits.
     gdcm::PixelFormat all_bits = pixels.GetPixelFormat();
     all_bits.SetBitsStored(all_bits.GetBitsAllocated());
@@ -115,6 +186,7 @@ void DicomFrames::load_by_gdcm(const DicomImage& image) {
     fail_reading(image.file, "its pixels cannot be decompressed",
                  "Decompress it first, for example with gdcmconv --raw");
   }
+  if (image.has_planes && !image.is_jpeg) interleave(image, pixels_);
 }
 
 // Loads an element that GDCM takes for no image.

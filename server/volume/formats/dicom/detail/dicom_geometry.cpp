@@ -1,7 +1,5 @@
 #include "server/volume/formats/dicom/detail/dicom_geometry.hpp"
 
-#include <gdcmImageHelper.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -90,6 +88,38 @@ Vec3 vector_in(const std::vector<double>& numbers, std::size_t first) {
   return {numbers[first], numbers[first + 1], numbers[first + 2]};
 }
 
+// Applies the mapping to real-world values that a parametric map has; notes those of others.
+void apply_mapping(const gdcm::DataSet& item, bool has_real_values, DicomImage& image) {
+  const DicomSequence mappings = sequence_at(item, Tag(0x0040, 0x9096));
+  if (mappings == nullptr || mappings->GetNumberOfItems() == 0) return;
+  if (!has_real_values) {
+    image.mapping_notice =
+        "it also maps its numbers to other values (RealWorldValueMappingSequence), which is not "
+        "applied";
+    return;
+  }
+  const gdcm::DataSet& mapping = mappings->GetItem(1).GetNestedDataSet();
+  const auto slope = binary_at<double>(mapping, Tag(0x0040, 0x9225));
+  const auto intercept = binary_at<double>(mapping, Tag(0x0040, 0x9224));
+  if (slope.empty() || intercept.empty() || slope[0] == 0) {
+    image.mapping_notice =
+        "its values are given by a table (RealWorldValueLUTData), which is not read; its numbers "
+        "are read as stored";
+    return;
+  }
+  if (mappings->GetNumberOfItems() > 1) {
+    image.mapping_notice = "of its " + std::to_string(mappings->GetNumberOfItems()) +
+                           " mappings to values (RealWorldValueMappingSequence), the first is used";
+  }
+  image.has_rescale = true;
+  image.slope = slope[0];
+  image.intercept = intercept[0];
+  with_item(mapping, Tag(0x0040, 0x08EA), [&](const gdcm::DataSet& unit) {
+    const std::string code = text_at(unit, Tag(0x0008, 0x0100));
+    image.value_unit = code == "1" ? std::string() : unit_from(code);
+  });
+}
+
 // Applies functional groups: properties of all frames, or of one, in enhanced files.
 void apply_groups(const gdcm::DataSet& item, const gdcm::DataSet& file, bool has_real_values,
                   DicomImage& image) {
@@ -105,6 +135,7 @@ void apply_groups(const gdcm::DataSet& item, const gdcm::DataSet& file, bool has
     if (orientation.size() != 6) return;
     image.row = vector_in(orientation, 0);
     image.column = vector_in(orientation, 3);
+    image.has_orientation = true;
   });
   // Those of enhanced ultrasound are in a space of its volume.
   with_item(item, Tag(0x0020, 0x930E), [&](const gdcm::DataSet& plane) {
@@ -119,6 +150,7 @@ void apply_groups(const gdcm::DataSet& item, const gdcm::DataSet& file, bool has
     if (orientation.size() != 6) return;
     image.row = vector_in(orientation, 0);
     image.column = vector_in(orientation, 3);
+    image.has_orientation = true;
   });
   with_item(item, Tag(0x0028, 0x9110),
             [&](const gdcm::DataSet& measures) { set_spacing(measures, image); });
@@ -126,8 +158,9 @@ void apply_groups(const gdcm::DataSet& item, const gdcm::DataSet& file, bool has
     const std::vector<double> slope = numbers_at(rescale, Tag(0x0028, 0x1053));
     const std::vector<double> intercept = numbers_at(rescale, Tag(0x0028, 0x1052));
     const std::string type = text_at(rescale, Tag(0x0028, 0x1054));
-    if (!slope.empty()) image.slope = slope[0];
-    image.has_rescale = image.has_rescale || !slope.empty();
+    const bool has_slope = !slope.empty() && slope[0] != 0;
+    if (has_slope) image.slope = slope[0];
+    image.has_rescale = image.has_rescale || has_slope;
     if (!intercept.empty()) image.intercept = intercept[0];
     if (slope.empty() && type.empty()) return;
     image.value_unit = dicom_value_unit(type, file, image.modality);
@@ -136,19 +169,7 @@ void apply_groups(const gdcm::DataSet& item, const gdcm::DataSet& file, bool has
     const auto numbers = binary_at<std::uint16_t>(identified, Tag(0x0062, 0x000B));
     if (!numbers.empty()) image.segment = numbers[0];
   });
-  if (!has_real_values) return;
-  with_item(item, Tag(0x0040, 0x9096), [&](const gdcm::DataSet& mapping) {
-    const auto slope = binary_at<double>(mapping, Tag(0x0040, 0x9225));
-    const auto intercept = binary_at<double>(mapping, Tag(0x0040, 0x9224));
-    if (slope.empty() || intercept.empty()) return;
-    image.has_rescale = true;
-    image.slope = slope[0];
-    image.intercept = intercept[0];
-    with_item(mapping, Tag(0x0040, 0x08EA), [&](const gdcm::DataSet& unit) {
-      const std::string code = text_at(unit, Tag(0x0008, 0x0100));
-      image.value_unit = code == "1" ? std::string() : unit_from(code);
-    });
-  });
+  apply_mapping(item, has_real_values, image);
 }
 
 // Headers round the directions: makes them orthonormal, turning both by the same angle. Leaves
@@ -202,6 +223,23 @@ std::vector<double> distances_of_frames(DicomImage& image, const gdcm::DataSet& 
     distances.push_back(sign * image.spacing[2] * slice);
   }
   return distances;
+}
+
+// Sets the place of the first frame, if the file states it.
+void set_place(const gdcm::DataSet& data, DicomImage& image) {
+  std::vector<double> cosines = numbers_at(data, Tag(0x0020, 0x0037));
+  std::vector<double> origin = numbers_at(data, Tag(0x0020, 0x0032));
+  with_item(data, Tag(0x0054, 0x0022), [&](const gdcm::DataSet& detector) {  // Nuclear medicine.
+    if (cosines.size() != 6) cosines = numbers_at(detector, Tag(0x0020, 0x0037));
+    if (origin.size() != 3) origin = numbers_at(detector, Tag(0x0020, 0x0032));
+  });
+  image.has_orientation = cosines.size() == 6;
+  if (!image.has_orientation) cosines = {1, 0, 0, 0, 1, 0};
+  image.row = vector_in(cosines, 0);
+  image.column = vector_in(cosines, 3);
+  image.has_origin = origin.size() == 3;
+  if (image.has_origin) image.position = vector_in(origin, 0);
+  image.has_position = image.has_origin || image.frames > 1;
 }
 
 // ---- Siemens mosaics: the slices of a volume as tiles of one image
@@ -307,19 +345,7 @@ std::string dicom_value_unit(const std::string& rescale_type, const gdcm::DataSe
 
 std::vector<DicomImage> frames_of_dicom(DicomImage whole, const gdcm::File& file) {
   const gdcm::DataSet& data = file.GetDataSet();
-  // GDCM replaces directions that are not quite at right angles by the identity.
-  std::vector<double> cosines = numbers_at(data, Tag(0x0020, 0x0037));
-  if (cosines.size() != 6) cosines = gdcm::ImageHelper::GetDirectionCosinesValue(file);
-  const std::vector<double> origin = gdcm::ImageHelper::GetOriginValue(file);
-  if (cosines.size() != 6 || origin.size() < 3) return {};
-  whole.row = vector_in(cosines, 0);
-  whole.column = vector_in(cosines, 3);
-  whole.position = vector_in(origin, 0);
-  whole.has_origin = data.FindDataElement(Tag(0x0020, 0x0032));
-  whole.has_position = whole.has_origin || whole.frames > 1;
-  with_item(data, Tag(0x0054, 0x0022), [&](const gdcm::DataSet& detector) {
-    if (detector.FindDataElement(Tag(0x0020, 0x0032))) whole.has_origin = true;
-  });
+  set_place(data, whole);
   set_spacing(data, whole);
   set_region_spacing(data, whole);
   whole.is_cine = whole.frames > 1 && (data.FindDataElement(Tag(0x0018, 0x1063)) ||
@@ -329,6 +355,7 @@ std::vector<DicomImage> frames_of_dicom(DicomImage whole, const gdcm::File& file
   const auto apply = [&](const gdcm::DataSet& item, DicomImage& image) {
     apply_groups(item, data, has_real_values, image);
   };
+  apply_mapping(data, false, whole);
   with_item(data, Tag(0x5200, 0x9229), [&](const gdcm::DataSet& shared) { apply(shared, whole); });
   if (const auto mosaic = mosaic_in(data); whole.frames == 1 && mosaic) {
     make_orthonormal(whole);

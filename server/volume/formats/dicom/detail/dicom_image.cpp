@@ -100,12 +100,14 @@ void check_pixels(const DicomHeader& header, std::uint64_t bits, DicomImage& ima
       .bits = bits};
   image.has_excess_bytes = check_dicom_pixels(file, pixels);
   image.is_jpeg = pixels.syntax.starts_with("1.2.840.10008.1.2.4.");
-  const bool is_plain = image.segmentation != Segmentation::kNone || image.element != 0x0010;
+  const bool is_plain = image.components == 1;  // GDCM aborts on some overlays and bits.
   const bool is_native = syntax == gdcm::TransferSyntax::ExplicitVRLittleEndian ||
                          syntax == gdcm::TransferSyntax::ImplicitVRLittleEndian;
   if (is_plain && is_native) image.pixels_at = header.pixels;
-  if (is_native || image.element == 0x0010) return;
-  fail_reading(image.file, "its floating-point pixels are not little-endian",
+  // The order of the words of larger big-endian numbers differs by program.
+  const bool is_big = syntax == gdcm::TransferSyntax::ExplicitVRBigEndian;
+  if (is_native || (image.element == 0x0010 && !(is_big && bits > 16))) return;
+  fail_reading(image.file, "its pixels of " + std::to_string(bits) + " bits are not little-endian",
                "Save it as Explicit VR Little Endian");
 }
 
@@ -143,14 +145,31 @@ Segmentation segmentation_in(const gdcm::DataSet& data) {
   return type == "FRACTIONAL" ? Segmentation::kFractional : Segmentation::kBinary;
 }
 
+// Refuses what GDCM would abort on.
+void check_format(const DicomHeader& header, const DicomImage& image) {
+  const auto allocated = binary_at<std::uint16_t>(header.data(), Tag(0x0028, 0x0100));
+  if (allocated.empty() || allocated[0] == 0) {
+    fail_damaged(image.file, "it does not state the bits of its samples (BitsAllocated)");
+  }
+  const auto samples = binary_at<std::uint16_t>(header.data(), Tag(0x0028, 0x0002));
+  if (samples.empty() || samples[0] == 1 || samples[0] == 3 || samples[0] == 4) return;
+  fail_reading(image.file,
+               "its pixels have " + std::to_string(samples[0]) + " samples (SamplesPerPixel)",
+               "Give gray values or RGB");
+}
+
 // Sets what the samples are; returns their bits in the file.
 std::uint64_t set_type(const DicomHeader& header, DicomImage& image) {
   if (header.element != 0x0010) {
     image.type = header.element == 0x0008 ? StoredType::kF32 : StoredType::kF64;
     return 8 * bytes_of(image.type);
   }
+  check_format(header, image);
   const gdcm::PixelFormat format = gdcm::ImageHelper::GetPixelFormatValue(header.reader.GetFile());
   image.components = format.GetSamplesPerPixel();
+  image.has_sign = header.data().FindDataElement(Tag(0x0028, 0x0103));
+  const auto planes = binary_at<std::uint16_t>(header.data(), Tag(0x0028, 0x0006));
+  image.has_planes = image.components > 1 && !planes.empty() && planes[0] == 1;
   image.stored_bits = format.GetBitsStored();
   // GDCM takes bits that end elsewhere for the lowest ones.
   const auto high = binary_at<std::uint16_t>(header.data(), Tag(0x0028, 0x0102));
@@ -160,10 +179,11 @@ std::uint64_t set_type(const DicomHeader& header, DicomImage& image) {
   image.has_bits = image.segmentation != Segmentation::kNone && format.GetBitsAllocated() == 1;
   if (image.has_bits) return 1;
   const std::optional<StoredType> type = dicom_type(format);
-  if (!type) {
+  if (!type || format.GetBitsAllocated() != 8 * bytes_of(*type)) {
     fail_reading(image.file,
-                 "its pixels have the type " + std::string(format.GetScalarTypeAsString()),
-                 "Give integers of 8 to 32 bits or floats");
+                 "its pixels have the type " + std::string(format.GetScalarTypeAsString()) +
+                     " in " + std::to_string(format.GetBitsAllocated()) + " bits",
+                 "Give integers of 8, 16 or 32 bits or floats");
   }
   image.type = *type;
   const auto photometric =
@@ -172,7 +192,46 @@ std::uint64_t set_type(const DicomHeader& header, DicomImage& image) {
       image.segmentation == Segmentation::kNone) {
     fail_reading(image.file, "its pixels are palette indices", "Convert it to gray values or RGB");
   }
+  // GDCM decompresses streams of JPEG without a conversion of colors.
+  image.is_ybr = photometric == gdcm::PhotometricInterpretation::YBR_FULL ||
+                 photometric == gdcm::PhotometricInterpretation::YBR_FULL_422;
   return format.GetBitsAllocated();
+}
+
+// Sets how values follow from stored numbers. Not by GDCM, which ignores the rescale of
+// projections.
+void set_values(const gdcm::DataSet& data, DicomImage& image) {
+  std::vector<double> slope = numbers_at(data, Tag(0x0028, 0x1053));
+  if (slope.empty()) slope = numbers_at(data, Tag(0x3004, 0x000E));  // DoseGridScaling.
+  const std::vector<double> intercept = numbers_at(data, Tag(0x0028, 0x1052));
+  const bool is_constant = !slope.empty() && slope[0] == 0;
+  image.has_rescale = !is_constant && (!slope.empty() || !intercept.empty());
+  if (!slope.empty() && !is_constant) image.slope = slope[0];
+  if (!intercept.empty()) image.intercept = intercept[0];
+  if (data.FindDataElement(Tag(0x0028, 0x3000))) {
+    image.mapping_notice =
+        "its values are given by a table (ModalityLUTSequence), which is not read; its numbers are "
+        "read as stored";
+  }
+  image.value_unit = dicom_value_unit(text_at(data, Tag(0x0028, 0x1054)), data, image.modality);
+  const auto padding = binary_at<std::uint16_t>(data, Tag(0x0028, 0x0120));
+  if (padding.empty() || bytes_of(image.type) > 2) return;
+  const auto limit = binary_at<std::uint16_t>(data, Tag(0x0028, 0x0121));
+  const bool is_signed = name(image.type).starts_with('i');
+  const auto number = [&](std::uint16_t bits) -> double {
+    return is_signed ? static_cast<std::int16_t>(bits) : bits;
+  };
+  const auto [low, high] =
+      std::minmax({number(padding[0]), number(limit.empty() ? padding[0] : limit[0])});
+  image.padding = {low, high};
+}
+
+// Refuses the tiles of a larger image, which are no slices.
+void refuse_tiles(const gdcm::DataSet& data, const DicomImage& image) {
+  if (image.frames == 1 || !data.FindDataElement(Tag(0x0048, 0x0006))) return;
+  fail_reading(image.file,
+               "its frames are tiles of one larger image (TotalPixelMatrixColumns), as of a slide",
+               "Convert it to TIFF, for example with Bio-Formats");
 }
 
 }  // namespace
@@ -226,22 +285,10 @@ std::vector<DicomImage> dicom_images(const fs::path& path) {
   }
   image.is_projection =
       image.modality == "NM" && image.frames > 1 && kind.find("RECON") == std::string::npos;
+  refuse_tiles(data, image);
   image.segmentation = segmentation_in(data);
   const std::uint64_t bits = set_type(*header, image);
-  const std::vector<double> rescale = gdcm::ImageHelper::GetRescaleInterceptSlopeValue(file);
-  if (rescale.size() == 2) {
-    image.intercept = rescale[0];
-    image.slope = rescale[1];
-  }
-  image.has_rescale = data.FindDataElement(Tag(0x0028, 0x1053)) ||
-                      data.FindDataElement(Tag(0x3004, 0x000E));  // DoseGridScaling.
-  image.has_value_table = data.FindDataElement(Tag(0x0028, 0x3000));
-  image.value_unit = dicom_value_unit(text_at(data, Tag(0x0028, 0x1054)), data, image.modality);
-  const auto padding = binary_at<std::uint16_t>(data, Tag(0x0028, 0x0120));
-  if (!padding.empty() && bytes_of(image.type) <= 2) {
-    const bool is_signed = name(image.type).starts_with('i');
-    image.padding = is_signed ? static_cast<std::int16_t>(padding[0]) : padding[0];
-  }
+  set_values(data, image);
   const std::vector<double> number = numbers_at(data, Tag(0x0020, 0x0013));
   if (!number.empty() && std::abs(number[0]) < 1e15) {
     image.number = static_cast<std::int64_t>(number[0]);

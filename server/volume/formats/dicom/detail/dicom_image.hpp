@@ -55,6 +55,8 @@ struct DicomImage {
   std::array<std::int64_t, 2> size = {1, 1};  // Columns and rows.
   StoredType type = StoredType::kU8;
   int components = 1;
+  bool is_ybr = false;      // Components are luminance and two color differences.
+  bool has_planes = false;  // Components are stored one after the other, but for JPEG.
   int stored_bits = 0;
   int unused_bits = 0;  // Below those of a sample: HighBit + 1 - BitsStored.
   // Directions of increasing column and row number.
@@ -65,6 +67,7 @@ struct DicomImage {
   Vec3 position{};
   bool has_position = false;
   bool has_origin = false;                             // The file states a position, of any frame.
+  bool has_orientation = false;                        // The file states row and column.
   bool has_own_place = false;                          // The file gives each frame a position.
   bool is_in_own_space = false;                        // Positions are not those of a patient.
   Vec3 spacing = {1, 1, 1};                            // Columns, rows and slices apart; > 0.
@@ -72,10 +75,12 @@ struct DicomImage {
   SpacingSource slice_spacing = SpacingSource::kNone;
   std::string region_notice = {};  // Why regions of an ultrasound image give it no spacing.
   bool is_cine = false;            // Frames follow each other in time.
-  bool has_rescale = false;        // The file states slope and intercept.
-  bool has_value_table = false;    // The file gives values by a table, which is not applied.
-  // The number that fills samples outside of the image (PixelPaddingValue).
-  std::optional<double> padding = std::nullopt;
+  bool has_sign = true;            // The file states whether integers are signed.
+  bool has_rescale = false;        // The file states slope or intercept.
+  std::string mapping_notice =
+      {};  // What of the file's ways from numbers to values is not applied.
+  // The least and the largest number that fill samples outside of the image (PixelPaddingValue).
+  std::optional<std::array<double, 2>> padding = std::nullopt;
   double slope = 1;
   double intercept = 0;
   std::int64_t number = 0;  // Number in the series.

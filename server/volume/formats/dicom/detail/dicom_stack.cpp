@@ -52,6 +52,9 @@ void drop_outliers(const fs::path& place, std::vector<DicomImage>& images,
   const auto is_slice = [](const DicomImage& image) { return !image.is_localizer; };
   if (std::any_of(images.begin(), images.end(), is_slice))
     leave_out("that are localizers", is_slice);
+  const auto is_placed = [](const DicomImage& image) { return image.has_position; };
+  if (std::any_of(images.begin(), images.end(), is_placed))
+    leave_out("without a position", is_placed);
   std::vector<std::pair<DicomImage, std::size_t>> kinds;
   for (const DicomImage& image : images) {
     auto found = std::find_if(kinds.begin(), kinds.end(),
@@ -135,8 +138,17 @@ void note_places(const fs::path& place, const DicomImage& first,
         "the distance of its columns and rows is that on the scanned film "
         "(NominalScannedPixelSpacing)");
   }
-  if (first.frames > 1 && !first.has_own_place && first.slice_spacing != SpacingSource::kStated) {
+  if (first.frames > 1 && !first.has_own_place && first.has_position &&
+      first.slice_spacing != SpacingSource::kStated) {
     note("its frames have no positions; they are placed " + slice_spacing_text(first));
+  }
+  if (!first.has_orientation) {
+    note("its slices state no orientation; rows are taken along x, columns along y");
+  }
+  if (first.is_ybr) {
+    note(
+        "its components are luminance and two color differences (YBR_FULL), not red, green and "
+        "blue");
   }
   if (!first.region_notice.empty()) note(first.region_notice);
   if (first.unused_bits > 0 && first.is_jpeg) {
