@@ -103,17 +103,18 @@ unread() {
     "/v1/datasets/head/isosurface?error=0.5&format=stl" /v1/3dtiles/head/iso/500/tileset.json \
     "/v1/datasets/head/probe?at=1,2,3" >unread.json 2>/dev/null
 }
-# Reads slices, values and surfaces of 3D Tiles with separate HTTP clients; the bytes are the same each time.
+# Reads slices, values and surfaces of 3D Tiles with separate HTTP clients; the bytes are the same each time. A busy
+# server says when to try again (503), which curl then does.
 readers() {
   local i url="http://127.0.0.1:$http_port" auth="Authorization: Bearer $(cat alice.token)" cell
   for i in $(seq 8); do
-    curl -sSf -m 240 -H "$auth" -o slice.raw "$url/v1/datasets/head/slice?format=raw&width=256&height=256&normal=0,1,1" || return 1
+    curl -sSf -m 240 --retry 5 -H "$auth" -o slice.raw "$url/v1/datasets/head/slice?format=raw&width=256&height=256&normal=0,1,1" || return 1
     [ ! -e slice.first ] || cmp slice.raw slice.first || return 1
     mv slice.raw slice.first
-    curl -sSf -m 240 -H "$auth" -o value.json "$url/v1/datasets/head/probe?at=1,2,3&coordinates=index" || return 1
-    curl -sSf -m 240 -H "$auth" -o tileset.json "$url/v1/3dtiles/head/iso/500/tileset.json" || return 1
+    curl -sSf -m 240 --retry 5 -H "$auth" -o value.json "$url/v1/datasets/head/probe?at=1,2,3&coordinates=index" || return 1
+    curl -sSf -m 240 --retry 5 -H "$auth" -o tileset.json "$url/v1/3dtiles/head/iso/500/tileset.json" || return 1
     cell=$(value tileset.json root content uri)
-    curl -sSf -m 240 -H "$auth" -o cell.glb "$url/v1/3dtiles/head/iso/500/$cell" || return 1
+    curl -sSf -m 240 --retry 5 -H "$auth" -o cell.glb "$url/v1/3dtiles/head/iso/500/$cell" || return 1
     [ ! -e cell.first ] || cmp cell.glb cell.first || return 1
     mv cell.glb cell.first
     sleep 1
