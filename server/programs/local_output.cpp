@@ -11,6 +11,7 @@
 #include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
+#include "common/json/json_report.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/request/lattice_limit.hpp"
 #include "common/request/request_notices.hpp"
@@ -76,6 +77,9 @@ void print(const OutputPart& part) {
               << " triangles shared with neighbors";
   }
   std::cout << "\n";
+  if (topology.border_edges > 0) {
+    std::cout << "  open " << open_reason(*part.info) << "\n";
+  }
   if (report.written && report.written->self_intersections) {
     std::cout << "  " << human_count_of(report.written->self_intersections->triangles, "triangle")
               << " that intersect others\n";

@@ -388,6 +388,19 @@ def empty_and_unprintable_surfaces_are_noticed():
     server.ends_well()
 
 
+def open_surfaces_say_where():
+    half = [float(x - 2.2) if y < 3 else math.nan for _ in range(5) for y in range(5) for x in range(5)]
+    write_nrrd("half.nrrd", (5, 5, 5), struct.pack("<125f", *half), kind="float")
+    for options, words, others in (("", "open at the border of the data or at void samples of the data (NaN, or missing: 50)", "which --pad-value"),
+                                   ("--pad-value -9 --pad 1", "open at void samples of the data (NaN, or missing: 50), which --pad-value does not fill", "border of")):
+        run(f"server prepare half.nrrd -o half.mtd {options} --quiet")
+        lines = expect_exit(0, words, "server extract half.mtd --isovalue 0 -o half.ply")
+        check(others not in lines, f"the reason of an open surface: {lines}")
+    run("server generate sphere --size 9 -o ball.nrrd --quiet")
+    run("server prepare ball.nrrd -o ball.mtd --quiet")
+    check("  open " not in run("server extract ball.mtd -o ball.ply"), "a closed surface is called open")
+
+
 def small_components_are_left_out_on_request():
     """Reports count them; the whole surface is checked, and measures are those of the components in the file."""
     run("server generate head --size 33 --noise 120 --seed 3 -o dusty.nrrd --quiet")
@@ -587,7 +600,8 @@ def view_prints_the_address_of_the_page():
 if __name__ == "__main__":
     run_groups(fetched_surfaces_are_the_extracted_ones, meshes_are_certified, files_are_what_their_reports_say, rounded_samples_are_told_and_compared_as_they_were,
                threshold_maps_and_budgets_give_the_same_mesh, snapshots_are_reproducible_and_change_with_the_view,
-               several_surfaces_are_parts_or_files, empty_and_unprintable_surfaces_are_noticed, small_components_are_left_out_on_request,
+               several_surfaces_are_parts_or_files, empty_and_unprintable_surfaces_are_noticed, open_surfaces_say_where,
+               small_components_are_left_out_on_request,
                clients_name_what_is_wrong, every_kind_is_extracted_without_a_crack, meshes_and_models_are_written,
                raw_files_are_described_by_options, axes_and_units_are_set_by_options, folders_of_volumes_are_prepared,
                volumes_without_a_surface_are_refused, inputs_are_never_overwritten, servers_programs_name_what_is_wrong,
