@@ -118,6 +118,13 @@ class NetcdfContainer : public ArrayContainer {
     return numbers;
   }
 
+  [[nodiscard]] bool has_floats(const std::string& path, const char* attribute) const override {
+    const NetcdfObject found = object(path);
+    nc_type type = NC_NAT;
+    return nc_inq_atttype(found.group, found.variable, attribute, &type) == NC_NOERR &&
+           (type == NC_FLOAT || type == NC_DOUBLE);
+  }
+
   [[nodiscard]] std::vector<std::string> texts(const std::string& path,
                                                const char* attribute) const override {
     const NetcdfObject found = object(path);

@@ -154,6 +154,10 @@ void place_pages(const TiffPages& tiff, const TiffDescription& description, Imag
   }
   set_box_axes(header, origin, spacing);
   set_units_of_axes(header, units);
+  if (by_tags.unread.empty() || (spacing[0] && spacing[1] && spacing[2])) return;
+  header.contradictions.push_back(
+      {Fact::kSpacing, "this is a TIFF file of " + by_tags.unread +
+                           ", whose tags are not read; they may state the spacing"});
 }
 
 // Sets the values that numbers stand for, as ImageJ or GDAL state it.

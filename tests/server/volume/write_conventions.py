@@ -315,6 +315,10 @@ def netcdf():
              both, **place)
         packed = variable(f"{tag}4.nc", volume, scale_factor=0.5, add_offset=10.0, units="K")
         read(f"{tag}-packed", packed, volume / 2 + 10, **place)
+        # Floats are a range of unpacked values.
+        unpacked = volume / 2 + 10
+        unpacked[unpacked < 20] = numpy.nan
+        read(f"{tag}-packed-range", variable(f"{tag}-range.nc", volume, scale_factor=0.5, add_offset=10.0, valid_range=[20.0, 200.0]), unpacked, **place)
         unwritten = volume.astype("f4")
         unwritten[4] = netCDF4.default_fillvals["f4"]
         empty = unwritten.copy()

@@ -116,6 +116,9 @@ def tiff():
     tags = [(33550, "d", 3, (0.5, 1.5, 2.0), True), (42113, "s", 0, "50", True)]
     tifffile.imwrite(folder / "geo.tif", volume, metadata=None, photometric="minisblack", extratags=tags)
     read("geotiff", folder / "geo.tif", numpy.where(volume == 50, numpy.nan, volume), steps=diagonal(0.5, 1.5, 2))
+    tifffile.imwrite(folder / "lsm.tif", volume, metadata=None, photometric="minisblack", extratags=[(34412, "B", 512, bytes(512), True)])
+    read("tiff-of-lsm", folder / "lsm.tif", volume, notice="a TIFF file of Zeiss LSM, whose tags are not read")
+    read("tiff-of-lsm-given", folder / "lsm.tif", volume, options="spacing=0.5:1.5:2", notice="!LSM", steps=diagonal(0.5, 1.5, 2))
     tifffile.imwrite(folder / "codec.tif", volume, metadata=None, photometric="minisblack")
     data = (folder / "codec.tif").read_bytes()
     write("codec.tif", data.replace(struct.pack("<HHIHH", 259, 3, 1, 1, 0), struct.pack("<HHIHH", 259, 3, 1, 34712, 0)))

@@ -37,6 +37,8 @@ class ArrayContainer {
   [[nodiscard]] virtual std::vector<double> numbers(const std::string&, const char*) const {
     return {};
   }
+  // Whether an attribute is known to be stored as floats.
+  [[nodiscard]] virtual bool has_floats(const std::string&, const char*) const { return false; }
   [[nodiscard]] virtual std::vector<std::string> texts(const std::string&, const char*) const {
     return {};
   }

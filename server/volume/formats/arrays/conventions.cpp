@@ -202,7 +202,15 @@ void unpack_by_attributes(const ArrayContainer& file, const std::string& array,
     range = {file.number(array, "valid_min", -kInfinity),
              file.number(array, "valid_max", kInfinity)};
   }
-  for (double& end : range) end = as_stored(end);
+  // By the NetCDF User Guide, floats beside packed integers are a range of unpacked values.
+  const bool is_of_values =
+      header.values.scaling == Basis::kStated && name(type)[0] != 'f' && header.slope != 0 &&
+      (file.has_floats(array, "valid_range") || file.has_floats(array, "valid_min") ||
+       file.has_floats(array, "valid_max"));
+  for (double& end : range) {
+    end = is_of_values ? (end - header.intercept) / header.slope : as_stored(end);
+  }
+  if (is_of_values && header.slope < 0) std::swap(range[0], range[1]);
   if (range[0] <= range[1] && (range[0] > -kInfinity || range[1] < kInfinity)) {
     header.valid_range = {range[0], range[1]};
   }

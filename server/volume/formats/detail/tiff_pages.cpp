@@ -186,6 +186,7 @@ TiffPages::TiffPages(std::filesystem::path file) : file_(std::move(file)) {
   resolution_.unit_mm = unit == RESUNIT_INCH ? 25.4 : unit == RESUNIT_CENTIMETER ? 10 : 0;
   add_metamorph(InputFile(file_), tiff, placement_);
   add_geotiff(tiff, placement_);
+  placement_.unread = unread_convention(tiff);
   scaling_ = gdal_scaling(tiff);
   plain_offset_ = plain_offset_of(tiff);
   images_in_first_ = images_in_directory(tiff);

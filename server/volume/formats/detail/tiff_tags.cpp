@@ -97,6 +97,19 @@ void add_geotiff(TIFF* tiff, TiffPages::Placement& placement) {
   placement.missing = finite_number(trimmed(text_of_tag(tiff, kNoDataTag)));
 }
 
+std::string unread_convention(TIFF* tiff) {
+  constexpr std::pair<std::uint32_t, const char*> kTags[] = {
+      {33560, "Olympus SIS"}, {34118, "Zeiss SEM"}, {34361, "FluoView"},     {34412, "Zeiss LSM"},
+      {34682, "FEI SEM"},     {43314, "NIH Image"}, {51123, "Micro-Manager"}};
+  for (const auto& [tag, program] : kTags) {
+    std::uint32_t count = 0;
+    void* values = nullptr;
+    const bool is_known = TIFFFindField(tiff, tag, TIFF_ANY) != nullptr;
+    if (is_known && TIFFGetField(tiff, tag, &count, &values) == 1) return program;
+  }
+  return {};
+}
+
 TiffPages::Scaling gdal_scaling(TIFF* tiff) {
   constexpr std::uint32_t kMetadataTag = 42112;
   TiffPages::Scaling scaling;
