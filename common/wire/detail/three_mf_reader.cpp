@@ -96,6 +96,8 @@ class ModelReader {
     const auto found = objects_.find(id);
     if (found == objects_.end())
       fail("an item refers to object " + id + ", which is not in its model");
+    constexpr std::size_t kMaxItems = 1'000'000;
+    if (items_.size() >= kMaxItems) fail("it has more than a million items");
     items_.emplace_back(&found->second, map_from(transform));
   }
 

@@ -53,13 +53,14 @@ export async function test(name, act, { isFresh = false, ...emulated } = {}) {
   const device = { viewport: { width: 900, height: 640 }, reducedMotion: "reduce", ...emulated };
   const key = JSON.stringify(device);
   const page = (!isFresh && pages.get(key)) || (await newPage(device));
-  pages.delete(key);
+  if (!isFresh) pages.delete(key);
   const began = Date.now();
   const { failure } = Object.assign(page, { failure: [], mayLoseItsConnection: false, maySay: null });
   try {
     await act(page);
     assert.deepEqual(failure, [], "nothing is said on the console");
     if (!isFresh) await forget(page, device);
+    assert.deepEqual(failure, [], "nothing is said while the page is left");
     console.log(`ok   ${name} (${((Date.now() - began) / 1000).toFixed(1)} s)`);
   } catch (error) {
     ++failures;
@@ -74,16 +75,19 @@ export async function test(name, act, { isFresh = false, ...emulated } = {}) {
 async function newPage(device) {
   const page = await browser.newPage(device);
   page.setDefaultTimeout(patience);
+  page.lastNavigation = 0;
   page.mayBeAt = (host) => hosts.add(host); // A page of another site that the test itself serves.
   page.on("console", (message) => {
     // The browser logs failed requests, including the page's icon, while the server is down.
     const isAway = /WebSocket|ERR_CONNECTION_(REFUSED|RESET)/.test(message.text());
-    const isCancelled = message.text().endsWith("net::ERR_FAILED"); // A request of a page that was left.
+    // Requests of a page that is being left fail.
+    const isCancelled = message.text().endsWith("net::ERR_FAILED") && Date.now() - page.lastNavigation < 2000;
     const isExpected = isCancelled || (page.mayLoseItsConnection && isAway) || page.maySay?.test(message.text());
     if (message.type() === "error" && !isExpected) page.failure.push(message.text());
   });
   page.on("pageerror", (error) => page.failure.push(error.message));
   page.on("request", (request) => {
+    if (request.isNavigationRequest()) page.lastNavigation = Date.now();
     const { host, protocol } = new URL(request.url());
     const isLocal = hosts.has(host) || protocol === "data:" || protocol === "blob:" || protocol === "about:";
     if (!isLocal) page.failure.push(`It requests ${request.url()}.`);
@@ -94,6 +98,7 @@ async function newPage(device) {
 // Leaves nothing of a test in its page.
 async function forget(page, { viewport }) {
   await page.evaluate(() => [localStorage, sessionStorage].forEach((one) => one.clear()));
+  page.lastNavigation = Date.now();
   await page.goto("about:blank");
   page.removeAllListeners("websocket");
   await page.unrouteAll();

@@ -319,6 +319,10 @@ def netcdf():
         unpacked = volume / 2 + 10
         unpacked[unpacked < 20] = numpy.nan
         read(f"{tag}-packed-range", variable(f"{tag}-range.nc", volume, scale_factor=0.5, add_offset=10.0, valid_range=[20.0, 200.0]), unpacked, **place)
+        tenths = volume * 0.1
+        tenths[(volume < 7) | (volume > 203)] = numpy.nan  # 7 * 0.1f and 20.3 are not quite their multiples.
+        limits = {"valid_min": numpy.float32(0.7), "valid_max": numpy.float64(20.3)}
+        read(f"{tag}-packed-limits", variable(f"{tag}-limits.nc", volume, scale_factor=0.1, **limits), tenths, **place)
         unwritten = volume.astype("f4")
         unwritten[4] = netCDF4.default_fillvals["f4"]
         empty = unwritten.copy()

@@ -181,7 +181,7 @@ def values():
             data.compress("1.2.840.10008.1.2.5")
         expected = numpy.stack([volume[i] * (2 + i) - 100 for i in range(5)])
         read(f"rescale-{name}", slices(f"rescale-{name}", change), expected, **PLACE)
-    read("rescale-zero", slices("rescale-zero", scaled(0, 0)), volume, notice="states no scaling", **PLACE)
+    read("rescale-zero", slices("rescale-zero", scaled(0, -100)), volume, notice="states no scaling", **PLACE)
     read("rescale-intercept", slices("rescale-intercept", scaled(None, -100)), volume - 100, notice="!states no scaling", **PLACE)
 
     def mapped(_, data):
@@ -481,6 +481,16 @@ def compressed():
         data.PixelData = encapsulate(streams, fragments_per_frame=2)
         data["PixelData"].is_undefined_length = True
     read("j2k-fragments", one_file("j2k-fragments", fragmented), volume, **PLACE)
+
+    # Uncompressed samples in a fragment, which the standard forbids.
+    def in_a_fragment(i, data):
+        data.PixelData = encapsulate([volume[i].tobytes()])
+    path = slices("raw-fragment", in_a_fragment)
+    for file in path.iterdir():
+        stored = file.read_bytes()
+        at = stored.index(b"\xe0\x7f\x10\x00") + 8
+        file.write_bytes(stored[:at] + b"\xff" * 4 + stored[at + 4:] + struct.pack("<HHI", 0xFFFE, 0xE0DD, 0))
+    refuse("raw-fragment", path, "its transfer syntax is uncompressed")
 
     # Deflated as a whole by GDCM, which writes checksum and length of gzip behind the stream.
     from pydicom.uid import DeflatedExplicitVRLittleEndian

@@ -38,6 +38,10 @@ export class TilePool {
       if (data.error) waiting?.reject(new Error(data.error));
       else waiting?.resolve(data.result as never);
     };
+    this.meshWorker.onerror = () => {
+      for (const { reject } of this.queries.values()) reject(new Error("The worker that keeps the meshes has failed."));
+      this.queries.clear();
+    };
     this.idle.push(this.createTileWorker()); // The first tile follows soon.
   }
 

@@ -102,6 +102,16 @@ StoredType unsigned_type(StoredType type) {
 
 namespace {
 
+// Returns the packed number of a value. Attributes that are rounded to floats and binary fractions
+// leave it slightly beside the integer that is meant.
+double packed_number(double value, double slope, double intercept) {
+  const double number = (value - intercept) / slope;
+  const double nearest = std::round(number);
+  const double rounding =
+      1e-6 + std::ldexp(std::abs(value) + std::abs(intercept), -22) / std::abs(slope);
+  return std::abs(number - nearest) <= rounding ? nearest : number;
+}
+
 // Makes the dimension z that has another name, as "depth" or ".": the nearest one before y and x,
 // or behind them if they come in this order.
 void name_z(std::vector<DimensionRole>& roles) {
@@ -208,7 +218,7 @@ void unpack_by_attributes(const ArrayContainer& file, const std::string& array,
       (file.has_floats(array, "valid_range") || file.has_floats(array, "valid_min") ||
        file.has_floats(array, "valid_max"));
   for (double& end : range) {
-    end = is_of_values ? (end - header.intercept) / header.slope : as_stored(end);
+    end = is_of_values ? packed_number(end, header.slope, header.intercept) : as_stored(end);
   }
   if (is_of_values && header.slope < 0) std::swap(range[0], range[1]);
   if (range[0] <= range[1] && (range[0] > -kInfinity || range[1] < kInfinity)) {

@@ -264,6 +264,15 @@ struct UnpackedStream::State {
   }
 
   // Accepts padding with zeros, as on tapes; anything else indicates damage.
+  // Skips bytes, or those that are left if they are fewer.
+  void skip(std::size_t bytes) {
+    while (bytes > 0 && (!left.empty() || refill())) {
+      const std::size_t some = std::min(bytes, left.size());
+      left = left.subspan(some);
+      bytes -= some;
+    }
+  }
+
   void require_nothing_left() {
     do {
       const bool is_zero = std::all_of(left.begin(), left.end(),
@@ -297,9 +306,10 @@ std::size_t UnpackedStream::read_some(std::span<std::byte> into) {
         if (state.left.empty()) state.refill();
         state.ended = !may_have_members(state.packing) || state.left.empty() ||
                       packing_at(state.file, state.offset - state.left.size()) != state.packing;
-        if (state.ended && state.packing == Packing::kDeflate) {
-          state.left = {};  // GDCM writes the checksum and the length of gzip behind it.
-        } else if (state.ended) {
+        if (state.ended) {
+          // GDCM writes the checksum and the length of gzip behind bare deflated data.
+          constexpr std::size_t kGzipEnd = 8;
+          if (state.packing == Packing::kDeflate) state.skip(kGzipEnd);
           state.require_nothing_left();
         } else {
           state.unpacker.begin_next_member();

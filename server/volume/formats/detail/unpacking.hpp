@@ -45,7 +45,7 @@ class UnpackedStream {
   ~UnpackedStream();
 
   // Reads the next bytes; fewer at the end. Throws VolumeFileError if the stream is damaged or
-  // truncated, or anything but zeros follows it (not for kDeflate).
+  // truncated, or anything but zeros follows it (eight bytes may, of kDeflate).
   std::size_t read_some(std::span<std::byte> into);
   // Unpacks the rest to verify all checksums; returns its length. Throws as read_some() does.
   std::uint64_t require_good_end();

@@ -9,7 +9,7 @@ namespace multitetra {
 
 StoredVolume open_legacy_vtk(const std::filesystem::path& path, const VolumeChoice& choice) {
   const LegacyVtkHeader vtk = parse_legacy_vtk(InputFile(path));
-  const VtiArray& array = chosen_array(path, vtk.arrays, {}, choice.array);
+  const VtiArray array = chosen_array(path, vtk.arrays, {}, choice.array);
   StoredVolume volume{.header = {.dims = array.of_cells ? vtk.cells() : vtk.points,
                                  .type = array.type,
                                  .values = kNumbersAsStored,

@@ -54,7 +54,7 @@ std::vector<double> time_of(const VtkArrays& arrays) {
 VtiPiece open_vti_piece(const fs::path& path, const VolumeChoice& choice) {
   auto arrays = std::make_unique<const VtkArrays>(path, VtkDataKind::kImageData);
   const VtiHeader& vti = arrays->header();
-  const VtiArray& array =
+  const VtiArray array =
       chosen_array(path, vti.arrays, {vti.scalars, vti.cell_scalars}, choice.array);
 
   ImageHeader header{

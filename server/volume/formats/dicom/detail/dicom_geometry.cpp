@@ -93,9 +93,10 @@ void apply_mapping(const gdcm::DataSet& item, bool has_real_values, DicomImage& 
   const DicomSequence mappings = sequence_at(item, Tag(0x0040, 0x9096));
   if (mappings == nullptr || mappings->GetNumberOfItems() == 0) return;
   if (!has_real_values) {
+    if (!image.mapping_notice.empty()) return;  // Another way is not applied, either.
     image.mapping_notice =
-        "it also maps its numbers to other values (RealWorldValueMappingSequence), which is not "
-        "applied";
+        "it also maps its numbers to real-world values (RealWorldValueMappingSequence), which is "
+        "not applied";
     return;
   }
   const gdcm::DataSet& mapping = mappings->GetItem(1).GetNestedDataSet();
@@ -158,10 +159,7 @@ void apply_groups(const gdcm::DataSet& item, const gdcm::DataSet& file, bool has
     const std::vector<double> slope = numbers_at(rescale, Tag(0x0028, 0x1053));
     const std::vector<double> intercept = numbers_at(rescale, Tag(0x0028, 0x1052));
     const std::string type = text_at(rescale, Tag(0x0028, 0x1054));
-    const bool has_slope = !slope.empty() && slope[0] != 0;
-    if (has_slope) image.slope = slope[0];
-    image.has_rescale = image.has_rescale || has_slope;
-    if (!intercept.empty()) image.intercept = intercept[0];
+    set_rescale(slope, intercept, image);
     if (slope.empty() && type.empty()) return;
     image.value_unit = dicom_value_unit(type, file, image.modality);
   });
@@ -332,6 +330,15 @@ std::vector<DicomImage> slices_of_mosaic(const DicomImage& whole, const Mosaic& 
 }
 
 }  // namespace
+
+void set_rescale(const std::vector<double>& slope, const std::vector<double>& intercept,
+                 DicomImage& image) {
+  if (slope.empty() && intercept.empty()) return;
+  if (!slope.empty() && slope[0] == 0) return;
+  image.has_rescale = true;
+  if (!slope.empty()) image.slope = slope[0];
+  if (!intercept.empty()) image.intercept = intercept[0];
+}
 
 std::string dicom_value_unit(const std::string& rescale_type, const gdcm::DataSet& data,
                              const std::string& modality) {

@@ -16,6 +16,11 @@ namespace multitetra {
 // completes. Throws VolumeFileError.
 [[nodiscard]] std::vector<DicomImage> frames_of_dicom(DicomImage whole, const gdcm::File& file);
 
+// Sets slope and intercept, each of which the file may leave out (an empty list). A slope of 0
+// would make all samples equal: then both are ignored.
+void set_rescale(const std::vector<double>& slope, const std::vector<double>& intercept,
+                 DicomImage& image);
+
 // Returns the unit of values that have this rescale type.
 [[nodiscard]] std::string dicom_value_unit(const std::string& rescale_type,
                                            const gdcm::DataSet& data, const std::string& modality);

@@ -204,10 +204,7 @@ void set_values(const gdcm::DataSet& data, DicomImage& image) {
   std::vector<double> slope = numbers_at(data, Tag(0x0028, 0x1053));
   if (slope.empty()) slope = numbers_at(data, Tag(0x3004, 0x000E));  // DoseGridScaling.
   const std::vector<double> intercept = numbers_at(data, Tag(0x0028, 0x1052));
-  const bool is_constant = !slope.empty() && slope[0] == 0;
-  image.has_rescale = !is_constant && (!slope.empty() || !intercept.empty());
-  if (!slope.empty() && !is_constant) image.slope = slope[0];
-  if (!intercept.empty()) image.intercept = intercept[0];
+  set_rescale(slope, intercept, image);
   if (data.FindDataElement(Tag(0x0028, 0x3000))) {
     image.mapping_notice =
         "its values are given by a table (ModalityLUTSequence), which is not read; its numbers are "

@@ -147,6 +147,14 @@ bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels) {
   const Endian endian = pixels.syntax == kBigEndianSyntax ? Endian::kBig : Endian::kLittle;
   const HeaderBytes bytes(before, endian);
   const auto length = bytes.at<std::uint32_t>(8);
+  const bool is_native = pixels.syntax == "1.2.840.10008.1.2" ||
+                         pixels.syntax == "1.2.840.10008.1.2.1" ||
+                         pixels.syntax == kBigEndianSyntax;
+  if (length == kUndefinedLength && is_native) {
+    fail_reading(file.path(),
+                 "its pixels are in fragments, but its transfer syntax is uncompressed",
+                 "Save it again, for example with gdcmconv --raw");
+  }
   if (length == kUndefinedLength) {
     check_fragments(file, pixels);
     return false;

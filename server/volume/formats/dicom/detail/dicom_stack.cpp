@@ -53,7 +53,7 @@ void drop_outliers(const fs::path& place, std::vector<DicomImage>& images,
   if (std::any_of(images.begin(), images.end(), is_slice))
     leave_out("that are localizers", is_slice);
   const auto is_placed = [](const DicomImage& image) { return image.has_position; };
-  if (std::any_of(images.begin(), images.end(), is_placed))
+  if (2 * std::count_if(images.begin(), images.end(), is_placed) > std::ssize(images))
     leave_out("without a position", is_placed);
   std::vector<std::pair<DicomImage, std::size_t>> kinds;
   for (const DicomImage& image : images) {
