@@ -80,8 +80,9 @@ async function newPage(device) {
   page.on("console", (message) => {
     // The browser logs failed requests, including the page's icon, while the server is down.
     const isAway = /WebSocket|ERR_CONNECTION_(REFUSED|RESET)/.test(message.text());
-    // Requests of a page that is being left fail.
-    const isCancelled = message.text().endsWith("net::ERR_FAILED") && Date.now() - page.lastNavigation < 2000;
+    // Requests of a page that is being left fail, that for its icon as one of the empty page.
+    const isOfALeftPage = /net::ERR_FAILED$|icon\.svg' from origin 'null'/.test(message.text());
+    const isCancelled = isOfALeftPage && Date.now() - page.lastNavigation < 2000;
     const isExpected = isCancelled || (page.mayLoseItsConnection && isAway) || page.maySay?.test(message.text());
     if (message.type() === "error" && !isExpected) page.failure.push(message.text());
   });
