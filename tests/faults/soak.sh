@@ -103,18 +103,28 @@ unread() {
     "/v1/datasets/head/isosurface?error=0.5&format=stl" /v1/3dtiles/head/iso/500/tileset.json \
     "/v1/datasets/head/probe?at=1,2,3" >unread.json 2>/dev/null
 }
-# Reads slices, values and surfaces of 3D Tiles with separate HTTP clients; the bytes are the same each time. A busy
-# server says when to try again (503), which curl then does.
+# Requests the path $2 into the file $1, again where the server says that it is busy (503).
+get() {
+  local status i
+  for i in $(seq 6); do
+    status=$(curl -sS -m 240 -o "$1" -w '%{http_code}' -H "Authorization: Bearer $(cat alice.token)" \
+      "http://127.0.0.1:$http_port$2") || return 1
+    [ "$status" = 503 ] || break
+    sleep "$i"
+  done
+  [ "$status" = 200 ]
+}
+# Reads slices, values and surfaces of 3D Tiles with separate HTTP clients; the bytes are the same each time.
 readers() {
-  local i url="http://127.0.0.1:$http_port" auth="Authorization: Bearer $(cat alice.token)" cell
+  local i cell
   for i in $(seq 8); do
-    curl -sSf -m 240 --retry 5 -H "$auth" -o slice.raw "$url/v1/datasets/head/slice?format=raw&width=256&height=256&normal=0,1,1" || return 1
+    get slice.raw "/v1/datasets/head/slice?format=raw&width=256&height=256&normal=0,1,1" || return 1
     [ ! -e slice.first ] || cmp slice.raw slice.first || return 1
     mv slice.raw slice.first
-    curl -sSf -m 240 --retry 5 -H "$auth" -o value.json "$url/v1/datasets/head/probe?at=1,2,3&coordinates=index" || return 1
-    curl -sSf -m 240 --retry 5 -H "$auth" -o tileset.json "$url/v1/3dtiles/head/iso/500/tileset.json" || return 1
+    get value.json "/v1/datasets/head/probe?at=1,2,3&coordinates=index" || return 1
+    get tileset.json "/v1/3dtiles/head/iso/500/tileset.json" || return 1
     cell=$(value tileset.json root content uri)
-    curl -sSf -m 240 --retry 5 -H "$auth" -o cell.glb "$url/v1/3dtiles/head/iso/500/$cell" || return 1
+    get cell.glb "/v1/3dtiles/head/iso/500/$cell" || return 1
     [ ! -e cell.first ] || cmp cell.glb cell.first || return 1
     mv cell.glb cell.first
     sleep 1

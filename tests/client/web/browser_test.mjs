@@ -193,7 +193,7 @@ async function showsSizes(page) {
   const [least, most] = words.match(/([\d\u202f]+) to ([\d\u202f]+) triangles/).slice(1).map((text) => Number(text.replace(/\D/g, "")));
   assert(least < shown.triangles && shown.triangles < most, `${words}; there are ${shown.triangles}`);
   const slider = page.getByRole("slider", { name: "Allowed error" });
-  assert.match(await slider.getAttribute("aria-valuetext"), /^1 voxel/, "it is spoken");
+  assert.match(await slider.getAttribute("aria-valuetext"), /^1 voxel\b/, "it is spoken");
   await slider.fill("0");
   await page.waitForFunction((before) => {
     const now = document.querySelector(".expected").textContent;

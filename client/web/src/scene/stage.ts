@@ -194,7 +194,7 @@ export class Stage extends OrbitView {
       this.occlusionCost = performance.now() - begin;
     }
     await this.volume?.measuring;
-    if (this.volume?.isFinerAtRest && !this.isChanged && timer === this.restTimer) this.scheduleRest();
+    if (this.volumeToDraw("resting")?.pass.isFinerAtRest && !this.isChanged && timer === this.restTimer) this.scheduleRest();
   }
 
   private draw(quality: VolumeQuality, hasHandles = true): void {
