@@ -6,6 +6,9 @@
 #include <cstdio>
 
 #define XXH_INLINE_ALL
+// Its default reads integers through pointers to longer ones: undefined where it is inlined, and
+// wrong with GCC 14.
+#define XXH_FORCE_MEMORY_ACCESS 0  // memcpy
 #include <xxhash.h>
 
 #include "common/mesh/mesh.hpp"
