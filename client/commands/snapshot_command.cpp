@@ -13,6 +13,7 @@
 
 #include "client/commands/commands.hpp"
 #include "client/commands/snapshot_scenes.hpp"
+#include "client/commands/snapshot_volume.hpp"
 #include "common/base/exit_codes.hpp"
 #include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
@@ -44,6 +45,7 @@ struct SnapshotArguments {
   // Opacities in the order of the isovalues.
   std::vector<double> opacities = {};
   std::vector<std::string> surface_colors = {};  // "#rrggbb", in the same order.
+  VolumeArguments volume = {};
   int threads = 0;
   bool json = false;
 };
@@ -53,51 +55,10 @@ struct PictureSize {
   int height = 0;
 };
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 Background background_from(const std::string& word) {
   if (word == "light") return Background::kLight;
   return word == "transparent" ? Background::kTransparent : Background::kDark;
 }
-
-// A fetched surface.
-struct TakenSurface {
-  OutputPart part;
-  std::uint64_t bytes = 0;
-  // The color scale of the vertices' values.
-  std::optional<ColorScale> colors = {};
-
-  [[nodiscard]] std::uint64_t triangles() const {
-    return static_cast<std::uint64_t>(part.report.surface->topology.triangles);
-  }
-};
-
-// All fetched surfaces and timings.
-struct Taken {
-  std::vector<TakenSurface> surfaces;
-  double fetch_seconds = 0;
-  double draw_seconds = 0;
-
-  [[nodiscard]] std::size_t empty_surfaces() const {
-    return static_cast<std::size_t>(
-        std::count_if(surfaces.begin(), surfaces.end(),
-                      [](const TakenSurface& each) { return each.triangles() == 0; }));
-  }
-  [[nodiscard]] std::uint64_t triangles() const {
-    std::uint64_t sum = 0;
-    for (const TakenSurface& surface : surfaces) sum += surface.triangles();
-    return sum;
-  }
-  [[nodiscard]] std::uint64_t bytes() const {
-    std::uint64_t sum = 0;
-    for (const TakenSurface& surface : surfaces) sum += surface.bytes;
-    return sum;
-  }
-};
 
 Json surface_json(const TakenSurface& surface) {
   SurfaceReport report = surface.part.report;
@@ -130,6 +91,11 @@ Json report_of(const SnapshotArguments& arguments, const Endpoint& server, const
                {"wireframe", arguments.wireframe},
                {"fetch_seconds", taken.fetch_seconds},
                {"draw_seconds", taken.draw_seconds}});
+  if (taken.volume) {
+    json["volume"] = {{"mode", arguments.volume.mode},
+                      {"samples", taken.volume->drawn.values.size()},
+                      {"step", taken.volume->step}};
+  }
   return json;
 }
 
@@ -139,51 +105,20 @@ void print(const Scene& scene, const PictureSize& size, const Taken& taken) {
     isovalues.insert(surface.part.report.request.isovalue);
   std::string text;
   for (const double one : isovalues) text += (text.empty() ? "" : ",") + shortest_text(one);
-  std::cout << scene.picture_file << ": " << human_count_of(taken.surfaces.size(), "surface")
-            << ", isovalue " << text << ", " << size.width << " x " << size.height << " pixels, "
+  std::cout << scene.picture_file << ": ";
+  if (taken.volume) {
+    std::cout << "volume of " << human_count_of(taken.volume->drawn.values.size(), "sample")
+              << (taken.volume->step > 1
+                      ? ", 1 in " + std::to_string(taken.volume->step) + " per axis, "
+                      : ", ");
+  }
+  if (!text.empty()) {
+    std::cout << human_count_of(taken.surfaces.size(), "surface") << ", isovalue " << text << ", ";
+  }
+  std::cout << size.width << " x " << size.height << " pixels, "
             << human_count_of(taken.triangles(), "triangle") << ", " << human_bytes(taken.bytes())
             << " fetched in " << human_seconds(taken.fetch_seconds) << ", drawn in "
             << human_seconds(taken.draw_seconds) << "\n";
-}
-
-// Fetches a surface.
-TakenSurface taken_surface(const SnapshotArguments& arguments, Client& client,
-                           DatasetRequest& dataset, const IsosurfaceRequest& request) {
-  const auto fetched = client.fetch(dataset.info,
-                                    {.dataset = dataset.info.name,
-                                     .request = request,
-                                     .steps = StepPolicy::kFinalOnly,
-                                     .cached_tile_digests = {},
-                                     .scalars = dataset.scalars},
-                                    [](const FetchedStep&) {});
-  if (!fetched) exit_with(fetched.error());
-  const CommittedStep& step = *fetched->step;
-  TakenSurface taken{.part = {.info = &dataset.info,
-                              .notices = &dataset.notices,
-                              .name = surface_name(dataset.info),
-                              .product = "picture"},
-                     .bytes = step.end.payload_bytes};
-  finish(taken.part, step, dataset.scalars, arguments.order.surface,
-         {.quiet = arguments.order.quiet});
-  if (const auto& scalars = step.begin.scalars) {
-    taken.colors = arguments.order.surface.query.colors;
-    taken.colors->low = scalars->low;
-    taken.colors->high = scalars->high;
-  }
-  return taken;
-}
-
-// Fetches all ordered surfaces.
-Taken taken_surfaces(const SnapshotArguments& arguments, Client& client, const Scene& scene) {
-  Taken taken;
-  const auto requested = Clock::now();
-  for (DatasetRequest& dataset : scene.datasets) {
-    for (const IsosurfaceRequest& request : dataset.requests) {
-      taken.surfaces.push_back(taken_surface(arguments, client, dataset, request));
-    }
-  }
-  taken.fetch_seconds = seconds_since(requested);
-  return taken;
 }
 
 // Returns the vertices of large components, for framing: dust would shift the center.
@@ -198,15 +133,14 @@ std::vector<Vec3> middle_of(const Taken& taken) {
 }
 
 // Returns the corners of the data, which are the same at all times.
-std::vector<Vec3> corners_of(const DatasetInfo& info, CoordinateSystem system) {
-  const Affine to_file = system == CoordinateSystem::kWorld ? info.index_to_world : Affine();
+std::vector<Vec3> corners_of(const DatasetInfo& info, const Affine& to_output) {
   std::vector<Vec3> corners;
   for (unsigned corner = 0; corner < 8; ++corner) {
     Vec3 at = {};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       at[axis] = (corner >> axis & 1U) != 0 ? info.dims[axis] - 1 : 0;
     }
-    corners.push_back(to_file(at));
+    corners.push_back(to_output(at));
   }
   return corners;
 }
@@ -221,22 +155,30 @@ void annotate(Picture& picture, const Camera& camera, const DatasetRequest& surf
   const auto colored =
       std::find_if(taken.surfaces.begin(), taken.surfaces.end(),
                    [](const TakenSurface& each) { return each.colors.has_value(); });
-  if (colored == taken.surfaces.end()) return;
-  draw_legend(picture,
-              {.scale = *colored->colors,
-               .name = arguments.order.surface.query.color_by,
-               .unit = surface.color_unit},
-              background);
+  if (colored != taken.surfaces.end()) {
+    draw_legend(picture,
+                {.scale = *colored->colors,
+                 .name = arguments.order.surface.query.color_by,
+                 .unit = surface.color_unit},
+                background);
+  } else if (taken.volume) {
+    draw_legend(picture,
+                {.scale = taken.volume->drawn.colors,
+                 .name = surface.info.name,
+                 .unit = surface.info.meaning.value_unit},
+                background);
+  }
 }
 
 // Draws a scene into its file. The pictures of several times all show the whole data.
 void draw(const SnapshotArguments& arguments, const Scene& scene, const PictureSize& size,
           bool is_one_of_times, std::vector<DrawnSurface> appearances, Taken& taken) {
-  const auto came = Clock::now();
+  const auto came = std::chrono::steady_clock::now();
   const DatasetRequest& first = scene.datasets.front();
   const std::vector<Vec3> points =
-      is_one_of_times ? corners_of(first.info, arguments.order.surface.query.coordinates)
-                      : middle_of(taken);
+      is_one_of_times || taken.volume
+          ? corners_of(first.info, index_to_output(arguments.order.surface, first.info))
+          : middle_of(taken);
   const Camera camera = framing(points, arguments.azimuth, arguments.elevation, size.width,
                                 size.height, up_axis_from(arguments.up).value());
   for (std::size_t i = 0; i < appearances.size(); ++i)
@@ -246,15 +188,16 @@ void draw(const SnapshotArguments& arguments, const Scene& scene, const PictureS
             {.background = background_from(arguments.background),
              .shading = arguments.shading == "facets" ? Shading::kFlat : Shading::kSmooth,
              .wireframe = arguments.wireframe,
+             .volume = taken.volume ? &taken.volume->drawn : nullptr,
              .threads = arguments.threads});
   if (!arguments.is_bare) annotate(picture, camera, first, taken, arguments);
-  taken.draw_seconds = seconds_since(came);
+  taken.draw_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - came).count();
   write_file(scene.picture_file, png_file(picture));
 }
 
 constexpr const char* kSnapshotExamples =
-    "The same surface, size and direction give the same picture, byte for byte. Samples as a "
-    "volume are drawn by the viewer: its address with volume=on, Export, Picture.\n"
+    "The same surface, size and direction give the same picture, byte for byte.\n"
     "Examples:\n"
     "  multitetra-client snapshot --dataset head --isovalue 500.5 -o head.png\n"
     "  multitetra-client snapshot --dataset head --isovalue 1200.5 --error 0.5 "
@@ -262,6 +205,7 @@ constexpr const char* kSnapshotExamples =
     "  multitetra-client snapshot --dataset head --isovalue 500.5,1200.5 --opacity 0.4,1 "
     "-o skin_and_bone.png\n"
     "  multitetra-client snapshot --dataset organs -o organs.png    (a series: all labels)\n"
+    "  multitetra-client snapshot --dataset head --volume on -o volume.png\n"
     "  multitetra-client snapshot --dataset head --error 2 --wireframe --shading facets "
     "-o triangles.png\n"
     "  multitetra-client snapshot --server wss://example.org --token-file token "
@@ -320,9 +264,16 @@ int snapshot(const SnapshotArguments& arguments) {
                     "\"" + arguments.picture + "\" is not a PNG file name; pictures are *.png.");
   }
   const PictureSize size = value_or_usage_error(parse_picture_size(arguments.size));
+  if (const auto fits = check(arguments.volume); !fits) throw ExitError(kUsage, fits.error().text);
   require_outputs({{"--output", arguments.picture}},
                   {{"--threshold-grid", arguments.order.surface.threshold_grid}});
   ConnectedRequests connected = ordered_datasets(arguments.order);
+  if (arguments.volume.is_shown() && arguments.order.surface.query.isovalues.empty()) {
+    for (DatasetRequest& dataset : connected.datasets) {
+      const bool is_label = dataset.info.member && dataset.info.member->label;
+      if (!is_label) dataset.requests.clear();  // The volume alone.
+    }
+  }
   share_budget(connected);
   const std::vector<Scene> scenes = scenes_of(arguments.picture, connected);
   const bool are_several = scenes.size() > 1;
@@ -331,12 +282,12 @@ int snapshot(const SnapshotArguments& arguments) {
   for (const Scene& scene : scenes) {
     std::vector<DrawnSurface> appearances = value_or_usage_error(
         appearances_of(arguments.opacities, arguments.surface_colors, scene.datasets));
-    Taken taken = taken_surfaces(arguments, connected.client, scene);
+    Taken taken = taken_from(arguments.order, arguments.volume, connected.client, scene);
     const std::size_t empty = taken.empty_surfaces();
-    is_empty &= empty == taken.surfaces.size();
+    const bool shows_something = taken.volume || empty < taken.surfaces.size();
+    is_empty &= !shows_something;
     // Some labels and times of a series may be empty.
-    const bool is_complete =
-        connected.is_series ? are_several || empty < taken.surfaces.size() : empty == 0;
+    const bool is_complete = connected.is_series ? are_several || shows_something : empty == 0;
     const bool is_drawn = is_complete || arguments.order.surface.allow_empty;
     if (is_drawn) draw(arguments, scene, size, are_several, std::move(appearances), taken);
     reports.push_back(report_of(arguments, connected.server, scene, size, taken));
@@ -375,6 +326,7 @@ void add_snapshot(Command& program, Run& run) {
       ->type_name("DEGREES")
       ->capture_default_str();
   add_drawing_options(*command, *a);
+  add_volume_options(*command, a->volume);
   command->begin_group();
   // Averaged triangle normals show creases in a picture; the field's normals are smooth.
   a->order.surface.query.request.normal_bits = kMinNormalBits;

@@ -1,16 +1,69 @@
 #include "client/commands/snapshot_scenes.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 
+#include "common/base/exit_codes.hpp"
 #include "common/cli/output_files.hpp"
 #include "common/dataset/series_member.hpp"
 #include "common/image/srgb.hpp"
 #include "common/wire/scene_file.hpp"
 
 namespace multitetra {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Fetches a surface.
+TakenSurface taken_surface(const SurfaceOrder& order, Client& client, DatasetRequest& dataset,
+                           const IsosurfaceRequest& request) {
+  const auto fetched = client.fetch(dataset.info,
+                                    {.dataset = dataset.info.name,
+                                     .request = request,
+                                     .steps = StepPolicy::kFinalOnly,
+                                     .cached_tile_digests = {},
+                                     .scalars = dataset.scalars},
+                                    [](const FetchedStep&) {});
+  if (!fetched) exit_with(fetched.error());
+  const CommittedStep& step = *fetched->step;
+  TakenSurface taken{.part = {.info = &dataset.info,
+                              .notices = &dataset.notices,
+                              .name = surface_name(dataset.info),
+                              .product = "picture"},
+                     .bytes = step.end.payload_bytes};
+  finish(taken.part, step, dataset.scalars, order.surface, {.quiet = order.quiet});
+  if (const auto& scalars = step.begin.scalars) {
+    taken.colors = order.surface.query.colors;
+    taken.colors->low = scalars->low;
+    taken.colors->high = scalars->high;
+  }
+  return taken;
+}
+
+// Returns the samples of the scene's first dataset that is not a label.
+FetchedVolume taken_volume(const SurfaceOrder& order, const VolumeArguments& arguments,
+                           Client& client, const Scene& scene) {
+  const auto one = std::find_if(scene.datasets.begin(), scene.datasets.end(), [](const auto& each) {
+    return !each.info.member || !each.info.member->label;
+  });
+  if (one == scene.datasets.end()) {
+    throw ExitError(
+        kUsage, "--volume shows samples, and labels have none; choose the dataset of their image.");
+  }
+  auto volume =
+      fetched_volume(arguments, client, one->info, index_to_output(order.surface, one->info));
+  if (!volume) exit_with(volume.error());
+  return *std::move(volume);
+}
+
+}  // namespace
 
 std::vector<Scene> scenes_of(const std::filesystem::path& picture, ConnectedRequests& connected) {
   std::vector<DatasetRequest>& all = connected.datasets;
@@ -82,6 +135,24 @@ Result<std::vector<DrawnSurface>> appearances_of(const std::vector<double>& opac
     }
   }
   return appearances;
+}
+
+Affine index_to_output(const SurfaceArguments& arguments, const DatasetInfo& info) {
+  return composed(output_map(arguments, info), inverse(grid_to_index(info)));
+}
+
+Taken taken_from(const SurfaceOrder& order, const VolumeArguments& volume, Client& client,
+                 const Scene& scene) {
+  Taken taken;
+  const auto requested = Clock::now();
+  if (volume.is_shown()) taken.volume = taken_volume(order, volume, client, scene);
+  for (DatasetRequest& dataset : scene.datasets) {
+    for (const IsosurfaceRequest& request : dataset.requests) {
+      taken.surfaces.push_back(taken_surface(order, client, dataset, request));
+    }
+  }
+  taken.fetch_seconds = seconds_since(requested);
+  return taken;
 }
 
 }  // namespace multitetra

@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
+#include <functional>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -13,6 +15,7 @@
 #include "common/base/on_threads.hpp"
 #include "common/base/vec3.hpp"
 #include "common/picture/detail/layers.hpp"
+#include "common/picture/detail/volume_rays.hpp"
 
 namespace multitetra {
 namespace {
@@ -123,6 +126,7 @@ struct Scene {
   const Camera& camera;
   const DrawOptions& options;
   std::vector<SeenSurface> surfaces;
+  std::optional<VolumeRays> volume;
 };
 
 std::vector<std::vector<std::uint32_t>> bands_of(const PositionedMesh& mesh, const Camera& camera,
@@ -153,7 +157,14 @@ class Band {
     const auto is_solid = [](const SeenSurface& surface) { return surface.opacity >= 1; };
     draw_all(number, is_solid);
     draw_all(number, [&](const SeenSurface& surface) { return !is_solid(surface); });
-    mixes_ = mixes_of(std::exchange(fragments_, {}), samples_.size() / kSamples);
+    const auto volume_at = [&, ray = VolumeRay()](std::uint32_t pixel) mutable -> VolumePart {
+      const auto [row, x] = std::div(static_cast<int>(pixel), scene.camera.width);
+      scene.volume->trace(x, first_row_ + row, ray);
+      return [&ray](double near, double far) { return ray.between(near, far); };
+    };
+    using VolumeAt = std::function<VolumePart(std::uint32_t)>;
+    mixes_ = mixes_of(std::exchange(fragments_, {}), samples_,
+                      scene.volume ? VolumeAt(volume_at) : nullptr);
   }
 
   void write(Picture& picture) const {
@@ -355,7 +366,8 @@ Picture drawn(std::span<const DrawnSurface> surfaces, const Camera& camera,
               const DrawOptions& options) {
   assert(camera.width > 0 && camera.width <= kMaxPictureSide);
   assert(camera.height > 0 && camera.height <= kMaxPictureSide);
-  Scene scene{.camera = camera, .options = options, .surfaces = {}};
+  Scene scene{.camera = camera, .options = options, .surfaces = {}, .volume = {}};
+  if (options.volume != nullptr) scene.volume.emplace(*options.volume, camera);
   for (const DrawnSurface& surface : surfaces) {
     assert(surface.opacity > 0 && surface.opacity <= 1);
     const PositionedMesh& mesh = *surface.mesh;

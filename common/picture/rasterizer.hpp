@@ -8,8 +8,8 @@
 // Every pixel has eight samples. Corners are rounded to 1/256 pixel, and each sample belongs to
 // exactly one of the triangles that meet at an edge, so a watertight mesh is drawn without cracks.
 // With translucent surfaces every sample blends all surfaces in its line of sight, nearest first,
-// however they nest (an A-buffer; Carpenter 1984). The same surfaces and camera give the same
-// pixels with any number of threads.
+// however they nest (an A-buffer; Carpenter 1984), with the parts of a volume between them. The
+// same surfaces and camera give the same pixels with any number of threads.
 //
 // Existing renderers need a display or a driver, or their pictures differ between machines.
 #pragma once
@@ -21,6 +21,7 @@
 #include "common/mesh/mesh.hpp"
 #include "common/picture/camera.hpp"
 #include "common/picture/shading.hpp"
+#include "common/picture/volume.hpp"
 
 namespace multitetra {
 
@@ -44,7 +45,8 @@ struct DrawOptions {
   // Draws the triangles' edges as lines one pixel wide. On triangles smaller than a few pixels the
   // lines fade, so that the shape of the surface stays visible.
   bool wireframe = false;
-  int threads = 0;  // 0: one per processor.
+  const DrawnVolume* volume = nullptr;  // Null: none. In the surfaces' coordinates.
+  int threads = 0;                      // 0: one per processor.
 };
 
 // Clips triangles at the picture's border and omits those that reach behind the eye. Cameras of

@@ -25,10 +25,10 @@ def make(*kinds, noise=0.01):
         run(f"server prepare {kind}.nrrd -o {kind}.mtd --quiet")
 
 
-def serve(*kinds):
+def serve(*kinds, options=""):
     """Returns a server of datasets, the option for clients with its address, and its HTTP address."""
     make(*kinds)
-    server = Started("server serve . --tcp 127.0.0.1:0 --http 127.0.0.1:0")
+    server = Started(f"server serve . --tcp 127.0.0.1:0 --http 127.0.0.1:0 {options}")
     return server, f"--server {server.url('tcp')}", server.url("http")
 
 
@@ -321,6 +321,33 @@ def snapshots_are_reproducible_and_change_with_the_view():
     server.ends_well()
 
 
+def volumes_are_drawn_with_surfaces_or_alone():
+    server, at, _ = serve("head")
+    snapshot = f"client snapshot {at} --size 160x120"
+    alone = report_of(f"{snapshot} --volume on -o alone.png")
+    check(alone["surfaces"] == [] and alone["volume"]["step"] == 1, f"the report of a volume: {alone}")
+    run(f"{snapshot} --volume on -o again.png --quiet")
+    check(same_bytes("alone.png", "again.png"), "the same volume has other bytes the second time")
+    both = report_of(f"{snapshot} --volume on --isovalue 500.5 --opacity 0.5 -o both.png")
+    check(both["triangles"] > 0 and both["volume"] == alone["volume"], f"the report of volume and surface: {both}")
+    coarse = report_of(f"{snapshot} --volume on --volume-samples 9000 -o coarse.png")["volume"]
+    check(coarse["step"] in (2, 4, 8) and coarse["samples"] <= 9000, f"coarser samples: {coarse}")
+    options = ("--volume maximum", "--volume on --opacities 0:0,900:0.5", "--volume on --no-volume-shading", "--volume on --volume-colors viridis")
+    pictures = ["alone.png", "both.png", "coarse.png"]
+    for number, option in enumerate(options):
+        pictures.append(f"volume_{number}.png")
+        expect_exit(0, "volume of ", f"{snapshot} {option} -o {pictures[-1]}")
+    check(len({pathlib.Path(picture).read_bytes() for picture in pictures}) == len(pictures), "two different volumes have the same picture")
+    for words, options in (('"5:2"', "--volume on --opacities 5:2"), ("ascending", "--volume on --opacities 5:0,4:1"),
+                           ("lower one first", "--volume on --volume-window 9,3"), ("{off,on,maximum}", "--volume none")):
+        expect_exit(2, words, f"{snapshot} {options} -o never.png")
+    server.ends_well()
+    server, at, _ = serve("head", options="--surfaces-only")
+    expect_exit(1, "surfaces", f"client snapshot {at} --volume on -o never.png")
+    check(not pathlib.Path("never.png").exists(), "a picture of a refused volume")
+    server.ends_well()
+
+
 def several_surfaces_are_parts_or_files():
     """Parts of one GLB, or a file each; one picture; one budget."""
     server, at, _ = serve("gyroid")
@@ -599,7 +626,7 @@ def view_prints_the_address_of_the_page():
 
 if __name__ == "__main__":
     run_groups(fetched_surfaces_are_the_extracted_ones, meshes_are_certified, files_are_what_their_reports_say, rounded_samples_are_told_and_compared_as_they_were,
-               threshold_maps_and_budgets_give_the_same_mesh, snapshots_are_reproducible_and_change_with_the_view,
+               threshold_maps_and_budgets_give_the_same_mesh, snapshots_are_reproducible_and_change_with_the_view, volumes_are_drawn_with_surfaces_or_alone,
                several_surfaces_are_parts_or_files, empty_and_unprintable_surfaces_are_noticed, open_surfaces_say_where,
                small_components_are_left_out_on_request,
                clients_name_what_is_wrong, every_kind_is_extracted_without_a_crack, meshes_and_models_are_written,

@@ -230,6 +230,7 @@ def served_labels_are_drawn_in_their_colors(at):
     for name, color in (("two", ""), ("alike", "--surface-color '#010203'")):
         run(f"{snapshot} --dataset organs.label3 --isovalue 0.4,0.6 --opacity 0.5 {color} -o {name}.png --quiet")
     check(not same_bytes("two.png", "alike.png"), "two isovalues of a label have one color")
+    expect_exit(2, "labels have none", f"{snapshot} --dataset organs --volume on -o never.png")
     expect_exit(0, "2 surfaces", f"client snapshot {at} --dataset organs --max-triangles 300 -o budget.png")
 
 
@@ -308,6 +309,7 @@ def times_are_separate_files():
               f"isovalue {isovalue} is not in the file of its time")
     expect_files("beats*.glb", "beats_t0000.glb", "beats_t0001.glb", "beats_t0002.glb")
     expect_exit(0, "beat_t0002.png: 1 surface, isovalue 0.5", f"{fetch.replace('fetch', 'snapshot')} --isovalue 0.5 --size 80x60 -o beat.png")
+    expect_exit(0, "beat_t0002.png: volume of ", f"{fetch.replace('fetch', 'snapshot')} --volume on --size 80x60 -o beat.png")
     expect_files("beat*.png", "beat_t0000.png", "beat_t0001.png", "beat_t0002.png")
     notice = 'No file is written for empty surfaces; --allow-empty writes one for "beat.t0001", "beat.t0002".'
     expect_exit(0, notice, f"{fetch} --isovalue 35 -o shrunk.ply --report shrunk.json")

@@ -3,11 +3,13 @@
 //
 //   triangles --> Sample: the nearest solid one -------------+
 //             \-> Fragment: each that is seen through -> Mix +-> Pixel
+//   volume ----> the parts between them -------------------^
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -43,10 +45,16 @@ struct Mix {
   float passing = 1;        // The fraction of the light behind that passes.
 };
 
-// Returns the mix of every sample, kSamples per pixel; empty without fragments. Among fragments of
-// equal depth the first is in front. Requires that all fragments belong to these pixels and lie in
-// front of the samples' solid surfaces.
-[[nodiscard]] std::vector<Mix> mixes_of(std::vector<Fragment> fragments, std::size_t pixels);
+// Returns what a volume adds between two depths on the line of sight of a pixel.
+using VolumePart = std::function<Mix(double near, double far)>;
+
+// Returns the mix of every sample, kSamples per pixel; empty without fragments and volume. Among
+// fragments of equal depth the first is in front. Requires that all fragments belong to these
+// pixels and lie in front of the samples' solid surfaces. `volume_at`: called once for each pixel,
+// in order; null: no volume.
+[[nodiscard]] std::vector<Mix> mixes_of(
+    std::vector<Fragment> fragments, std::span<const Sample> samples,
+    const std::function<VolumePart(std::uint32_t pixel)>& volume_at = nullptr);
 
 // Returns the mean of a pixel's samples; `mixes` is empty or has one per sample. Where nothing is
 // hit, shows `behind` if there is a background; otherwise the pixel is transparent.

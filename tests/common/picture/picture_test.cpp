@@ -1,7 +1,13 @@
 // Rendering pictures without a display.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <numbers>
+#include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -322,6 +328,156 @@ TEST_F(NestedBalls, ShowTheBackgroundWithoutSolidSurfaces) {
       drawn_with({{.mesh = &outer_, .opacity = 0.5}, {.mesh = &inner_, .opacity = 0.5}}, options);
   EXPECT_NEAR(two.at(80, 60)[3], 255 * (1 - 1 / 16.0), 1);
   EXPECT_EQ(two.at(0, 0)[3], 0);
+}
+
+// ---- volumes
+
+// Looks along +y at a volume of cubic samples around the origin, nearly in parallel.
+DrawnVolume made_volume(int n, const std::function<float(int, int, int)>& value) {
+  const double half = (n - 1) / 2.0;
+  DrawnVolume volume{.counts = {std::size_t(n), std::size_t(n), std::size_t(n)},
+                     .values = {},
+                     .to_world = {},
+                     .opacities = {{0, 0.05}},
+                     .colors = {.low = 0, .high = 255},
+                     .is_lit = false};
+  volume.to_world.translation = {-half, -half, -half};
+  for (int z = 0; z < n; ++z) {
+    for (int y = 0; y < n; ++y) {
+      for (int x = 0; x < n; ++x) volume.values.push_back(value(x, y, z));
+    }
+  }
+  return volume;
+}
+
+Camera far_camera(int pixels, double pixels_a_sample) {
+  const double distance = 1e5;
+  return {.width = pixels,
+          .height = pixels,
+          .eye = {0, -distance, 0},
+          .pixels_at_one = pixels_a_sample * distance,
+          .distance = distance};
+}
+
+Picture drawn_volume(const DrawnVolume& volume, const Camera& camera,
+                     std::span<const DrawnSurface> surfaces = {}, int threads = 1) {
+  return drawn(surfaces, camera,
+               {.background = Background::kTransparent, .volume = &volume, .threads = threads});
+}
+
+const Pixel& pixel_at(const Picture& picture, int x, int y) {
+  return picture.pixels[static_cast<std::size_t>(y * picture.width + x)];
+}
+
+PositionedMesh wall_at(double y) {
+  return {.positions = {{-99, y, -99}, {99, y, -99}, {0, y, 99}}, .triangles = {{0, 1, 2}}};
+}
+
+TEST(Volume, LetsAsMuchLightPassAsItsVoxels) {
+  const DrawnVolume volume = made_volume(17, [](int, int, int) { return 128.0F; });
+  const Picture picture = drawn_volume(volume, far_camera(9, 0.5));
+  EXPECT_NEAR(pixel_at(picture, 4, 4)[3], 255 * (1 - std::pow(0.95, 16)), 1.01);
+  EXPECT_NEAR(pixel_at(picture, 4, 4)[0], 128, 1.01) << "Its color does not depend on opacity.";
+}
+
+TEST(Volume, ShowsTheLargestValueOfEachLine) {
+  std::mt19937 random(7);
+  DrawnVolume volume =
+      made_volume(8, [&](int, int, int) { return static_cast<float>(random() % 256); });
+  volume.is_maximum = true;
+  // Pixels are centered between four columns of samples.
+  const Picture picture = drawn_volume(volume, far_camera(7, 1));
+  for (int z = 0; z < 7; ++z) {
+    for (int x = 0; x < 7; ++x) {
+      float largest = 0;
+      for (int y = 0; y < 8; ++y) {
+        const float* const at = &volume.values[static_cast<std::size_t>((z * 8 + y) * 8 + x)];
+        largest = std::max(largest, (at[0] + at[1] + at[64] + at[65]) / 4);
+      }
+      EXPECT_NEAR(pixel_at(picture, x, 6 - z)[0], largest, 1.01) << x << "," << z;
+      EXPECT_EQ(pixel_at(picture, x, 6 - z)[3], 255);
+    }
+  }
+}
+
+TEST(Volume, EndsWhereTheSurfaceOfItsStepDoes) {
+  const double radius = 12.3;
+  const auto height = [&](int x, int y, int z) {
+    return static_cast<float>(100 + 5 * (radius - std::hypot(x - 16, y - 16, z - 16)));
+  };
+  DrawnVolume volume = made_volume(33, height);
+  volume.opacities = {{100, 0}, {100, 1}};
+  const Camera camera = far_camera(80, 2);
+  PositionedMesh surface = ball({0, 0, 0}, 60);
+  for (Vec3& p : surface.positions) p = scaled(p, radius);
+  const Picture of_volume = drawn_volume(volume, camera);
+  const Picture of_surface = drawn(surface, camera, {.background = Background::kTransparent});
+  for (int y = 1; y < 79; ++y) {
+    for (int x = 1; x < 79; ++x) {
+      // All of the surface's neighbors agree: no silhouette within a pixel.
+      int seen = 0;
+      for (const int dx : {-1, 0, 1}) {
+        for (const int dy : {-1, 0, 1}) seen += pixel_at(of_surface, x + dx, y + dy)[3] > 127;
+      }
+      if (seen == 0) {
+        EXPECT_LT(pixel_at(of_volume, x, y)[3], 20) << x << "," << y;
+      }
+      if (seen == 9) {
+        EXPECT_GT(pixel_at(of_volume, x, y)[3], 235) << x << "," << y;
+      }
+    }
+  }
+}
+
+TEST(Volume, IsCutBySurfacesInItsOrder) {
+  DrawnVolume volume = made_volume(17, [](int, int, int) { return 255.0F; });
+  volume.opacities = {{0, 0.2}};
+  const Camera camera = far_camera(9, 0.5);
+  const auto middle = [&](std::vector<DrawnSurface> surfaces) {
+    return pixel_at(drawn_volume(volume, camera, surfaces), 4, 4);
+  };
+  const PositionedMesh before = wall_at(-30);
+  const PositionedMesh within = wall_at(0);
+  const PositionedMesh behind = wall_at(30);
+  const Light black = {0, 0, 0};
+  EXPECT_LT(middle({{.mesh = &before, .color = black}})[0], 60) << "It hides all of it.";
+  const auto passing = [](double voxels) { return std::pow(0.8, voxels); };
+  // White light in front of black, whose highlight is faint.
+  EXPECT_NEAR(middle({{.mesh = &behind, .color = black}})[0], srgb_from(1 - passing(16)), 3);
+  const double shine = linear_light(middle({{.mesh = &before, .color = black}})[0]);
+  EXPECT_NEAR(middle({{.mesh = &within, .color = black}})[0],
+              srgb_from(1 - passing(8) + passing(8) * shine), 2);
+  // Half of a translucent layer between its halves.
+  EXPECT_NEAR(middle({{.mesh = &within, .opacity = 0.5, .color = black}})[3],
+              255 * (1 - 0.5 * passing(16)), 1.01);
+  const DrawnSurface faint = {.mesh = &within, .opacity = 1e-4, .color = black};
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(middle({faint})[i], middle({})[i], 1.01);
+}
+
+TEST(Volume, HasNothingWhereThereAreNoValues) {
+  const float none = std::numeric_limits<float>::quiet_NaN();
+  for (const bool is_maximum : {false, true}) {
+    DrawnVolume volume = made_volume(20, [&](int x, int, int) { return x < 10 ? none : 200.0F; });
+    volume.is_maximum = is_maximum;
+    volume.is_lit = true;
+    const Picture picture = drawn_volume(volume, far_camera(20, 1));
+    EXPECT_EQ(pixel_at(picture, 3, 10)[3], 0);
+    EXPECT_GT(pixel_at(picture, 16, 10)[3], 100);
+  }
+}
+
+TEST(Volume, IsDrawnAlikeByAnyNumberOfThreads) {
+  std::mt19937 random(11);
+  DrawnVolume volume =
+      made_volume(24, [&](int, int, int) { return static_cast<float>(random() % 256); });
+  volume.is_lit = true;
+  volume.to_world.columns = {Vec3{1, 0.2, 0}, Vec3{0, 0.8, 0.1}, Vec3{0.3, 0, 1.5}};
+  volume.opacities = {{40, 0}, {90, 0.02}, {90, 0.3}, {200, 0}};
+  const PositionedMesh surface = ball({0, 0, 0});
+  const Camera camera = framing(surface.positions, 40, 20, 100, 80);
+  const std::array surfaces = {DrawnSurface{.mesh = &surface, .opacity = 0.5}};
+  EXPECT_EQ(drawn_volume(volume, camera, surfaces, 1).pixels,
+            drawn_volume(volume, camera, surfaces, 5).pixels);
 }
 
 TEST(Picture, IsIndependentOfThreadCount) {
