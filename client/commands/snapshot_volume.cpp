@@ -31,7 +31,8 @@ std::uint64_t sum_from(const Counts& counts, std::size_t first) {
 // without such a peak.
 std::size_t background_bins(const Counts& counts) {
   if (counts.size() < 8) return 0;
-  const auto reach = static_cast<std::size_t>(std::ceil(kBackground * static_cast<double>(counts.size())));
+  const auto reach =
+      static_cast<std::size_t>(std::ceil(kBackground * static_cast<double>(counts.size())));
   const auto peak = std::max_element(counts.begin(), counts.end());
   auto end = static_cast<std::size_t>(peak - counts.begin()) + 1;
   if (end > reach) return 0;
@@ -49,7 +50,8 @@ double percentile(const Histogram& histogram, std::size_t first, double share) {
   double left = share * static_cast<double>(sum_from(counts, first));
   for (std::size_t bin = first; bin < counts.size(); ++bin) {
     const auto count = static_cast<double>(counts[bin]);
-    if (count > 0 && left <= count) return histogram.low + (static_cast<double>(bin) + left / count) * width;
+    if (count > 0 && left <= count)
+      return histogram.low + (static_cast<double>(bin) + left / count) * width;
     left -= count;
   }
   return histogram.high;
@@ -60,7 +62,8 @@ std::uint64_t step_for(const DatasetInfo& info, std::uint64_t limit) {
   std::uint64_t step = 1;
   const auto samples = [&] {
     double product = 1;
-    for (const auto count : info.dims) product *= std::floor(static_cast<double>(count - 1) / static_cast<double>(step)) + 1;
+    for (const auto count : info.dims)
+      product *= std::floor(static_cast<double>(count - 1) / static_cast<double>(step)) + 1;
     return product;
   };
   while (samples() > static_cast<double>(limit) && step < 1024) step *= 2;
@@ -73,7 +76,8 @@ Result<std::vector<OpacityPoint>> parse_opacities(std::string_view text) {
   std::vector<OpacityPoint> points;
   for (const std::string_view part : split(text, ',')) {
     const auto pair = parse_numbers<double>(part, 2, ':');
-    const bool is_valid = pair && std::isfinite(pair->front()) && pair->back() >= 0 && pair->back() <= 1;
+    const bool is_valid =
+        pair && std::isfinite(pair->front()) && pair->back() >= 0 && pair->back() <= 1;
     if (!is_valid || (!points.empty() && pair->front() < points.back().value)) {
       return fail(ErrorCode::kInvalidArgument,
                   "--opacities: \"" + std::string(part) +
@@ -110,14 +114,16 @@ void add_volume_options(Command& command, VolumeArguments& a) {
       ->one_of({"off", "on", "maximum"})
       ->capture_default_str();
   command
-      .add_option("--opacities", a.opacities,
-                  "Opacity of one voxel by ascending value, linear between them, as in the viewer's "
-                  "addresses (default: bone of a CT, else a faint ramp over most values)")
+      .add_option(
+          "--opacities", a.opacities,
+          "Opacity of one voxel by ascending value, linear between them, as in the viewer's "
+          "addresses (default: bone of a CT, else a faint ramp over most values)")
       ->type_name("VALUE:OPACITY,...");
   command
-      .add_option("--volume-window", a.window,
-                  "Values of the darkest and the brightest color (default: -500,1500 for a CT, else "
-                  "the file's window or most values)")
+      .add_option(
+          "--volume-window", a.window,
+          "Values of the darkest and the brightest color (default: -500,1500 for a CT, else "
+          "the file's window or most values)")
       ->delimiter(',')
       ->type_name("LOW,HIGH");
   command.add_option("--volume-colors", a.map, "Colors of the volume by value")
@@ -125,9 +131,10 @@ void add_volume_options(Command& command, VolumeArguments& a) {
       ->capture_default_str();
   command.add_flag("--no-volume-shading", a.is_unlit, "Do not light the volume by its gradient");
   command
-      .add_option("--volume-samples", a.samples,
-                  "Samples to fetch at most, 4 bytes each; larger volumes are drawn from every 2nd, "
-                  "4th ... along each axis")
+      .add_option(
+          "--volume-samples", a.samples,
+          "Samples to fetch at most, 4 bytes each; larger volumes are drawn from every 2nd, "
+          "4th ... along each axis")
       ->within(std::uint64_t{1000}, std::uint64_t{1} << 33)
       ->capture_default_str();
 }
@@ -156,16 +163,20 @@ ClientResult<FetchedVolume> fetched_volume(const VolumeArguments& arguments, Cli
                                                  : parse_opacities(arguments.opacities).value();
   DisplayWindow window = usual_window(info);
   if (!arguments.window.empty()) window = {.low = arguments.window[0], .high = arguments.window[1]};
-  volume.colors = {.map = color_map_from(arguments.map).value(), .low = window.low, .high = window.high};
+  volume.colors = {
+      .map = color_map_from(arguments.map).value(), .low = window.low, .high = window.high};
 
   const auto step = static_cast<double>(fetched.step);
   volume.to_world = to_output;
   for (Vec3& column : volume.to_world.columns) column = scaled(column, step);
   volume.voxel = length(volume.to_world.columns[0]) / step;
-  for (const Vec3& column : volume.to_world.columns) volume.voxel = std::min(volume.voxel, length(column) / step);
+  for (const Vec3& column : volume.to_world.columns)
+    volume.voxel = std::min(volume.voxel, length(column) / step);
   std::array<std::uint32_t, 3> counts{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    counts[axis] = static_cast<std::uint32_t>(static_cast<std::uint64_t>(info.dims[axis] - 1) / fetched.step) + 1;
+    counts[axis] =
+        static_cast<std::uint32_t>(static_cast<std::uint64_t>(info.dims[axis] - 1) / fetched.step) +
+        1;
     volume.counts[axis] = counts[axis];
     if (counts[axis] < 2) {
       return refuse({ErrorCode::kLimitExceeded, "--volume-samples is too small for this dataset."});
@@ -175,7 +186,8 @@ ClientResult<FetchedVolume> fetched_volume(const VolumeArguments& arguments, Cli
   volume.values.resize(std::size_t{width} * height * depth);
   auto* to = volume.values.data();
   const std::uint32_t rows = std::min(height, kMaxSlicePixels / width);
-  const std::uint32_t layers = rows < height ? 1 : std::min(depth, kMaxSlicePixels / (width * height));
+  const std::uint32_t layers =
+      rows < height ? 1 : std::min(depth, kMaxSlicePixels / (width * height));
   for (std::uint32_t z = 0; z < depth; z += layers) {
     for (std::uint32_t y = 0; y < height; y += rows) {
       const SliceRequest box = {.coordinates = CoordinateSystem::kIndex,

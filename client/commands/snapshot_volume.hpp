@@ -15,10 +15,13 @@ namespace multitetra {
 struct VolumeArguments {
   std::string mode = "off";    // "off", "on" or "maximum".
   std::string opacities = {};  // "150:0,400:0.1"; empty: usual_opacities().
-  std::vector<double> window = {};  // The values of the first and the last color; empty: usual_window().
+  std::vector<double> window =
+      {};  // The values of the first and the last color; empty: usual_window().
   std::string map = "gray";
   bool is_unlit = false;
-  std::uint64_t samples = std::uint64_t{1} << 26;  // At most; larger datasets are drawn from every 2nd, 4th ... along each axis.
+  std::uint64_t samples =
+      std::uint64_t{1}
+      << 26;  // At most; larger datasets are drawn from every 2nd, 4th ... along each axis.
 
   [[nodiscard]] bool is_shown() const { return mode != "off"; }
 };
@@ -43,7 +46,8 @@ struct FetchedVolume {
   std::uint64_t step = 1;  // Every so many samples along each axis.
 };
 
-// Fetches a volume, with arguments that check() accepts. `to_output` maps sample indices to the surfaces' coordinates.
+// Fetches a volume, with arguments that check() accepts. `to_output` maps sample indices to the
+// surfaces' coordinates.
 [[nodiscard]] ClientResult<FetchedVolume> fetched_volume(const VolumeArguments& arguments,
                                                          Client& client, const DatasetInfo& info,
                                                          const Affine& to_output);

@@ -3,7 +3,10 @@
 #
 #   bash slurm.sh VOLUME DATASET PARTS [options of sbatch]
 #   bash slurm.sh /lustre/big.nrrd /lustre/big.mtd 64 --partition=cpu --cpus-per-task=8 --mem=2G
+#   PREPARE_OPTIONS=--all-times bash slurm.sh /lustre/heart4d.nii.gz /lustre/heart 8
 #
+# If DATASET does not end in .mtd, it is a folder, or s3://bucket/folder, of several datasets: times, labels or fields, each
+# made by one node. The last job then makes what is missing.
 # Without --cpus-per-task each part has one processor. VOLUME and DATASET are paths visible to all nodes.
 # PREPARE_OPTIONS="--pad 1 --pad-value 0" sets options for reading and preparing. A part that fails or loses its node
 # may be run again at any time (sbatch --requeue does so); then run multitetra-server prepare --merge -o DATASET.
@@ -33,9 +36,19 @@ EOF
 }
 
 more_options=" ${PREPARE_OPTIONS:-}"
-plan=$(submit plan "$@" -- "$volume" -o "$dataset" --plan "$parts")
+plan=
+plan_first=()
+if [[ $dataset == *.mtd ]]; then
+  plan=$(submit plan "$@" -- "$volume" -o "$dataset" --plan "$parts")
+  plan_first=(--dependency=afterok:"$plan" --kill-on-invalid-dep=yes)
+  merge=(--merge -o "$dataset")
+  merge_options=
+else
+  merge=("$volume" -o "$dataset")
+  merge_options=$more_options
+fi
 more_options+=" --part \$SLURM_ARRAY_TASK_ID/$parts --threads \${SLURM_CPUS_PER_TASK:-1}"
-array=$(submit part "$@" --array=1-"$parts" --dependency=afterok:"$plan" --kill-on-invalid-dep=yes -- "$volume" -o "$dataset")
-more_options=""
-merge=$(submit merge "$@" --dependency=afterok:"$array" --kill-on-invalid-dep=yes -- --merge -o "$dataset")
-echo "plan $plan, parts $array, merge $merge"
+array=$(submit part "$@" --array=1-"$parts" "${plan_first[@]}" -- "$volume" -o "$dataset")
+more_options=$merge_options
+last=$(submit merge "$@" --dependency=afterok:"$array" --kill-on-invalid-dep=yes -- "${merge[@]}")
+echo "${plan:+plan $plan, }parts $array, merge $last"

@@ -4,6 +4,7 @@
     import multitetra.dask
 
     multitetra.dask.prepare(Client(cluster), array, "/shared/big.mtd", spacing=(1, 1, 2))
+    multitetra.dask.prepare_series(Client(cluster), "/shared/heart4d.nii.gz", "/shared/heart", "--all-times")
 
 The workers and this process share the folder of the output, and import multitetra.
 """
@@ -11,12 +12,14 @@ The workers and this process share the folder of the output, and import multitet
 from __future__ import annotations
 
 import os
+import subprocess
 from typing import Any, Optional
 
 import dask
 import numpy as np
 
-from . import _engine
+from . import VolumeError, _engine
+from .programs import server_program
 from .volume import _call, _source, _warn
 
 _PLACEMENT = {"spacing": None, "origin": None, "affine": None, "unit": "", "name": None, "subtract": 0.0, "allow_loss": False}
@@ -55,6 +58,50 @@ def prepare(client: Any, data: Any, output: Any, *, parts: Optional[int] = None,
     client.submit(_merge, output, pure=False).result()
     _warn(notices)
     return output
+
+
+def prepare_series(client: Any, source: Any, output: Any, *options: str, parts: Optional[int] = None) -> str:
+    """Writes a dataset for each of a file's times, labels or fields: the files that `multitetra-server prepare` writes on one machine.
+
+    Parameters
+    ----------
+    client : dask.distributed.Client
+    source : path
+        A file, folder or address that all workers read.
+    output : path
+        A folder that all workers share, or ``s3://bucket/folder``. Datasets that are up to date stay.
+    *options
+        Of ``multitetra-server prepare``, such as ``"--all-times"``, ``"--label", "all"`` or ``"--field", "pressure,temperature"``.
+    parts : int, optional
+        The datasets are divided among so many tasks; two for each worker by default.
+
+    Returns
+    -------
+    str
+        The path of the folder.
+
+    Raises
+    ------
+    VolumeError
+        If a dataset cannot be prepared; those of other tasks stay.
+    """
+    source, output = (place if "://" in place else os.path.abspath(place) for place in map(os.fspath, (source, output)))
+    command = ("prepare", source, "-o", output, "--quiet", *options)
+    if parts is None:
+        parts = max(1, 2 * len(client.scheduler_info()["workers"]))
+    shares = [(*command, "--part", f"{part}/{parts}") for part in range(1, parts + 1)]
+    client.gather([client.submit(_run, share, pure=False) for share in shares])
+    client.submit(_run, command, pure=False).result()  # Also removes times, labels and fields that the source no longer has.
+    return output
+
+
+def _run(command):
+    program = server_program()
+    if program is None:
+        raise VolumeError("Series are prepared by multitetra-server, which this package lacks: build multitetra_server_program.")
+    done = subprocess.run([program, *command], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise VolumeError(done.stderr.strip())
 
 
 def _opened(data, how):

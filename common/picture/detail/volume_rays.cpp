@@ -9,9 +9,9 @@ namespace multitetra {
 namespace {
 
 constexpr std::size_t kEntries = 1024;
-constexpr double kMostOpaque = 0.9999;  // Its logarithm is finite.
-constexpr double kNarrow = 1e-6;        // A range for a single value, as a part of it.
-constexpr std::size_t kBlockCells = 8;  // Per side.
+constexpr double kMostOpaque = 0.9999;       // Its logarithm is finite.
+constexpr double kNarrow = 1e-6;             // A range for a single value, as a part of it.
+constexpr std::size_t kBlockCells = 8;       // Per side.
 constexpr float kOpaqueEnough = 1.0F / 256;  // What still passes cannot be seen.
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
@@ -61,12 +61,13 @@ double ExtinctionTable::mean(double one, double other) const {
   const Entry b = at(other);
   const double apart = other - one;
   const bool is_far = std::abs(apart) > spacing_;
-  return std::max(0.0, is_far ? (b.integral - a.integral) / apart : 0.5 * (a.extinction + b.extinction));
+  return std::max(0.0,
+                  is_far ? (b.integral - a.integral) / apart : 0.5 * (a.extinction + b.extinction));
 }
 
 Mix VolumeRay::up_to(double depth) const {
-  const double place = std::clamp((depth - first_) / spacing_, 0.0,
-                                  static_cast<double>(sums_.size()) - 1);
+  const double place =
+      std::clamp((depth - first_) / spacing_, 0.0, static_cast<double>(sums_.size()) - 1);
   const auto before = static_cast<std::size_t>(place);
   Mix mix = sums_[before];
   if (before + 1 == sums_.size()) return mix;
@@ -79,8 +80,10 @@ Mix VolumeRay::up_to(double depth) const {
 
 Mix VolumeRay::largest_between(double near, double far) const {
   const auto count = static_cast<double>(values_.size());
-  const auto from = static_cast<std::size_t>(std::clamp(std::ceil((near - first_) / spacing_), 0.0, count));
-  const auto to = static_cast<std::size_t>(std::clamp(std::floor((far - first_) / spacing_) + 1, 0.0, count));
+  const auto from =
+      static_cast<std::size_t>(std::clamp(std::ceil((near - first_) / spacing_), 0.0, count));
+  const auto to =
+      static_cast<std::size_t>(std::clamp(std::floor((far - first_) / spacing_) + 1, 0.0, count));
   float largest = kNone;
   for (std::size_t i = from; i < to; ++i) {
     if (!(values_[i] <= largest) && !std::isnan(values_[i])) largest = values_[i];
@@ -96,7 +99,8 @@ Mix VolumeRay::between(double near, double far) const {
   const Mix all = up_to(far);
   if (before.passing < kOpaqueEnough) return {};
   Mix mix{.light = {}, .passing = all.passing / before.passing};
-  for (std::size_t j = 0; j < 3; ++j) mix.light[j] = (all.light[j] - before.light[j]) / before.passing;
+  for (std::size_t j = 0; j < 3; ++j)
+    mix.light[j] = (all.light[j] - before.light[j]) / before.passing;
   return mix;
 }
 
@@ -119,7 +123,9 @@ void VolumeRays::measure_blocks() {
       for (std::size_t bx = 0; bx < block_counts_[0]; ++bx) {
         Block block{.low = std::numeric_limits<float>::infinity(),
                     .high = -std::numeric_limits<float>::infinity()};
-        const auto end = [](std::size_t b, std::size_t n) { return std::min((b + 1) * kBlockCells + 1, n); };
+        const auto end = [](std::size_t b, std::size_t n) {
+          return std::min((b + 1) * kBlockCells + 1, n);
+        };
         for (std::size_t z = bz * kBlockCells; z < end(bz, nz); ++z) {
           for (std::size_t y = by * kBlockCells; y < end(by, ny); ++y) {
             for (std::size_t x = bx * kBlockCells; x < end(bx, nx); ++x) {
@@ -170,7 +176,8 @@ const VolumeRays::Block& VolumeRays::block_at(const Vec3& index, Vec3& first) co
   return blocks_[number];
 }
 
-// Returns the light of a place with this value: its color, lit from the eye. `direction`: of the ray.
+// Returns the light of a place with this value: its color, lit from the eye. `direction`: of the
+// ray.
 Light VolumeRays::light_at(const Vec3& index, double value, const Vec3& direction) const {
   Light light = linear_light(volume_.colors(value));
   if (!volume_.is_lit) return light;
@@ -218,7 +225,8 @@ void VolumeRays::trace(int x, int y, VolumeRay& ray) const {
   }
   if (!(enter < leave)) return;
   ray.first_ = enter;
-  // Along the axis of most samples: the largest value is at a sample, light comes from between them.
+  // Along the axis of most samples: the largest value is at a sample, light comes from between
+  // them.
   ray.spacing_ = (volume_.is_maximum ? 1 : 0.5) / fastest;
   const auto count = static_cast<std::size_t>((leave - enter) / ray.spacing_) + 1;
   const double thickness = ray.spacing_ * length(direction) / volume_.voxel;
@@ -226,7 +234,9 @@ void VolumeRays::trace(int x, int y, VolumeRay& ray) const {
   Mix mix;
   float value = kNone;
   bool is_value_known = false;  // Of the place before.
-  const auto place_at = [&](double number) { return moved(eye, enter + number * ray.spacing_, way); };
+  const auto place_at = [&](double number) {
+    return moved(eye, enter + number * ray.spacing_, way);
+  };
   // Extends the ray to places where nothing is added.
   const auto skip_to = [&](std::size_t end) {
     if (volume_.is_maximum) {
@@ -246,13 +256,15 @@ void VolumeRays::trace(int x, int y, VolumeRay& ray) const {
       const double side = corner[axis] + (way[axis] > 0 ? kBlockCells : 0);
       until = std::min(until, std::max(0.0, (side - eye[axis]) / way[axis]));
     }
-    const auto end = std::clamp(static_cast<std::size_t>((until - enter) / ray.spacing_) + 1, i + 1, count);
+    const auto end =
+        std::clamp(static_cast<std::size_t>((until - enter) / ray.spacing_) + 1, i + 1, count);
     if (!block.is_visible) {
       skip_to(end);
       i = end;
       continue;
     }
-    if (!volume_.is_maximum && !is_value_known) value = value_at(place_at(static_cast<double>(i) - 1));
+    if (!volume_.is_maximum && !is_value_known)
+      value = value_at(place_at(static_cast<double>(i) - 1));
     for (; i < end; ++i) {
       const float before = value;
       value = value_at(place_at(static_cast<double>(i)));

@@ -8,6 +8,7 @@
 #include "common/base/parse_number.hpp"
 #include "common/dataset/physical_meaning.hpp"
 #include "common/dataset/series_member.hpp"
+#include "server/programs/prepare/prepare_jobs.hpp"
 
 namespace multitetra {
 namespace {
@@ -38,6 +39,10 @@ const char* default_outside(const SeriesArguments& series) {
 int default_margin(const SeriesArguments& series) { return series.labels.empty() ? 0 : 1; }
 
 }  // namespace
+
+bool PrepareArguments::makes_several() const {
+  return series.are_given() || (!inputs.empty() && has_several_volumes(inputs));
+}
 
 std::optional<double> PrepareArguments::outside_value() const {
   return outside_from(outside.empty() ? default_outside(series) : outside);

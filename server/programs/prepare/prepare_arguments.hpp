@@ -61,6 +61,8 @@ struct PrepareArguments {
   // Called with the part of a volume's samples that is read, 0 to 1.
   std::function<void(const std::string& dataset, double share)> reading;
 
+  // Returns whether they make a series, or datasets of several volumes.
+  [[nodiscard]] bool makes_several() const;
   // Throws std::invalid_argument unless `outside` is "void" (returns none) or a number.
   [[nodiscard]] std::optional<double> outside_value() const;
   [[nodiscard]] std::int32_t margin_steps() const;

@@ -60,11 +60,20 @@ int prepare_in_parts(const PrepareArguments& arguments) {
                     report);
 }
 
-// The output folder for several datasets. Removed at the end if it is new and empty.
+// Keeps the jobs of a part, such as "3/8": every eighth, from the third on.
+void keep_part(const std::string& part, std::vector<PrepareJob>& jobs) {
+  const auto [index, parts] = part_of(part);
+  std::vector<PrepareJob> kept;
+  for (std::size_t i = index; i < jobs.size(); i += parts) kept.push_back(std::move(jobs[i]));
+  jobs = std::move(kept);
+}
+
+// The output folder for several datasets. Removed at the end if it is new, empty and not shared.
 class OutputFolder {
  public:
-  explicit OutputFolder(const std::string& output)
-      : path_(output), is_new_(!is_address(output) && std::filesystem::create_directories(path_)) {}
+  OutputFolder(const std::string& output, bool is_shared)
+      : path_(output),
+        is_new_(!is_address(output) && std::filesystem::create_directories(path_) && !is_shared) {}
   ~OutputFolder() {
     std::error_code is_not_empty;
     if (is_new_) std::filesystem::remove(path_, is_not_empty);
@@ -84,8 +93,12 @@ void require_one_mode(const PrepareArguments& arguments) {
     if (!both) return;
     throw ExitError(kUsage, std::string(a) + " and " + b + " exclude each other.");
   };
-  refuse(series.are_given() && arguments.parts.are_given(),
-         "Series (--label, --all-times, --field, --time-series)", "--plan, --part, --merge");
+  if (arguments.makes_several() && (arguments.parts.plan > 0 || arguments.parts.merge)) {
+    throw ExitError(
+        kUsage,
+        "Several datasets need no plan: prepare a share of them with each of --part 1/8 "
+        "to 8/8, and at the end the same without --part, for what is missing.");
+  }
   refuse(arguments.samples_only && arguments.parts.are_given(), "--samples-only",
          "--plan, --part, --merge");
   refuse(series.all_times && volume.time.has_value(), "--all-times", "--time");
@@ -97,16 +110,17 @@ void require_one_mode(const PrepareArguments& arguments) {
 // Prepares one dataset into a file, or several into a folder.
 int prepare_volumes(const PrepareArguments& arguments) {
   const std::filesystem::path output = arguments.output;
-  const bool makes_several = arguments.series.are_given() || has_several_volumes(arguments.inputs);
-  const bool is_file =
-      !is_folder_of_datasets(arguments.output) && (!makes_several || output.extension() == ".mtd");
+  const bool is_part = arguments.parts.are_given();
+  const bool is_file = !is_folder_of_datasets(arguments.output) &&
+                       (!arguments.makes_several() || output.extension() == ".mtd");
   std::optional<OutputFolder> folder;
-  if (!is_file) folder.emplace(arguments.output);
+  if (!is_file) folder.emplace(arguments.output, is_part);
   LatestLabelMap maps(scratch_folder(is_file ? output.parent_path() : output),
                       arguments.label_ends());
   std::vector<PrepareJob> jobs = jobs_of(arguments, maps, [&](const std::string& text) {
     if (!arguments.quiet) std::cerr << "prepare: " << text << "\n";
   });
+  if (is_part) keep_part(arguments.parts.part, jobs);
   if (!is_file) return prepare_all(arguments, jobs, maps);
   if (jobs.size() != 1) {
     throw ExitError(kUsage, "--output: " + arguments.output + " is the name of one dataset, but " +
@@ -170,7 +184,9 @@ int prepare(PrepareArguments& arguments) {
   (void)arguments.volume.parsed();
   (void)arguments.outside_value();
   try {
-    if (arguments.parts.are_given()) return prepare_in_parts(arguments);
+    if (arguments.parts.are_given() && !arguments.makes_several()) {
+      return prepare_in_parts(arguments);
+    }
     if (arguments.inputs.empty()) throw ExitError(kUsage, "Give a volume to prepare.");
     if (are_datasets(arguments)) return complete_datasets(arguments);
     return prepare_volumes(arguments);
@@ -198,7 +214,9 @@ constexpr const char* kPrepareExamples =
     "On several machines, in a shared folder, or copying big.mtd.parts together:\n"
     "  multitetra-server prepare big.nrrd -o big.mtd --plan 8 | xargs -P 8 -d '\\n"
     "' -n 1 sh -c\n"
-    "  multitetra-server prepare --merge -o big.mtd";
+    "  multitetra-server prepare --merge -o big.mtd\n"
+    "  seq 8 | xargs -P 8 -I{} multitetra-server prepare heart4d.nii.gz --all-times -o heart/ "
+    "--part {}/8";
 
 void add_parts_options(Command& command, PartsArguments& parts) {
   command.begin_group("On several machines");
@@ -207,7 +225,9 @@ void add_parts_options(Command& command, PartsArguments& parts) {
                   "Plan the preparation in this many parts on several machines: reads the volume "
                   "once and prints a command for each part")
       ->within(1, static_cast<int>(kMaxParts));
-  command.add_option("--part", parts.part, "Prepare this part of the plan, for example 3/8");
+  command.add_option("--part", parts.part,
+                     "Prepare this part of the plan, for example 3/8; of several datasets, such as "
+                     "times, every eighth, without a plan");
   command.add_flag("--merge", parts.merge, "Create the dataset from all parts of the plan");
 }
 

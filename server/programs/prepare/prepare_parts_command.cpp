@@ -26,18 +26,6 @@ std::string quoted(const std::string& word) {
   return text + "'";
 }
 
-// Parses a part such as "3/8"; returns its index, from 0.
-std::size_t part_number(std::string_view text, std::size_t parts) {
-  const auto numbers = parse_numbers<std::size_t>(text, 2, '/');
-  if (numbers && (*numbers)[0] >= 1 && (*numbers)[0] <= parts && (*numbers)[1] == parts) {
-    return (*numbers)[0] - 1;
-  }
-  throw ExitError(kUsage, "--part: \"" + std::string(text) +
-                              "\" is not a part of the plan, which has parts 1/" +
-                              std::to_string(parts) + " to " + std::to_string(parts) + "/" +
-                              std::to_string(parts) + ".");
-}
-
 PartOptions with_progress(Progress& progress, std::string& pass) {
   return {.progress = [&progress, &pass](const char* name, std::uint64_t done, std::uint64_t all) {
     if (pass != name) progress.begin(pass = name);
@@ -83,9 +71,27 @@ int plan_parts(VolumeSource& source, const PrepareOptions& options, Provenance n
   return kOk;
 }
 
+PartNumber part_of(const std::string& text) {
+  const auto numbers = parse_numbers<std::size_t>(text, 2, '/');
+  if (numbers && (*numbers)[0] >= 1 && (*numbers)[0] <= (*numbers)[1] &&
+      (*numbers)[1] <= kMaxParts) {
+    return {.index = (*numbers)[0] - 1, .parts = (*numbers)[1]};
+  }
+  throw ExitError(kUsage, "--part: \"" + text +
+                              "\" is not a part; write for example 3/8, of at most " +
+                              std::to_string(kMaxParts) + " parts.");
+}
+
 int make_part(VolumeSource& source, const std::string& output, const std::string& part,
               const PartsReport& report) {
-  const std::size_t number = part_number(part, plan_of(output).plan.parts);
+  const auto [number, parts] = part_of(part);
+  const std::size_t planned = plan_of(output).plan.parts;
+  if (parts != planned) {
+    throw ExitError(kUsage, "--part: \"" + part +
+                                "\" is not a part of the plan, which has parts 1/" +
+                                std::to_string(planned) + " to " + std::to_string(planned) + "/" +
+                                std::to_string(planned) + ".");
+  }
   Progress progress("part " + part, 4, report.quiet || report.json);
   std::string pass;
   prepare_part(source, output, number, with_progress(progress, pass));

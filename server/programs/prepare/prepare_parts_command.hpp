@@ -20,6 +20,14 @@ struct PartsArguments {
   [[nodiscard]] bool are_given() const { return plan > 0 || !part.empty() || merge; }
 };
 
+struct PartNumber {
+  std::size_t index = 0;  // From 0.
+  std::size_t parts = 1;
+};
+
+// Parses a part such as "3/8". Throws ExitError unless it is from 1 to 8 of at most kMaxParts.
+[[nodiscard]] PartNumber part_of(const std::string& text);
+
 struct PartsReport {
   bool json = false;
   bool quiet = false;

@@ -166,7 +166,8 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
       reports.push_back({{"input", without_password(job.input)}, {"error", problem.what()}});
     }
   }
-  if (failed == 0 && arguments.series.are_given() && !is_address(arguments.output)) {
+  const bool is_whole = !arguments.parts.are_given();
+  if (failed == 0 && is_whole && arguments.series.are_given() && !is_address(arguments.output)) {
     table += remove_stale_members(arguments, jobs);
   }
   if (arguments.json) {

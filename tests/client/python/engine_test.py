@@ -152,6 +152,26 @@ class Surfaces(unittest.TestCase):
                 os.remove(made)
         self.assertEqual(sorted(file.name for file in self.path.iterdir()), ["alone.mtd", "samples.npy"])
 
+    @needs("distributed")
+    def test_dask_prepares_times_as_one_machine_does(self):
+        import distributed
+
+        import multitetra.dask
+        from multitetra.programs import server_program
+
+        source, options = str(self.path / "times"), ("--time-series", "beat")
+        os.mkdir(source)
+        for number in range(5):
+            np.save(f"{source}/beat{number}.npy", ball() + np.float32(0.1 * number))
+        subprocess.run([server_program(), "prepare", source, "-o", str(self.path / "alone"), "--quiet", *options], check=True)
+        with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, distributed.Client(cluster) as client:
+            made = pathlib.Path(multitetra.dask.prepare_series(client, source, self.path / "made", *options, parts=3))
+            with self.assertRaisesRegex(multitetra.VolumeError, "nowhere"):
+                multitetra.dask.prepare_series(client, "nowhere.nii", self.path / "never", "--all-times")
+        self.assertEqual(sorted(file.name for file in made.iterdir()), [f"beat.t000{number}.mtd" for number in range(5)])
+        for file in made.iterdir():
+            self.assertEqual(file.read_bytes(), (self.path / "alone" / file.name).read_bytes(), file.name)
+
     @needs("xarray")
     def test_xarray_states_coordinates_and_units(self):
         import xarray
