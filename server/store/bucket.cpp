@@ -150,7 +150,6 @@ std::vector<std::string> list_bucket(const std::string& folder, std::string_view
   std::set<std::string> tokens;
   std::string next;
   do {
-    // The signature requires alphabetical order.
     const std::string query =
         (next.empty() ? "" : "continuation-token=" + percent_encoded(next) + "&") +
         std::string("delimiter=%2F&list-type=2&prefix=") + percent_encoded(prefix);

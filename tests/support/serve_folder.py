@@ -194,7 +194,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
         prefix = query.get("prefix", [""])[0]
         keys = sorted(str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file())
         keys = [key for key in keys if key.startswith(prefix) and "/" not in key[len(prefix):]]
-        begin = int(query.get("continuation-token", ["0"])[0])
+        begin = int(query.get("continuation-token", ["0"])[0].rstrip("+/="))  # Amazon's have such characters.
         end = begin + KEYS_AN_ANSWER
         if prefix in ("endless/", "repeats/", "long-token/"):
             token = {"endless/": str(end), "repeats/": str(1 + (begin + 1) % 3), "long-token/": "1" * 5000}[prefix]
@@ -202,7 +202,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
                                     f"</IsTruncated><NextContinuationToken>{token}</NextContinuationToken>"
                                     f"</ListBucketResult>".encode())
         xml_keys = "".join(f"<Contents><Key>{xml.sax.saxutils.escape(key)}</Key></Contents>" for key in keys[begin:end])
-        more = (f"<IsTruncated>true</IsTruncated><NextContinuationToken>{end}</NextContinuationToken>"
+        more = (f"<IsTruncated>true</IsTruncated><NextContinuationToken>{end}+/=</NextContinuationToken>"
                 if end < len(keys) else "<IsTruncated>false</IsTruncated>")
         self.answer(200, f"<ListBucketResult>{xml_keys}{more}</ListBucketResult>".encode())
 

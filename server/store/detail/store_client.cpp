@@ -11,8 +11,8 @@
 #include "server/store/detail/content_range.hpp"
 #include "server/store/detail/curl_url.hpp"
 #include "server/store/detail/redirects.hpp"
+#include "server/store/detail/request_signature.hpp"
 #include "server/store/detail/resolved_url.hpp"
-#include "server/store/sha256.hpp"
 #include "server/store/store_error.hpp"
 
 namespace multitetra {
@@ -61,9 +61,8 @@ milliseconds jittered(milliseconds pause) {
 
 // The credentials of a request; empty if none are needed.
 struct StoreClient::Credentials {
-  std::string user;  // "user:password", or the access key and secret of S3.
-  std::string sigv4 = {};
-  std::string session = {};
+  std::string user;  // "user:password"
+  SigningKey key = {};
 };
 
 // A persistent connection, used by one thread at a time.
@@ -102,9 +101,10 @@ StoreClient::StoreClient(bool signs_for_s3, const HttpStoreOptions& options)
   const std::string key = environment("AWS_ACCESS_KEY_ID");
   const std::string secret = environment("AWS_SECRET_ACCESS_KEY");
   if (key.empty() || secret.empty()) return;
-  user_ = key + ":" + secret;
-  sigv4_ = "aws:amz:" + aws_region() + ":s3";
-  session_ = environment("AWS_SESSION_TOKEN");
+  key_ = {.id = key,
+          .secret = secret,
+          .session = environment("AWS_SESSION_TOKEN"),
+          .region = aws_region()};
 }
 
 StoreClient::~StoreClient() = default;
@@ -167,8 +167,7 @@ StoreClient::Outcome StoreClient::try_with_redirects(Handle& handle, const Store
   CurlUrl url(request.address);
   if (!url.is_valid())
     return {.problem = "it is not an address", .remedy = "Write http://host/path"};
-  const Credentials credentials{
-      .user = sigv4_.empty() ? url.user() : user_, .sigv4 = sigv4_, .session = session_};
+  const Credentials credentials{.user = key_.id.empty() ? url.user() : "", .key = key_};
   url.remove_user();
   StoreRequest next = request;
   next.address = url.part(CURLUPART_URL);
@@ -225,11 +224,12 @@ CURLcode StoreClient::Handle::perform(const StoreRequest& request, const HttpSto
   }
   for (const std::string& header : request.headers) add(header);
   if (!credentials.user.empty()) curl_easy_setopt(curl, CURLOPT_USERPWD, credentials.user.c_str());
-  if (!credentials.sigv4.empty()) {
-    curl_easy_setopt(curl, CURLOPT_AWS_SIGV4, credentials.sigv4.c_str());
-    // Signed requests must include the digest of the body; libcurl 7.88 does not add it.
-    add("x-amz-content-sha256: " + sha256_hex(request.body));
-    if (!credentials.session.empty()) add("x-amz-security-token: " + credentials.session);
+  if (!credentials.key.id.empty()) {
+    const auto now = std::chrono::system_clock::now();
+    for (const std::string& header :
+         signature_headers(credentials.key, request.method, request.address, request.body, now)) {
+      add(header);
+    }
   }
   curl_easy_setopt(curl, CURLOPT_HTTPHEADER, headers);
   const CURLcode code = curl_easy_perform(curl);

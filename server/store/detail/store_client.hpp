@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "server/store/detail/content_range.hpp"
+#include "server/store/detail/request_signature.hpp"
 #include "server/store/http_options.hpp"
 
 namespace multitetra {
@@ -73,9 +74,7 @@ class StoreClient {
   void return_handle(std::unique_ptr<Handle> handle);
 
   HttpStoreOptions options_;
-  std::string user_;
-  std::string sigv4_;
-  std::string session_;
+  SigningKey key_;
   std::mutex mutex_;  // Guards the following members.
   std::condition_variable is_free_;
   std::size_t free_;  // Number of connections that may still be used.
