@@ -19,8 +19,8 @@ struct SigningKey {
   std::string region;
 };
 
-// Returns the headers to add to a request. `url`: http or https, without user and fragment, its path
-// and query percent-encoded.
+// Returns the headers to add to a request. `url`: http or https, without user and fragment, its
+// path and query percent-encoded.
 [[nodiscard]] std::vector<std::string> signature_headers(const SigningKey& key,
                                                          std::string_view method,
                                                          std::string_view url,

@@ -187,7 +187,11 @@ def output_of(cell):
     """Returns the printed text of a code cell and the kinds of its other outputs."""
     outputs = cell.get("outputs", [])
     text = "".join(output["text"] for output in outputs if output.get("name") == "stdout")
-    return text, sorted(kind for output in outputs for kind in output.get("data", {}))
+    kinds = {kind for output in outputs for kind in output.get("data", {})}
+    for viewer in ({"application/vnd.jupyter.widget-view+json"}, {"application/javascript", "text/html"}):  # By the installed ipywidgets.
+        if viewer <= kinds:
+            kinds = kinds - viewer | {"viewer"}
+    return text, sorted(kinds)
 
 
 if __name__ == "__main__":

@@ -139,16 +139,17 @@ def tiff_ome():
 def zarrs():
     import numcodecs
     import zarr
+    version = {"zarr_format": 2} if zarr.__version__ >= "3" else {}
     for v in variants("zarr"):
         shape = v.shape()
         samples = v.samples(shape, v.one_of(">", "<") + v.one_of(*INTEGERS, *FLOATS))
         chunks = tuple(min(pair) for pair in zip(v.chunks(shape), shape))
         fill = v.one_of(0, 7)
         array = zarr.open_array(
-            str(folder / f"{v.name}.zarr"), "w", shape=shape, chunks=chunks, dtype=samples.dtype, order=v.one_of("C", "F"),
+            str(folder / f"{v.name}.zarr"), mode="w", shape=shape, chunks=chunks, dtype=samples.dtype, order=v.one_of("C", "F"),
             fill_value=fill, dimension_separator=v.one_of(".", "/"),
             compressor=v.one_of(None, numcodecs.Zstd(1), numcodecs.GZip(1), numcodecs.Zlib(1), numcodecs.BZ2(1), numcodecs.LZ4(),
-                                numcodecs.Blosc("lz4", shuffle=1), numcodecs.Blosc("zstd", shuffle=2)))
+                                numcodecs.Blosc("lz4", shuffle=1), numcodecs.Blosc("zstd", shuffle=2)), **version)
         written = v.choose.randint(1, shape[0])  # The remaining chunks are missing.
         array[:written] = samples[:written]
         samples[written:] = fill
