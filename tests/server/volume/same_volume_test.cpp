@@ -34,7 +34,10 @@ std::vector<WrittenFormat> written_formats(const fs::path& folder) {
   if (!fs::exists(list)) {
     const std::string command = std::string(MULTITETRA_PYTHON) + " " + MULTITETRA_VOLUME_SCRIPTS +
                                 "/write_volumes.py " + all.path().string() + " > " + list.string();
-    if (std::system(command.c_str()) != 0) return {};
+    if (std::system(command.c_str()) != 0) {
+      EXPECT_NE(std::system(MULTITETRA_PYTHON " -c 'import numpy'"), 0) << command;
+      return {};
+    }
   }
   fs::copy(all.path(), folder, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
   std::vector<WrittenFormat> formats;

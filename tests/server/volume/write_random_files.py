@@ -12,7 +12,7 @@ import struct
 import numpy
 
 from volume_variants import variants
-from volume_writing import dicom_image, dicom_save, diagonal, expect_read, folder, run_with_packages, write
+from volume_writing import dicom_image, dicom_save, diagonal, expect_read, folder, run_with_packages, write, zarr_2_format
 
 # Signed permutations of RAS axes.
 TURNS = (((1, 0, 0), (0, 1, 0), (0, 0, 1)), ((-1, 0, 0), (0, 0, -1), (0, 1, 0)), ((0, -1, 0), (1, 0, 0), (0, 0, 1)))
@@ -100,13 +100,12 @@ def n5():
 
 def zarr_zips():
     import zarr
-    version = {"zarr_format": 2} if zarr.__version__ >= "3" else {}
     for v in variants("zip"):
         samples = v.samples(v.shape(), v.one_of("u1", "u2", "i2", "f4"))
         size, origin = v.size(), v.origin()
         path = folder / f"{v.name}.zip"
         with zarr.storage.ZipStore(str(path), compression=v.one_of(0, 8), mode="w") as store:
-            group = zarr.group(store, **version)
+            group = zarr.group(store, **zarr_2_format())
             chunks = tuple(min(pair) for pair in zip(v.chunks(samples.shape), samples.shape))
             group.create_dataset("0", shape=samples.shape, dtype=samples.dtype, chunks=chunks)[:] = samples
             transforms = [{"type": "scale", "scale": size[::-1]}, {"type": "translation", "translation": origin[::-1]}]

@@ -9,7 +9,8 @@ write_odd_volumes.py.
 import numpy
 
 from volume_variants import FLOATS, INTEGERS, variants
-from volume_writing import (dicom_image, dicom_items, dicom_save, diagonal, expect_read, folder, run_with_packages, write)
+from volume_writing import (dicom_image, dicom_items, dicom_save, diagonal, expect_read, folder, run_with_packages, write,
+                            zarr_2_format)
 
 # Row and column directions of images, with exact decimals.
 ORIENTATIONS = (((1, 0, 0), (0, 1, 0)), ((0, 1, 0), (0, 0, -1)), ((0, 0, 1), (1, 0, 0)), ((0.6, 0.8, 0), (-0.8, 0.6, 0)),
@@ -139,7 +140,6 @@ def tiff_ome():
 def zarrs():
     import numcodecs
     import zarr
-    version = {"zarr_format": 2} if zarr.__version__ >= "3" else {}
     for v in variants("zarr"):
         shape = v.shape()
         samples = v.samples(shape, v.one_of(">", "<") + v.one_of(*INTEGERS, *FLOATS))
@@ -149,7 +149,7 @@ def zarrs():
             str(folder / f"{v.name}.zarr"), mode="w", shape=shape, chunks=chunks, dtype=samples.dtype, order=v.one_of("C", "F"),
             fill_value=fill, dimension_separator=v.one_of(".", "/"),
             compressor=v.one_of(None, numcodecs.Zstd(1), numcodecs.GZip(1), numcodecs.Zlib(1), numcodecs.BZ2(1), numcodecs.LZ4(),
-                                numcodecs.Blosc("lz4", shuffle=1), numcodecs.Blosc("zstd", shuffle=2)), **version)
+                                numcodecs.Blosc("lz4", shuffle=1), numcodecs.Blosc("zstd", shuffle=2)), **zarr_2_format())
         written = v.choose.randint(1, shape[0])  # The remaining chunks are missing.
         array[:written] = samples[:written]
         samples[written:] = fill

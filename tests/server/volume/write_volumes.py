@@ -12,7 +12,7 @@ import zlib
 
 import numpy
 
-from volume_writing import dicom_image, dicom_items as items, dicom_save as save, folder, run_with_packages, write
+from volume_writing import dicom_image, dicom_items as items, dicom_save as save, folder, run_with_packages, write, zarr_2_format
 
 SHAPE = (12, 20, 24)  # z, y, x
 SPACING = (0.5, 0.75, 2.0)  # x, y, z
@@ -46,16 +46,18 @@ def zarr_2():
                                    ("gzip", numcodecs.GZip(5), {"order": "F"}), ("plain", None, {}),
                                    ("zlib", numcodecs.Zlib(5), {"dimension_separator": "/"}),
                                    ("bz2", numcodecs.BZ2(5), {})):
-        root = zarr.open_group(str(folder / f"{name}2.zarr"), "w")
-        root.create_dataset("0", data=volume, chunks=(5, 8, 9), compressor=compressor, **more)
+        root = zarr.open_group(str(folder / f"{name}2.zarr"), mode="w", **zarr_2_format())
+        array = zarr.open_array(str(folder / f"{name}2.zarr/0"), mode="w", shape=SHAPE, dtype=volume.dtype, chunks=(5, 8, 9),
+                                compressor=compressor, **more, **zarr_2_format())
+        array[:] = volume
         root.attrs["multiscales"] = [{"version": "0.4", "axes": AXES,
                                       "datasets": [{"path": "0", "coordinateTransformations": PLACE}]}]
         print_volume(f"zarr-2-{name}", folder / f"{name}2.zarr")
     # Five dimensions: two times, three channels; the volume is time 1, channel 2.
-    root = zarr.open_group(str(folder / "five.zarr"), "w")
+    root = zarr.open_group(str(folder / "five.zarr"), mode="w", **zarr_2_format())
     five = numpy.zeros((2, 3) + SHAPE, "<i2")
     five[1, 2] = volume
-    root.create_dataset("a/0", data=five, chunks=(1, 1, 6, 10, 12))
+    root.create_dataset("a/0", shape=five.shape, dtype=five.dtype, chunks=(1, 1, 6, 10, 12))[:] = five
     root.attrs["multiscales"] = [{
         "version": "0.4", "axes": [{"name": "t", "type": "time"}, {"name": "c", "type": "channel"}] + AXES,
         "datasets": [{"path": "a/0", "coordinateTransformations": [
