@@ -32,6 +32,8 @@ try:
 except ImportError:
     _Widget = ipywidgets.DOMWidget
 
+WIDGETS = int(ipywidgets.__version__.split(".")[0])
+
 # Documented in client/web/src/state/settings.ts.
 SETTINGS = frozenset(
     "dataset isovalue error bound topologyRule topologyTolerance region followView pixels maxTriangles simplify surfaces color opacity "
@@ -188,7 +190,7 @@ class Viewer(_Widget):
     def _ipython_display_(self, **options):
         if _Widget is ipywidgets.DOMWidget:
             display(Javascript(module_of_notebook()))
-        if ipywidgets.version_info[0] < 7:  # It takes a front end that was there before the kernel for a missing one, and says so.
+        if WIDGETS < 7:  # It takes a front end that was there before the kernel for a missing one, and says so.
             self._send({"method": "display"})
         elif hasattr(super(), "_ipython_display_"):  # Before ipywidgets 8.
             super()._ipython_display_(**options)
@@ -272,7 +274,7 @@ def frame_of(page, height):
 
 def module_of_notebook():
     """The view as the classic notebook's loader wants it. Elsewhere it does nothing."""
-    base = "jupyter-js-widgets" if ipywidgets.version_info[0] < 7 else "@jupyter-widgets/base"
+    base = "jupyter-js-widgets" if WIDGETS < 7 else "@jupyter-widgets/base"
     render = pathlib.Path(__file__).with_name("viewer_widget.js").read_text()
     return f"""
 if (typeof define === "function" && define.amd) {{
