@@ -45,7 +45,8 @@ void add_order_options(Command& command, SurfaceOrder& order,
 // An order for one dataset.
 struct DatasetRequest {
   DatasetInfo info;
-  std::vector<IsosurfaceRequest> requests;  // At least one; each with the whole budget.
+  // At least one, each with the whole budget; `snapshot` of a volume alone removes them.
+  std::vector<IsosurfaceRequest> requests;
   // The colors of every surface; nullopt: no colors.
   std::optional<ScalarRequest> scalars;
   Notices notices;              // Warnings about the requests.

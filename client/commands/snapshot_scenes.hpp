@@ -17,7 +17,7 @@
 
 namespace multitetra {
 
-// The surfaces of one picture: all of an order, or those of one time.
+// What one picture shows: all of an order, or one time.
 struct Scene {
   std::span<DatasetRequest> datasets;  // At least one.
   std::string picture_file;

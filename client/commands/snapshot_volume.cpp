@@ -57,7 +57,7 @@ double percentile(const Histogram& histogram, std::size_t first, double share) {
   return histogram.high;
 }
 
-// Returns the samples to draw, without values and place.
+// Returns the step along each axis with which at most `limit` samples are drawn.
 std::uint64_t step_for(const DatasetInfo& info, std::uint64_t limit) {
   std::uint64_t step = 1;
   const auto samples = [&] {
