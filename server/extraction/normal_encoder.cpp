@@ -10,6 +10,14 @@
 
 namespace multitetra {
 
+std::vector<UnitVector> rounded_normals(const PreparedVolume& volume, const LatticeMesh& mesh,
+                                        int bits, NormalSource source) {
+  if (bits == 0) return {};
+  std::vector<UnitVector> normals = vertex_normals(volume, mesh.vertices, mesh.resolution, source);
+  round_normals(normals, bits);
+  return normals;
+}
+
 NormalEncoder::NormalEncoder(const PreparedVolume& volume, const StepRequest& step)
     : volume_(volume),
       bits_(step.request.normal_bits),
@@ -30,9 +38,7 @@ std::vector<UnitVector> NormalEncoder::normals(const TileMesh& tile) const {
 }
 
 std::vector<UnitVector> NormalEncoder::decoded_normals(const TileMesh& tile) const {
-  std::vector<UnitVector> directions = normals(tile);
-  round_normals(directions, bits_);
-  return directions;
+  return rounded_normals(volume_, tile.mesh, bits_, source_);
 }
 
 EncodedTile NormalEncoder::encoded(const TileMesh& tile, const ContentDigest& content) const {

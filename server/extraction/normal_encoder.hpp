@@ -12,6 +12,12 @@
 
 namespace multitetra {
 
+// Returns one normal per vertex, or none for 0 bits, rounded as by encoding and decoding tiles:
+// files are equal whether their surface was sent or not.
+[[nodiscard]] std::vector<UnitVector> rounded_normals(const PreparedVolume& volume,
+                                                      const LatticeMesh& mesh, int bits,
+                                                      NormalSource source);
+
 class NormalEncoder {
  public:
   // The volume must outlive this object.
@@ -19,7 +25,7 @@ class NormalEncoder {
 
   // Returns the appearance for TileKey.
   [[nodiscard]] std::uint64_t appearance() const;
-  // Returns one normal per vertex, or none, rounded as by encoding and decoding the tile.
+  // Returns the rounded normals.
   [[nodiscard]] std::vector<UnitVector> decoded_normals(const TileMesh& tile) const;
   // Returns the encoded tile; `content` must be the digest of its mesh.
   [[nodiscard]] EncodedTile encoded(const TileMesh& tile, const ContentDigest& content) const;

@@ -10,8 +10,8 @@
 #include "common/mesh/content_digest.hpp"
 #include "common/request/request_notices.hpp"
 #include "server/core/planning/budget.hpp"
-#include "server/core/surface/vertex_normals.hpp"
 #include "server/dataset/dataset.hpp"
+#include "server/extraction/normal_encoder.hpp"
 #include "server/extraction/touching_extraction.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/local_output.hpp"
@@ -126,10 +126,8 @@ LocalSurface extracted(const std::shared_ptr<const SurfaceExtractor>& extractor,
                                  .tiles = own.tiles,
                                  .simplification_bound = own.simplification_bound,
                                  .digest = own.digest}};
-  if (request.normal_bits != 0) {  // Files store them in full precision.
-    surface.mesh.normals = vertex_normals(extractor->dataset(), surface.mesh.vertices,
-                                          surface.mesh.resolution, NormalSource::kSamples);
-  }
+  surface.mesh.normals = rounded_normals(extractor->dataset(), surface.mesh, request.normal_bits,
+                                         NormalSource::kSamples);
   return surface;
 }
 

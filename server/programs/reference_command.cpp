@@ -7,9 +7,9 @@
 
 #include "common/base/exit_codes.hpp"
 #include "server/core/planning/budget.hpp"
-#include "server/core/surface/vertex_normals.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/model_file.hpp"
+#include "server/extraction/normal_encoder.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/local_output.hpp"
@@ -57,10 +57,8 @@ LocalSurface surface_of(const ReferenceArguments& arguments, const ReferenceExtr
         std::max(1, (1 << dataset.info.grid_exponent) >> (*arguments.level / 3));
   }
   surface.whole.digest = digest(surface.mesh);
-  if (request.normal_bits != 0) {  // Files store them in full precision.
-    surface.mesh.normals = vertex_normals(dataset, surface.mesh.vertices, surface.mesh.resolution,
-                                          NormalSource::kSamples);
-  }
+  surface.mesh.normals =
+      rounded_normals(dataset, surface.mesh, request.normal_bits, NormalSource::kSamples);
   return surface;
 }
 

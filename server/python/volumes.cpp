@@ -16,8 +16,8 @@
 #include "common/request/lattice_limit.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/request/shared_budget.hpp"
-#include "server/core/surface/vertex_normals.hpp"
 #include "server/dataset/prepare.hpp"
+#include "server/extraction/normal_encoder.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/python/engine_definitions.hpp"
 #include "server/python/engine_errors.hpp"
@@ -103,9 +103,8 @@ CheckedSurface checked(CountedSurface counted, const PreparedVolume& volume) {
   CheckedSurface made{.surface = std::move(counted.surface), .topology = counted.topology};
   LatticeMesh& mesh = made.surface.mesh;
   made.vertices = world_vertices(mesh, grid_to_world(volume.info));
-  if (made.surface.request.normal_bits != 0) {  // In full precision.
-    mesh.normals = vertex_normals(volume, mesh.vertices, mesh.resolution, NormalSource::kSamples);
-  }
+  mesh.normals =
+      rounded_normals(volume, mesh, made.surface.request.normal_bits, NormalSource::kSamples);
   return made;
 }
 

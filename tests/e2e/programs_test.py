@@ -261,11 +261,11 @@ def fetched_surfaces_are_the_extracted_ones():
             extracted = report_of(f"{extract} -o extracted.ply --threads {threads} --quiet")
             check(fetched["steps"][-1]["content_digest"] == extracted["content_digest"],
                   f"{dataset} at error {error}: the fetched mesh is not the one extracted with {threads} threads")
-        for suffix in ("ply", "glb", "obj", "vtp"):
-            run(f"{fetch} -o fetched.{suffix} --quiet")
-            run(f"{extract} -o extracted.{suffix} --quiet")
+        for suffix, normals in (("ply", 0), ("glb", 0), ("obj", 0), ("vtp", 0), ("3mf", 0), ("stl", 0), ("drc", 0), ("ply", 8), ("glb", 9)):
+            run(f"{fetch} -o fetched.{suffix} --normals {normals} --quiet")
+            run(f"{extract} -o extracted.{suffix} --normals {normals} --quiet")
             check(same_bytes(f"fetched.{suffix}", f"extracted.{suffix}"), f"{dataset} at error {error}: fetch writes another {suffix}")
-            served = get(f"{http}/v1/datasets/{dataset}/isosurface?format={suffix}&error={error}")
+            served = get(f"{http}/v1/datasets/{dataset}/isosurface?format={suffix}&error={error}&normals={normals}")
             check(served == pathlib.Path(f"extracted.{suffix}").read_bytes(), f"{dataset} at error {error}: HTTP sends another {suffix}")
     expect_files("steps/step_0.ply", "steps/step_0.ply")
     server.ends_well()

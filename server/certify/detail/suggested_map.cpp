@@ -36,6 +36,12 @@ std::vector<Candidate> candidates(const DatasetInfo& grid) {
   // y-up to z-up, as of viewers, and back.
   all.push_back(
       {"y and z exchanged (y up)", {.columns = {Vec3{1, 0, 0}, Vec3{0, 0, 1}, Vec3{0, -1, 0}}}});
+  if (const Vec3& origin = grid.index_to_world.translation; origin != Vec3{}) {
+    const Vec3 shift = difference({}, origin);
+    all.push_back({"--shift " + shortest_text(shift[0]) + ',' + shortest_text(shift[1]) + ',' +
+                       shortest_text(shift[2]) + " (the first sample as the origin)",
+                   {.translation = origin}});
+  }
   return all;
 }
 

@@ -9,9 +9,10 @@
 
 namespace multitetra {
 
-// Tries usual units of length, the other patient space (LPS or RAS), sample indices, and
-// millimetres or metres of these. Returns the map whose distance between the surfaces, measured at
-// some vertices of both, is smallest; nullopt if it is above `allowed` plus a voxel with all.
+// Tries usual units of length, the other patient space (LPS or RAS), sample indices, places
+// relative to the first sample, and millimetres or metres of these. Returns the map whose distance
+// between the surfaces, measured at some vertices of both, is smallest; nullopt if it is above
+// `allowed` plus a voxel with all.
 [[nodiscard]] std::optional<MapSuggestion> suggested_map(const TriangleMesh& mesh,
                                                          const TriangleMesh& full,
                                                          const DatasetInfo& grid, double allowed);

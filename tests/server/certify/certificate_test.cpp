@@ -425,6 +425,7 @@ TEST(Certificate, AllowsRoundingOnlyIfAsked) {
 
 TEST(Certificate, SuggestsUsualMaps) {
   Volume volume = two_balls();
+  volume.index_to_world.columns[2] = {0, 0, 1.5};
   volume.index_to_world.translation = {-40, 30, 10};
   volume.meaning.space = WorldSpace::kLps;
   const TriangleMesh mesh =
@@ -443,6 +444,8 @@ TEST(Certificate, SuggestsUsualMaps) {
             "--scale 1000");
   EXPECT_EQ(suggested({.columns = {Vec3{-1, 0, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}}}), "--space ras");
   EXPECT_EQ(suggested(volume.index_to_world), "--coordinates index");
+  EXPECT_EQ(suggested({.translation = volume.index_to_world.translation}),
+            "--shift 40,-30,-10 (the first sample as the origin)");
   EXPECT_EQ(suggested({.translation = {3, 7, 50}}), "nothing");
 }
 
