@@ -258,12 +258,14 @@ TEST_F(MeshFile, ReadsTextStlAndBinaryStlThatStartsLikeText) {
   std::string binary = mesh_file(world_mesh(), MeshFormat::kStl);
   std::memcpy(binary.data(), "solid", 5);
   EXPECT_EQ(read("b.stl", binary).triangles.size(), world_mesh().triangles.size());
-  // As some programs write them: capitals, a blank first line, bytes after the triangles.
+  // As some programs write them: capitals, a blank first line or byte order mark, bytes after the
+  // triangles.
   const std::string facet =
       "FACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1 0 0\nVERTEX 0 1 0\nENDLOOP\n"
       "ENDFACET\n";
   for (const std::string& text :
-       {"SOLID THING\n" + facet + "ENDSOLID THING\n", "\r\n  \nSolid\n" + facet + "EndSolid\n"}) {
+       {"SOLID THING\n" + facet + "ENDSOLID THING\n", "\r\n  \nSolid\n" + facet + "EndSolid\n",
+        "\xEF\xBB\xBFsolid\n" + facet + "endsolid\n"}) {
     EXPECT_EQ(read("c.stl", text).triangles.size(), 1U) << text;
     EXPECT_EQ(read("any.name", text).triangles.size(), 1U) << text;
   }
