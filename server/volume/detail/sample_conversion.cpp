@@ -139,8 +139,7 @@ void SampleConversion::convert_from(const std::byte* stored, std::size_t count, 
   const std::size_t sample_bytes = sizeof(Stored) * static_cast<std::size_t>(header_.components);
   const bool is_whole =
       std::is_same_v<Stored, std::int64_t> || std::is_same_v<Stored, std::uint64_t>;
-  const bool plain =
-      choice_.kind <= ComponentChoice::Kind::kIndex && header_.slope == 1 && header_.intercept == 0;
+  const bool plain = choice_.kind <= ComponentChoice::Kind::kIndex && header_.slope == 1;
   std::visit(
       [&](auto& samples) {
         using Sample = typename std::decay_t<decltype(samples)>::value_type;
@@ -152,20 +151,24 @@ void SampleConversion::convert_from(const std::byte* stored, std::size_t count, 
             samples[first + i] =
                 missing ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(value);
             if (!std::isfinite(samples[first + i])) {
-              too_large_ += !missing && std::isfinite(value);
+              if (missing || !std::isfinite(value)) continue;
+              ++too_large_;
+              least_too_large_ = std::min(least_too_large_, value);
+              greatest_too_large_ = std::max(greatest_too_large_, value);
               continue;
             }
-            least_ = std::min(least_, value);
-            greatest_ = std::max(greatest_, value);
             long double exact = value;
             if (is_whole && plain) {  // A double has too few bits.
               Stored number;
               std::memcpy(&number,
                           stored + static_cast<std::size_t>(choice_.index) * sizeof(Stored),
                           sizeof(Stored));
-              exact = static_cast<long double>(number);
+              exact = static_cast<long double>(number) + header_.intercept;
+              value = static_cast<double>(exact);
               samples[first + i] = static_cast<float>(exact);
             }
+            least_ = std::min(least_, value);
+            greatest_ = std::max(greatest_, value);
             const auto error =
                 static_cast<double>(std::abs(exact - static_cast<long double>(samples[first + i])));
             largest_error_ = std::max(largest_error_, error);
@@ -193,14 +196,23 @@ void SampleConversion::require_small_loss() const {
   if (too_large_ > 0 && least_ > greatest_) {
     fail_reading(file_, "all " + what + " are beyond 3.4e38, the range of f32", "Scale them down");
   }
+  // A single value marks samples that are missing.
+  if (too_large_ > 0 && least_too_large_ < greatest_too_large_) {
+    fail_reading(
+        file_, std::to_string(too_large_) + " of " + what + " are beyond 3.4e38, the range of f32",
+        "Scale them down, or make them void with --allow-loss");
+  }
   const double range = greatest_ - least_;
   if (range <= 0 || largest_error_ <= range / 100) return;
+  const std::string loss = what + " change by up to " + rounded_text(largest_error_) + " as f32, " +
+                           rounded_text(std::round(1000 * largest_error_ / range) / 10) +
+                           " % of their range";
+  if (range < std::numeric_limits<float>::min()) {
+    fail_reading(file_, loss, "Scale them up, or accept the loss with --allow-loss");
+  }
   const double unit = std::pow(10, std::ceil(std::log10(range)));
   const double middle = std::round((least_ + range / 2) / unit) * unit;
-  fail_reading(file_,
-               what + " change by up to " + rounded_text(largest_error_) + " as f32, " +
-                   rounded_text(std::round(1000 * largest_error_ / range) / 10) +
-                   " % of their range",
+  fail_reading(file_, loss,
                "Keep them as differences from a value within their range with --subtract " +
                    shortest_text(middle) + ", or accept the loss with --allow-loss");
 }
@@ -223,12 +235,17 @@ void SampleConversion::report(const Notice& notice) const {
   }
   if (is_typed_anew) text += " become " + std::string(name(type_));
   if (type_ == SampleType::kF32) {
-    text += largest_error_ == 0 && too_large_ == 0
-                ? ", exactly"
-                : ", with errors of at most " + rounded_text(largest_error_);
+    text += largest_error_ == 0 ? ", exactly"
+                                : ", with errors of at most " + rounded_text(largest_error_);
     const double range = greatest_ - least_;
     if (largest_error_ > 0 && range > 0) {
       text += " (" + rounded_text(100 * largest_error_ / range) + " % of the range)";
+    }
+    if (too_large_ > 0) {
+      text += ", but for " + std::to_string(too_large_) + " of " + rounded_text(least_too_large_);
+      if (least_too_large_ < greatest_too_large_) {
+        text += " to " + rounded_text(greatest_too_large_);
+      }
     }
   }
   if (saturated_ > 0) {

@@ -47,7 +47,7 @@ class SampleConversion {
   void convert(const std::byte* stored, std::size_t count, Samples& into, std::size_t first);
 
   // Throws VolumeFileError if f32 loses more than a hundredth of the range of the values converted
-  // so far, or can hold none of them.
+  // so far, or can hold none of them, or cannot hold several of different values.
   void require_small_loss() const;
   // Returns PhysicalMeaning::rounding of the values converted so far.
   [[nodiscard]] std::string rounding() const;
@@ -70,7 +70,10 @@ class SampleConversion {
   // The range of values converted to f32.
   double least_ = std::numeric_limits<double>::infinity();
   double greatest_ = -std::numeric_limits<double>::infinity();
-  std::uint64_t too_large_ = 0;  // Number of finite values beyond f32, which become void.
+  // Finite values beyond f32, which become void: their number and range.
+  std::uint64_t too_large_ = 0;
+  double least_too_large_ = std::numeric_limits<double>::infinity();
+  double greatest_too_large_ = -std::numeric_limits<double>::infinity();
   std::uint64_t saturated_ = 0;  // Number of clamped values.
 };
 

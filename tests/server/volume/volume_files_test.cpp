@@ -133,6 +133,44 @@ TEST_F(VolumeFiles, RefuseDoublesBeyondFloats) {
   } catch (const VolumeFileError& error) {
     expect_contains(error.what(), "beyond 3.4e38");
   }
+  // Several values are data, one is a mark.
+  std::vector<double> numbers = values();
+  numbers[6] = 1e300;
+  numbers[7] = 2e300;
+  const auto two = folder_.file(
+      "w.nrrd", nrrd(kNrrdLines + "spacings: 1 1 1\ntype: double\n", packed<double>(numbers)));
+  try {
+    (void)read_volume(two);
+    ADD_FAILURE();
+  } catch (const VolumeFileError& error) {
+    expect_contains(error.what(), "2 of its samples of type f64 are beyond 3.4e38");
+    expect_contains(error.what(), "--allow-loss");
+  }
+  EXPECT_TRUE(std::isnan(samples_of(read_volume(two, {.choice = {.allow_loss = true}}))[7]));
+  numbers = values();
+  for (double& number : numbers) number *= 1e-300;
+  try {
+    (void)read_volume(folder_.file(
+        "x.nrrd", nrrd(kNrrdLines + "spacings: 1 1 1\ntype: double\n", packed<double>(numbers))));
+    ADD_FAILURE();
+  } catch (const VolumeFileError& error) {
+    expect_contains(error.what(), "Scale them up");
+  }
+}
+
+// Nanoseconds of one second: doubles, and the differences of doubles, hold only steps of 256.
+TEST_F(VolumeFiles, SubtractFromWideIntegersExactly) {
+  constexpr std::int64_t kBase = 1'700'000'000'000'000'000;
+  std::vector<std::int64_t> numbers;
+  for (const double value : values()) numbers.push_back(kBase + static_cast<std::int64_t>(value));
+  const Volume volume = read_volume(
+      folder_.file("v.nrrd",
+                   nrrd(kNrrdLines + "spacings: 1 1 1\ntype: int64\n",
+                        {reinterpret_cast<const char*>(numbers.data()), 8 * numbers.size()})),
+      {.choice = {.subtract = static_cast<double>(kBase)}});
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    EXPECT_EQ(samples_of(volume)[i], static_cast<float>(numbers[i] - kBase));
+  }
 }
 
 TEST_F(VolumeFiles, KeepNanAndConvertInfinityToVoid) {
