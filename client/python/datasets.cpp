@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/number_at_resolution.hpp"
 #include "common/base/number_text.hpp"
 #include "common/dataset/dataset_fields.hpp"
 #include "common/python/arrays.hpp"
@@ -28,8 +29,9 @@ std::string text_of_dataset(const DatasetInfo& info) {
   const auto with_unit = [](const std::string& unit) { return unit.empty() ? "" : " " + unit; };
   return "<Dataset " + info.name + ": " + joined(info.dims) + " " + std::string(name(info.type)) +
          ", spacing " + joined(info.spacing) + with_unit(info.meaning.length_unit) + ", values " +
-         rounded_text(info.min) + " to " + rounded_text(info.max) +
-         with_unit(info.meaning.value_unit) + ">";
+         number_at(info.min, 1e-5 * (info.max - info.min)) + " to " +
+         number_at(info.max, 1e-5 * (info.max - info.min)) + with_unit(info.meaning.value_unit) +
+         ">";
 }
 
 double affine_entry(const Affine& map, py::ssize_t row, py::ssize_t column) {

@@ -74,7 +74,8 @@ void save_mesh(const std::string& path, const Rows<double>& vertices,
     }
     write_file(path, bytes);
   } catch (const MeshCoordinatesError& problem) {
-    raise(PyExc_ValueError, problem.what());
+    raise(PyExc_ValueError,
+          problem.what() + (" Here: mesh.vertices += (" + problem.shift + ") before."));
   } catch (const std::system_error& problem) {
     raise(PyExc_OSError, problem.what());
   }

@@ -61,8 +61,8 @@ std::string human_value(double value, const DatasetInfo& info) {
   return number_at(value, 1e-5 * (info.max - info.min));
 }
 
-std::string human_place(const Vec3& place, const DatasetInfo& info) {
-  const double resolution = voxel_length(info) / 100;
+std::string human_place(const Vec3& place, double voxel_length) {
+  const double resolution = voxel_length / 100;
   return number_at(place[0], resolution) + " " + number_at(place[1], resolution) + " " +
          number_at(place[2], resolution);
 }

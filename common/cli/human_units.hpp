@@ -22,7 +22,7 @@ namespace multitetra {
 // A value of the data, to a hundred-thousandth of their range: "1737400.05".
 [[nodiscard]] std::string human_value(double value, const DatasetInfo& info);
 // World coordinates, to a hundredth of a voxel: "500012.25 5400031.5 120".
-[[nodiscard]] std::string human_place(const Vec3& place, const DatasetInfo& info);
+[[nodiscard]] std::string human_place(const Vec3& place, double voxel_length);
 
 // "0.24 mm"; without a unit "0.24 units".
 [[nodiscard]] std::string human_length(double length, const std::string& unit);

@@ -14,6 +14,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "common/base/number_text.hpp"
 #include "common/base/result.hpp"
 #include "common/dataset/dataset_info.hpp"
 #include "common/mesh/checksum.hpp"
@@ -53,10 +54,10 @@ Result<void> check_facts(const DatasetInfo& info, SampleFacts facts) {
     return {};
   }
   return damaged(section_names::kMetadata,
-                 "the metadata declare samples from " + std::to_string(info.min) + " to " +
-                     std::to_string(info.max) + " and " + std::to_string(info.void_samples) +
-                     " void samples; the samples range from " + std::to_string(facts.min) + " to " +
-                     std::to_string(facts.max) + " and " + std::to_string(facts.void_samples) +
+                 "the metadata declare samples from " + shortest_text(info.min) + " to " +
+                     shortest_text(info.max) + " and " + std::to_string(info.void_samples) +
+                     " void samples; the samples range from " + shortest_text(facts.min) + " to " +
+                     shortest_text(facts.max) + " and " + std::to_string(facts.void_samples) +
                      " are void.");
 }
 

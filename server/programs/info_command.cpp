@@ -118,7 +118,7 @@ void print_facts(const std::string& place, const PreparedFile& file) {
   line("world axes", info.meaning.space == WorldSpace::kUnnamed
                          ? "those of the file"
                          : std::string(name(info.meaning.space)));
-  line("origin", human_place(info.index_to_world.translation, info));
+  line("origin", human_place(info.index_to_world.translation, voxel_length(info)));
   line("x, y, z axes", "(" + vector_text(info.index_to_world.columns[0]) + "), (" +
                            vector_text(info.index_to_world.columns[1]) + "), (" +
                            vector_text(info.index_to_world.columns[2]) + ") per sample");
@@ -226,7 +226,8 @@ void print_source(const std::string& place, const VolumeSource& source) {
   std::vector<std::vector<std::string>> rows = {
       {"  samples", sides_text(header.dims) + " " + std::string(name(header.type))},
       {"  spacing", with_unit(vector_text(header.spacing), header.meaning.length_unit)},
-      {"  origin", vector_text(header.index_to_world.translation)},
+      {"  origin",
+       human_place(header.index_to_world.translation, std::ranges::min(header.spacing))},
       {"  geometry", geometry_text(header.meaning)},
       {"  values", header.values}};
   if (contents.times.count > 1) {
@@ -236,7 +237,8 @@ void print_source(const std::string& place, const VolumeSource& source) {
     rows.push_back({"  field", field.name + " (--field)"});
   }
   for (const SourceLabel& label : contents.labels) {
-    rows.push_back({"  label", human_number(label.label.value) + " " + label.label.name});
+    rows.push_back({"  label", std::to_string(static_cast<std::int64_t>(label.label.value)) + " " +
+                                   label.label.name});
   }
   for (const SourceEntry& entry : contents.entries) {
     rows.push_back({"  " + entry.kind, entry.name + (entry.detail.empty() ? "" : ", ") +

@@ -174,8 +174,8 @@ std::string VolumeOptions::command_line() const {
   if (resample) text << (text.view().empty() ? "" : " ") << "--resample";
   if (subtract != 0) add_option_text("--subtract", shortest_text(subtract));
   if (allow_loss) text << (text.view().empty() ? "" : " ") << "--allow-loss";
-  for (const double step : spacing) add_option_text("--spacing", step);
-  for (const double place : origin) add_option_text("--origin", place);
+  for (const double step : spacing) add_option_text("--spacing", shortest_text(step));
+  for (const double place : origin) add_option_text("--origin", shortest_text(place));
   if (!orient.empty()) add_option_text("--orient", orient);
   if (mirror) text << " --mirror";
   if (!space.empty()) add_option_text("--space", space);

@@ -161,6 +161,10 @@ def axes_and_units_are_set_by_options():
     expect_files("never.mtd")
     run("server prepare sphere.nrrd -o mirrored.mtd --orient x,y,-z --mirror --quiet")
     expect_info("mirrored.mtd", "--orient x,y,-z --mirror")
+    head, _, samples = pathlib.Path("sphere.nrrd").read_bytes().partition(b"\n\n")
+    lines = [line for line in head.splitlines() if not line.startswith(b"space origin")]
+    pathlib.Path("far.nrrd").write_bytes(b"\n".join([*lines, b"space origin: (500000.25,5400000.75,12.5)"]) + b"\n\n" + samples)
+    expect_exit(0, "500000.25 5400000.75 12.5", "server info far.nrrd")
 
 
 def folders_of_volumes_are_prepared():
@@ -178,6 +182,10 @@ def folders_of_volumes_are_prepared():
     for code, words, options in (
             (0, 'a.nrrd: "a"', "many/a.nrrd many/inside/b.nrrd -o datasets"),
             (0, 'b.nrrd: "b"', "many/inside/b.nrrd many/a.nrrd -o datasets --margin 1"),
+            (0, 'b.nrrd: "b"', "many/inside/b.nrrd -o datasets --origin 0,5400000.125,0 --spacing 1,1,0.12345678"),
+            (0, 'b.nrrd: "b"', "many/inside/b.nrrd -o datasets --origin 0,5400000.25,0 --spacing 1,1,0.12345678"),
+            (0, 'b.nrrd: "b"', "many/inside/b.nrrd -o datasets --origin 0,5400000.25,0 --spacing 1,1,0.12345679"),
+            (0, 'b.nrrd: up to date', "many/inside/b.nrrd -o datasets --origin 0,5400000.25,0 --spacing 1,1,0.12345679"),
             (0, 'a.nrrd: "other"', "many/a.nrrd -o datasets --name other"),
             (0, 'inside.mtd: "b"', "many/inside -o inside.mtd"),
             (2, "give a folder", "many -o one.mtd"),

@@ -86,7 +86,7 @@ class Volume:
     >>> x, y, z = np.mgrid[-1:1:33j, -1:1:33j, -1:1:33j]
     >>> ball = multitetra.Volume(1 - np.sqrt(x**2 + y**2 + z**2), spacing=0.5, unit="mm")
     >>> ball
-    <Volume array: shape (33, 33, 33), spacing (0.5, 0.5, 0.5) mm, values -0.732051 to 1>
+    <Volume array: shape (33, 33, 33), spacing (0.5, 0.5, 0.5) mm, values -0.73205 to 1>
     >>> inner, outer = ball.isosurface([0.5, 0.25], error=0.1)
     >>> inner.certificate.components, inner.certificate.is_watertight
     (1, True)
@@ -113,7 +113,8 @@ class Volume:
     def __repr__(self) -> str:
         info, spacing = self.info, tuple(float(f"{step:.6g}") for step in self.spacing)
         unit = f" {info.unit}" if info.unit else ""
-        return f"<Volume {info.name}: shape {self.shape}, spacing {spacing}{unit}, values {info.min:.6g} to {info.max:.6g}>"
+        values = repr(info)[:-1].rpartition(", ")[2]  # As many digits as they differ in.
+        return f"<Volume {info.name}: shape {self.shape}, spacing {spacing}{unit}, {values}>"
 
     @property
     def shape(self) -> tuple[int, int, int]:

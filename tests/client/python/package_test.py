@@ -304,9 +304,11 @@ class Package(unittest.TestCase):
         far.save(self.path / "far.ply")
         self.assertIn(b"property double x", (self.path / "far.ply").read_bytes())
         for suffix in "stl", "drc":
-            with self.assertRaisesRegex(ValueError, "files have 32-bit coordinates"):
+            with self.assertRaisesRegex(ValueError, r"files have 32-bit coordinates.* mesh.vertices \+= \(-500000,-5400000,-120\)"):
                 far.save(self.path / f"far.{suffix}")
             self.assertFalse((self.path / f"far.{suffix}").exists())
+        far.vertices += (-500000, -5400000, -120)
+        far.save(self.path / "near.stl")
 
     def test_volume_bound_holds_for_the_ball_around_a_mesh(self):
         ball = octahedron()

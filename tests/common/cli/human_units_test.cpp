@@ -34,9 +34,7 @@ TEST(HumanValue, HasTheDigitsOfTheDataWhateverItsOffset) {
 }
 
 TEST(HumanPlace, HasTheDigitsOfAVoxel) {
-  DatasetInfo info;
-  info.spacing = {0.5, 0.5, 2};
-  EXPECT_EQ(human_place({500012.251, 5400031.5, -0.0001}, info), "500012.251 5400031.5 0");
+  EXPECT_EQ(human_place({500012.251, 5400031.5, -0.0001}, 0.5), "500012.251 5400031.5 0");
 }
 
 // Such times differ.
