@@ -410,6 +410,25 @@ TEST(LabelMap, KeepsTheVolumeOfBallsInAllParities) {
   }
 }
 
+TEST(LabelMap, KeepsTheVolumeOfBallsAtAnyPlace) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> within(-0.5, 0.5);
+  double sum = 0;
+  constexpr int kBalls = 24;
+  for (int ball = 0; ball < kBalls; ++ball) {
+    const double radius = 3.5 + 4 * within(random);
+    const std::array<double, 3> center = {12 + within(random), 12 + within(random),
+                                          12 + within(random)};
+    const Kept kept = kept_of([&](int x, int y, int z) {
+      return std::hypot(x - center[0], y - center[1], z - center[2]) <= radius;
+    });
+    EXPECT_NEAR(kept.in_surface, 1, 0.04) << ball << " of radius " << radius;
+    EXPECT_NEAR(kept.as_found, kept.in_surface, 0.002) << ball;
+    sum += kept.in_surface;
+  }
+  EXPECT_NEAR(sum / kBalls, 1, 0.015);
+}
+
 TEST(LabelMap, EnclosesItsLabelsAtTheEndsOfTheMap) {
   const TemporaryFolder folder;
   const auto is_in_ball = [](int x, int y, int z) { return std::hypot(x - 2, y - 2, z - 1) < 6.3; };
