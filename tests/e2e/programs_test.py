@@ -215,6 +215,16 @@ def volumes_without_a_surface_are_refused():
     expect_files("never.mtd")
 
 
+def area_of_obj(file):
+    lines = [line.split() for line in pathlib.Path(file).read_text().splitlines()]
+    places = [[float(number) for number in line[1:4]] for line in lines if line[:1] == ["v"]]
+    area = 0
+    for a, b, c in ([places[int(corner.partition("/")[0]) - 1] for corner in line[1:]] for line in lines if line[:1] == ["f"]):
+        u, v = ([one - two for one, two in zip(end, a)] for end in (b, c))
+        area += math.hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2
+    return area
+
+
 def files_are_what_their_reports_say():
     """Far from the origin, too."""
     make("sphere")
@@ -226,6 +236,9 @@ def files_are_what_their_reports_say():
         check(found["kept"] and report["written"]["degenerate_triangles"] == 0, f"far.{suffix}: {report} {found}")
         for key in ("triangles", "vertices", "euler_characteristic", "components", "nonmanifold_edges"):
             check(report[key] == report["written"][key] == found["mesh"][key], f"{key} of far.{suffix}: {report} {found}")
+    for error in (0, 0.25, 1):  # The area is that of the file, not of the full surface.
+        report = report_of(f"server extract far.mtd --isovalue 0 --error {error} -o far.obj --quiet")
+        check(abs(area_of_obj("far.obj") / report["area"] - 1) < 1e-9, f"{area_of_obj('far.obj')} is the area of the file: {report}")
     shift = "--shift -500000,-5400000,0"
     for suffix in ("stl", "drc"):
         expect_exit(2, "--coordinates index, or --shift -500000,-5400000,", f"{extract} -o far.{suffix}")
