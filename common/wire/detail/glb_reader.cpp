@@ -120,9 +120,9 @@ class GlbReader {
       const Affine turn = {.columns = {Vec3{1, 0, 0}, Vec3{0, 0, 1}, Vec3{0, -1, 0}}};
       for (const json& node : scene["nodes"]) add_node(whole(node), turn, 0);
     }
-    for (const auto& [mesh, map] : placed_) {
+    for (const auto& [parts, map] : placed_) {
       if (first_triangles_ != nullptr) first_triangles_->push_back(mesh_.triangles.size());
-      for (const json& primitive : (*mesh)["primitives"]) add_primitive(primitive, map);
+      for (const json* primitive : parts->primitives) add_primitive(*primitive, map);
     }
     return std::move(mesh_);
   }
@@ -138,24 +138,39 @@ class GlbReader {
     const Affine map = composed(parent, node_map(node));
     if (node.contains("mesh")) {
       const json& mesh = element(document_, "meshes", whole(node["mesh"]));
-      if (!mesh.contains("primitives")) throw MeshFileError("a mesh has no primitives");
-      for (const json& primitive : mesh["primitives"]) count(primitive);
-      placed_.emplace_back(&mesh, map);
+      const MeshParts& parts = parts_of(mesh);
+      announced_.add(parts.count);
+      placed_.emplace_back(&parts, map);
     }
     if (!node.contains("children")) return;
     for (const json& child : node["children"]) add_node(whole(child), map, depth + 1);
   }
 
-  // A few bytes can instance the same mesh a million times: all are counted before one is read.
-  void count(const json& primitive) {
+  // The primitives of a mesh that have triangles or vertices, and what they announce.
+  struct MeshParts {
+    std::vector<const json*> primitives;
+    InstanceCount count;
+  };
+
+  // A few bytes can instance the same mesh of many primitives a million times: each mesh is looked
+  // through once, and all instances are counted before one is read.
+  const MeshParts& parts_of(const json& mesh) {
+    const auto [found, is_new] = parts_.try_emplace(&mesh);
+    if (!is_new) return found->second;
+    if (!mesh.contains("primitives")) throw MeshFileError("a mesh has no primitives");
     const auto size_of = [&](const json& accessor) {
       return whole_or(element(document_, "accessors", whole(accessor)), "count", 0);
     };
-    if (!has_triangles(primitive)) return;
-    const std::size_t vertices = size_of(primitive["attributes"]["POSITION"]);
-    const std::size_t corners =
-        primitive.contains("indices") ? size_of(primitive["indices"]) : vertices;
-    announced_.add(vertices, corners / 3);
+    for (const json& primitive : mesh["primitives"]) {
+      if (!has_triangles(primitive)) continue;
+      const std::size_t vertices = size_of(primitive["attributes"]["POSITION"]);
+      const std::size_t corners =
+          primitive.contains("indices") ? size_of(primitive["indices"]) : vertices;
+      if (vertices == 0 && corners < 3 && draco_of(primitive) == nullptr) continue;
+      found->second.count.add(vertices, corners / 3);
+      found->second.primitives.push_back(&primitive);
+    }
+    return found->second;
   }
 
   // False for points and lines.
@@ -169,11 +184,17 @@ class GlbReader {
     return true;
   }
 
+  // Returns the extension for triangles that are compressed with Draco, or null.
+  static const json* draco_of(const json& primitive) {
+    if (!primitive.contains("extensions")) return nullptr;
+    const auto found = primitive["extensions"].find(kDracoExtension);
+    return found == primitive["extensions"].end() ? nullptr : &*found;
+  }
+
   void add_primitive(const json& primitive, const Affine& map) {
-    if (!has_triangles(primitive)) return;
     TriangleMesh part;
-    if (primitive.contains("extensions") && primitive["extensions"].contains(kDracoExtension)) {
-      const json& draco = primitive["extensions"][kDracoExtension];
+    if (const json* found = draco_of(primitive)) {
+      const json& draco = *found;
       constexpr int kMaxDracoMeshes = 10'000;
       if (++draco_meshes_ > kMaxDracoMeshes) {
         throw MeshFileError("it has more than 10000 meshes compressed with Draco");
@@ -326,7 +347,8 @@ class GlbReader {
   std::string_view binary_;
   std::vector<std::size_t>* first_triangles_;
   TriangleMesh mesh_;
-  std::vector<std::pair<const json*, Affine>> placed_;  // Meshes, in the order of their nodes.
+  std::map<const json*, MeshParts> parts_;                   // Of each mesh.
+  std::vector<std::pair<const MeshParts*, Affine>> placed_;  // In the order of their nodes.
   InstanceCount announced_;
   InstanceCount read_;  // Draco data may hold more than announced.
   std::size_t nodes_ = 0;

@@ -21,6 +21,7 @@ class InstanceCount {
     vertices_ += vertices;
     triangles_ += triangles;
   }
+  void add(const InstanceCount& instance) { add(instance.vertices_, instance.triangles_); }
 
  private:
   std::size_t vertices_ = 0;

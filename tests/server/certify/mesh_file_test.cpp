@@ -4,6 +4,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -361,6 +362,27 @@ TEST_F(MeshFile, RejectsInvalidGltf) {
           .find("'EXT_texture_webp'"),
       std::string::npos);
   EXPECT_NE(complaint("a.glb", glb("{", "")).find("JSON"), std::string::npos);
+}
+
+// A million instances of ten thousand primitives without triangles: of points, or of no vertices.
+TEST_F(MeshFile, LooksThroughAMeshOnceForAllInstances) {
+  const auto times = [](int count, const std::string& text) {
+    std::string list = text;
+    for (int i = 1; i < count; ++i) list += "," + text;
+    return "[" + list + "]";
+  };
+  const std::string nodes = R"([{"children":)" + times(99, "1") + R"(},{"children":)" +
+                            times(99, "2") + R"(},{"children":)" + times(99, "3") +
+                            R"(},{"mesh":0}])";
+  const auto begin = std::chrono::steady_clock::now();
+  for (const char* mode : {"0", "4"}) {
+    const std::string json =
+        R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":)" + nodes +
+        R"(,"accessors":[{"componentType":5126,"count":0,"type":"VEC3"}],"meshes":[{"primitives":)" +
+        times(10'000, R"({"attributes":{"POSITION":0},"mode":)" + std::string(mode) + "}") + "}]}";
+    EXPECT_EQ(read_glb(glb(json, "")).triangles.size(), 0u);
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::minutes(1));
 }
 
 // Before an array is read, which is shorter than it says here.
