@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <string>
+#include <string_view>
 
 namespace multitetra {
 
@@ -21,6 +22,12 @@ namespace multitetra {
   std::array<char, 32> text{};
   const auto digits = std::chars_format::general;
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value, digits, 6).ptr};
+}
+
+// Returns "1 image", "2 images".
+template <typename Count>
+[[nodiscard]] std::string counted(Count count, std::string_view noun) {
+  return std::to_string(count) + " " + std::string(noun) + (count == 1 ? "" : "s");
 }
 
 // Returns "512 x 512 x 234".

@@ -249,8 +249,7 @@ void SampleConversion::report(const Notice& notice) const {
     }
   }
   if (saturated_ > 0) {
-    text +=
-        "; " + std::to_string(saturated_) + " samples beyond that type are clamped to its range";
+    text += "; " + counted(saturated_, "sample") + " beyond that type clamped to its range";
   }
   notice(text + ".");
 }
@@ -258,8 +257,8 @@ void SampleConversion::report(const Notice& notice) const {
 void report_infinite(const Notice& notice, const std::filesystem::path& file,
                      std::uint64_t infinite) {
   if (!notice || infinite == 0) return;
-  notice("'" + file.string() + "': " + std::to_string(infinite) +
-         " samples that are infinite or too large for f32 are replaced by void.");
+  notice("'" + file.string() + "': void replaces " + counted(infinite, "sample") +
+         " beyond the range of f32.");
 }
 
 }  // namespace multitetra

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/number_text.hpp"
 #include "common/base/text.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/detail/plain_slices.hpp"
@@ -297,8 +298,8 @@ StoredVolume open_pages(const fs::path& path, DescriptionText described, const V
   if (const std::size_t unread =
           tiff.count() > description.pages.size() ? tiff.count() - description.pages.size() : 0;
       unread > 0 && !is_slice && description.images.size() < 2 && description.files.empty()) {
-    volume.notices.push_back("'" + path.string() + "': " + std::to_string(unread) +
-                             " of its pages are not in its description; they are not read.");
+    volume.notices.push_back("'" + path.string() + "': skipped " + counted(unread, "page") +
+                             " that its description omits.");
   }
   for (std::string& notice : notices_behind(path, tiff, all, header)) {
     volume.notices.push_back(std::move(notice));

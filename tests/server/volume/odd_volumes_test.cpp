@@ -190,9 +190,11 @@ void expect_members_read(const std::string& path, const std::string& text,
                          const std::string& options) {
   const bool has_times = text.find("--all-times") != std::string::npos;
   const bool has_fields = text.find("--field") != std::string::npos;
-  if (!has_times && !has_fields) return;
+  const bool has_series = text.find("Choose one with --series") != std::string::npos;
+  if (!has_times && !has_fields && !has_series) return;
   const VolumeContents contents =
       open_volume(path, {.choice = choice_from(options + ",first")})->contents();
+  EXPECT_TRUE(!has_series || contents.entries.size() > 1) << text;
   if (has_times) {
     EXPECT_GT(contents.times.count, 1) << text;
     for (const std::int64_t time : {std::int64_t{0}, contents.times.count - 1}) {

@@ -146,6 +146,23 @@ def bits():
             data.add_new(0x60000000 + element, kind, value)
     read("bits-overlay", slices("bits-overlay", overlaid), packed, **PLACE)
 
+    # Curves and icons, on some of which GDCM aborts.
+    def curved(i, data):
+        stored(11, 0, packed)(i, data)
+        for element, kind, value in ((5, "US", 2), (0x10, "US", 3), (0x20, "CS", "TAC"), (0x103, "US", 3), (0x1001, "LO", "odd"), (0x3000, "OW", bytes(48))):
+            data.add_new(0x50000000 + element, kind, value)
+        data.compress("1.2.840.10008.1.2.5")
+    read("bits-curve", slices("bits-curve", curved), packed, **PLACE)
+
+    def adorned(i, data):
+        stored(11, 0, packed)(i, data)
+        data.IconImageSequence = items(
+            Rows=4, Columns=4, SamplesPerPixel=1, BitsAllocated=8, BitsStored=8, HighBit=7, PixelRepresentation=0, PixelData=bytes(16),
+            PhotometricInterpretation="PALETTE COLOR", RedPaletteColorLookupTableDescriptor=[256, 0, 16],
+            RedPaletteColorLookupTableData=bytes(10))
+        data.compress("1.2.840.10008.1.2.5")
+    read("bits-icon", slices("bits-icon", adorned), packed, **PLACE)
+
     def dense(_, data):
         data.BitsAllocated, data.BitsStored, data.HighBit = 12, 12, 11
     refuse("bits-dense", slices("bits-dense", dense), "in 12 bits")
@@ -154,7 +171,7 @@ def bits():
         data.file_meta.TransferSyntaxUID, data.is_little_endian = "1.2.840.10008.1.2.2", False
         data.BitsAllocated, data.BitsStored, data.HighBit = 32, 32, 31
         data.PixelData = volume[i].astype(">i4").tobytes()
-    refuse("bits-big", slices("bits-big", big), "not little-endian")
+    refuse("bits-big", slices("bits-big", big), "pixels of 32 bits are big-endian")
 
     def without(name, value=None):
         def change(_, data):
@@ -202,7 +219,7 @@ def places():
     def unplaced(i, data):
         if i == 4:
             del data.ImagePositionPatient
-    read("position-missing", slices("position-missing", unplaced), volume[:4], notice="1 images without a position are skipped", **PLACE)
+    read("position-missing", slices("position-missing", unplaced), volume[:4], notice="1 image without a position is skipped", **PLACE)
 
     def unturned(_, data):
         del data.ImageOrientationPatient
@@ -211,7 +228,40 @@ def places():
 
     def tiles(data):
         data.TotalPixelMatrixColumns, data.TotalPixelMatrixRows = 16, 18
-    refuse("tiles", one_file("tiles", tiles, "1.2.840.10008.5.1.4.1.1.77.1.6"), "tiles of one larger image")
+    slide = one_file("tiles", tiles, "1.2.840.10008.5.1.4.1.1.77.1.6")
+    refuse("tiles", slide, "tiles of one larger image")
+
+    # What cannot be read of a folder matters only where it is of the series to be read.
+    def other_series(data):
+        data.SeriesInstanceUID, data.Modality = "1.2.3.300", "SM"
+    def slide_of_it(data):
+        tiles(data)
+        other_series(data)
+    folders = {"tiles": lambda: one_file("beside-tiles/slide", slide_of_it), "bits": lambda: one_file("beside-bits/odd", lambda data: (
+        other_series(data), setattr(data, "BitsAllocated", 0))), "end": lambda: one_file("beside-end/end", other_series)}
+    for name, write_other in folders.items():
+        path = slices(f"beside-{name}")
+        other = write_other()
+        if name == "end":
+            other.write_bytes(other.read_bytes()[:-100])
+        listed = "it has 2 series: 1: 1.2.3.100 (CT, 5 images of 8 x 6); 2: 1.2.3.300 (SM, 1 image of 8 x 6, cannot be read)"
+        refuse(f"beside-{name}", path, listed, remedy="series=1")
+        for chosen in ("1", "1.2.3.100"):
+            read(f"beside-{name}-{chosen}", path, volume, options=f"series={chosen}", **PLACE)
+        refuse(f"beside-{name}-odd", path, {"tiles": "tiles of one larger image", "bits": "does not state the bits",
+                                            "end": "its pixel data are truncated"}[name], options="series=2")
+
+    # Facts of some slices, of which the first file is not the lowest.
+    def descending(i, data):
+        data.ImagePositionPatient = [10, 20, 38 - 2 * i]
+        if i == 2:
+            del data.ImageOrientationPatient
+    read("orientation-of-one-missing", slices("orientation-of-one", descending), volume[::-1], notice="state no orientation", **PLACE)
+    def half_scaled(i, data):
+        if i < 3:
+            data.RescaleSlope, data.RescaleIntercept = 2, 0
+    read("rescale-of-some", slices("rescale-of-some", half_scaled), numpy.concatenate([2 * volume[:3], volume[3:]]),
+         notice="states no scaling", **PLACE)
 
 
 def colors():
@@ -420,6 +470,7 @@ def segmentations():
 def parametric_maps():
     from pydicom.sequence import Sequence
     from pydicom.dataset import Dataset
+    from pydicom.encaps import encapsulate
     for name, element, kind in (("floats", "FloatPixelData", "<f4"), ("doubles", "DoubleFloatPixelData", "<f8")):
         data = image(1, kind="1.2.840.10008.5.1.4.1.1.30")
         data.Modality, data.NumberOfFrames = "MR", 5
@@ -436,6 +487,17 @@ def parametric_maps():
             [items(PlanePositionSequence=items(ImagePositionPatient=[10, 20, 30 + 2 * i]))[0] for i in range(5)])
         setattr(data, element, (volume / 8).astype(kind).tobytes())
         read(f"parametric-{name}", save(data, f"map-{name}.dcm"), 1 + volume / 4, **PLACE)
+        data.file_meta.TransferSyntaxUID = "1.2.840.10008.1.2.1.99"  # Deflated as a whole.
+        read(f"parametric-{name}-deflated", save(data, f"deflated-{name}.dcm"), 1 + volume / 4, **PLACE)
+        pixels = data[element].value
+        setattr(data, element, pixels[:-80])
+        refuse(f"parametric-{name}-short", save(data, f"short-{name}.dcm"), "missing, too short or compressed")
+        delattr(data, element)
+        refuse(f"parametric-{name}-none", save(data, f"none-{name}.dcm"), "no pixel data")
+        data.file_meta.TransferSyntaxUID = "1.2.840.10008.1.2.5"
+        setattr(data, element, encapsulate([pixels[i::5] for i in range(5)]))
+        data[element].is_undefined_length = True
+        refuse(f"parametric-{name}-compressed", save(data, f"compressed-{name}.dcm"), "its floating-point pixels are compressed")
 
 
 def compressed():

@@ -60,7 +60,7 @@ def dicom():
     read("enhanced-shuffled", enhanced("shuffled", shuffled), volume, **place)
     for name, own in (("spacing", {"PixelMeasuresSequence": items(PixelSpacing=[1, 1], SliceThickness=2)}),
                       ("orientation", {"PlaneOrientationSequence": items(ImageOrientationPatient=[1, 0, 0, 0, 0, -1])})):
-        read(f"enhanced-own-{name}", enhanced(f"own-{name}", whole, own={0: own}), volume[1:], notice="than most are skipped",
+        read(f"enhanced-own-{name}", enhanced(f"own-{name}", whole, own={0: own}), volume[1:], notice="than most is skipped",
              **{**place, "origin": (10, -20, 32)})
     path = enhanced("short-frames", whole)
     data = pydicom.dcmread(path)
@@ -126,7 +126,7 @@ def dicom():
     other.PixelSpacing, other.ImagePositionPatient, other.ImageOrientationPatient = [1, 1], [0, 0, 0], [1, 0, 0, 0, 0, -1]
     other.PixelData = bytes(40)
     save(other, "localizer", "scout.dcm")
-    read("dicom-localizer", folder / "localizer", volume, notice="that are localizers are skipped: 'scout.dcm'", **place)
+    read("dicom-localizer", folder / "localizer", volume, notice="1 image of a localizer is skipped: 'scout.dcm'", **place)
     del other.ImageType
     slices("second-shape", even)
     save(other, "second-shape", "scout.dcm")
@@ -138,7 +138,7 @@ def dicom():
 
     from_second = {**place, "origin": (10, -20, 32)}
     read("dicom-second-spacing", slices("second-spacing", even, wider), volume[1:],
-         notice="another size, type, spacing or orientation than most are skipped: 'slice0.dcm'", **from_second)
+         notice="another size, type, spacing or orientation than most is skipped: 'slice0.dcm'", **from_second)
 
     # Directions of two decimals: corrected, both by the same angle. GDCM takes them for none.
     rough = numpy.array([[0.88, 0.32, 0.34], [-0.34, 0.94, 0]])

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "common/base/number_text.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 
 namespace multitetra {
@@ -121,7 +122,7 @@ class SlicesInParts : public StoredSlices {
     const auto& [file, bytes] = *excess_.begin();
     return {
         "'" + file.string() + "'" +
-        (excess_.size() > 1 ? " and " + std::to_string(excess_.size() - 1) + " other files have "
+        (excess_.size() > 1 ? " and " + counted(excess_.size() - 1, "other file") + " have "
                             : " has ") +
         std::to_string(bytes) +
         " bytes more than the header declares. The last ones are ignored; if others come first, "

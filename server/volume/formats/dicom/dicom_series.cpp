@@ -28,29 +28,57 @@ constexpr std::size_t kMaxSeriesFiles = 100'000;
 
 using Series = std::map<std::string, std::vector<DicomImage>>;
 
+// Returns the image for which a series cannot be read, or null.
+const DicomImage* refused_image(const std::vector<DicomImage>& images) {
+  const auto found = std::find_if(images.begin(), images.end(),
+                                  [](const DicomImage& image) { return !image.refusal.empty(); });
+  return found == images.end() ? nullptr : &*found;
+}
+
+// "CT, 5 images of 8 x 6, abdomen"
+std::string text_of(const std::vector<DicomImage>& images) {
+  const DicomImage& first = images.front();
+  return first.modality + ", " + counted(images.size(), "image") + " of " + sides_text(first.size) +
+         (first.description.empty() ? "" : ", " + first.description) +
+         (refused_image(images) == nullptr ? "" : ", cannot be read");
+}
+
 std::string list_of(const Series& series) {
   std::string text;
   int number = 0;
   for (const auto& [uid, images] : series) {
-    const DicomImage& first = images.front();
     text += (number == 0 ? "" : "; ") + std::to_string(number + 1) + ": " + uid + " (" +
-            first.modality + ", " + std::to_string(images.size()) + " images of " +
-            std::to_string(first.size[0]) + " x " + std::to_string(first.size[1]) +
-            (first.description.empty() ? "" : ", " + first.description) + ")";
+            text_of(images) + ")";
     if (++number == 20) return text + "; ...";
   }
   return text;
 }
 
+// Lists the series in `contents`.
 std::vector<DicomImage> chosen_series(const fs::path& place, Series& series,
-                                      const std::string& wanted) {
+                                      const VolumeChoice& choice, VolumeContents& contents) {
+  const std::string& wanted = choice.series;
   if (series.empty()) {
     fail_reading(place, "it has no DICOM images", "Give the folder with the slices of a series");
   }
-  if (wanted.empty() && series.size() == 1) return std::move(series.begin()->second);
   int number = 0;
+  std::vector<DicomImage>* chosen = nullptr;
   for (auto& [uid, images] : series) {
-    if (wanted == uid || wanted == std::to_string(++number)) return std::move(images);
+    const std::string option = std::to_string(++number);
+    if (series.size() > 1 && contents.entries.size() < kMaxSourceMembers) {
+      contents.entries.push_back({.kind = "series",
+                                  .name = uid,
+                                  .detail = text_of(images),
+                                  .option = "--series " + option});
+    }
+    const bool is_any = series.size() == 1 || (choice.first && refused_image(images) == nullptr);
+    if (wanted.empty() ? is_any && chosen == nullptr : wanted == uid || wanted == option) {
+      chosen = &images;
+    }
+  }
+  if (chosen != nullptr) {
+    if (const DicomImage* image = refused_image(*chosen)) throw VolumeFileError(image->refusal);
+    return std::move(*chosen);
   }
   fail_reading(place,
                wanted.empty()
@@ -164,9 +192,11 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
     }
   }
   StoredVolume volume{.header = {.values = kNumbersAsStored}};
-  std::vector<DicomImage> images = chosen_series(place, all, choice.series);
+  std::vector<DicomImage> images = chosen_series(place, all, choice, volume.contents);
   if (images.front().segmentation != Segmentation::kNone) {
-    return open_dicom_segmentation(place, std::move(images), choice);
+    StoredVolume labels = open_dicom_segmentation(place, std::move(images), choice);
+    labels.contents.entries = std::move(volume.contents.entries);
+    return labels;
   }
   const std::vector<DicomImage> stack =
       dicom_stack(place, std::move(images), choice, volume.notices, volume.contents.times);
@@ -184,10 +214,18 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
   header.meaning = {.space = is_in_patient ? WorldSpace::kLps : WorldSpace::kUnnamed,
                     .length_unit = "mm",
                     .value_unit = first.value_unit};
-  header.values.scaling = first.has_rescale ? Basis::kStated : Basis::kAssumed;
-  if (!first.has_sign) header.values.sign = Basis::kAssumed;
-  if (!first.mapping_notice.empty()) {
-    header.contradictions.push_back({Fact::kScaling, first.mapping_notice});
+  const auto all_have = [&](bool DicomImage::*fact) {
+    return std::all_of(stack.begin(), stack.end(),
+                       [&](const DicomImage& image) { return image.*fact; });
+  };
+  const bool is_rescaled = all_have(&DicomImage::has_rescale);
+  header.values.scaling = is_rescaled ? Basis::kStated : Basis::kAssumed;
+  if (!all_have(&DicomImage::has_sign)) header.values.sign = Basis::kAssumed;
+  const auto unmapped = std::find_if(stack.begin(), stack.end(), [](const DicomImage& image) {
+    return !image.mapping_notice.empty();
+  });
+  if (unmapped != stack.end()) {
+    header.contradictions.push_back({Fact::kScaling, unmapped->mapping_notice});
   }
   if (!rescale && first.components == 1) {
     header.slope = first.slope;

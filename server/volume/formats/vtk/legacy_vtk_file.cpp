@@ -1,5 +1,6 @@
 #include "server/volume/formats/vtk/legacy_vtk_file.hpp"
 
+#include "common/base/number_text.hpp"
 #include "server/volume/formats/detail/plain_slices.hpp"
 #include "server/volume/formats/detail/text_slices.hpp"
 #include "server/volume/formats/vtk/detail/array_choice.hpp"
@@ -26,8 +27,8 @@ StoredVolume open_legacy_vtk(const std::filesystem::path& path, const VolumeChoi
   check_header(path, header);
   if (!vtk.unread.empty()) {
     volume.notices.push_back("'" + path.string() + "': what follows from '" + vtk.unread +
-                             "' on, behind its " + std::to_string(vtk.arrays.size()) +
-                             " arrays, is not read.");
+                             "' on, behind " + counted(vtk.arrays.size(), "array") +
+                             ", is not read.");
   }
   volume.contents.times.at = vtk.times;
   volume.slices = vtk.is_text ? text_slices({.file = path, .begin = array.begin}, header)

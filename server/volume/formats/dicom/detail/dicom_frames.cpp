@@ -36,18 +36,19 @@ void take_stored_bits(const DicomImage& image, std::span<std::byte> pixels) {
   });
 }
 
-// Reads the pixels of any storage class, private ones as well. Drops overlays, on some of which
-// GDCM aborts.
+// Reads the pixels of any storage class, private ones as well. Drops curves, overlays and icons, on
+// some of which GDCM aborts.
 class PixelReader : public gdcm::PixmapReader {
  public:
   bool read_pixels() {
     if (!gdcm::Reader::Read()) return false;
     gdcm::DataSet& data = GetFile().GetDataSet();
-    std::vector<gdcm::Tag> overlays;
+    std::vector<gdcm::Tag> beside = {gdcm::Tag(0x0088, 0x0200)};
     for (const gdcm::DataElement& element : data.GetDES()) {
-      if ((element.GetTag().GetGroup() & 0xFF00) == 0x6000) overlays.push_back(element.GetTag());
+      const int group = element.GetTag().GetGroup() & 0xFF00;
+      if (group == 0x5000 || group == 0x6000) beside.push_back(element.GetTag());
     }
-    for (const gdcm::Tag& tag : overlays) data.Remove(tag);
+    for (const gdcm::Tag& tag : beside) data.Remove(tag);
     GetPixmap().SetTransferSyntax(GetFile().GetHeader().GetDataSetTransferSyntax());
     return ReadImage(gdcm::MediaStorage::SecondaryCaptureImageStorage);
   }

@@ -7,9 +7,11 @@
 #include <gdcmUIDs.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <memory>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -24,7 +26,9 @@ namespace {
 namespace fs = std::filesystem;
 using gdcm::Tag;
 
+constexpr std::array<std::uint16_t, 3> kPixelElements = {0x0008, 0x0009, 0x0010};
 constexpr std::uint32_t kMaxDicomFrames = 100'000;
+constexpr std::string_view kDeflatedSyntax = "1.2.840.10008.1.2.1.99";
 constexpr std::string_view kSegmentation = "1.2.840.10008.5.1.4.1.1.66.4";
 constexpr std::string_view kLabelMap = "1.2.840.10008.5.1.4.1.1.66.7";
 
@@ -32,6 +36,7 @@ struct DicomHeader {
   gdcm::Reader reader;
   std::uint16_t element = 0x0010;  // Of the pixel data in group 7FE0.
   std::uint64_t pixels = 0;        // Offset of the value of the pixel data.
+  bool is_damaged = false;
 
   [[nodiscard]] const gdcm::DataSet& data() const { return reader.GetFile().GetDataSet(); }
 };
@@ -49,10 +54,20 @@ bool read_up_to(const fs::path& path, std::uint16_t element, DicomHeader& header
   return is_read;
 }
 
+// Reads all of a file that is deflated as a whole, in which GDCM cannot stop at an element.
+bool read_deflated(const fs::path& path, DicomHeader& header) {
+  check_deflated_dicom(InputFile(path));
+  header.reader.SetFileName(path.c_str());
+  return header.reader.Read();
+}
+
 // Returns nullptr for files without an image.
 std::unique_ptr<DicomHeader> read_dicom_header(const fs::path& path) {
   auto header = std::make_unique<DicomHeader>();
-  const bool is_read = read_up_to(path, 0x0010, *header);
+  const bool is_deflated =
+      InputFile(path).beginning(1024).find(kDeflatedSyntax) != std::string::npos;
+  const bool is_read =
+      is_deflated ? read_deflated(path, *header) : read_up_to(path, 0x0010, *header);
   const bool has_rows = header->data().FindDataElement(Tag(0x0028, 0x0010));
   gdcm::MediaStorage kind;
   kind.SetFromHeader(header->reader.GetFile().GetHeader());
@@ -61,19 +76,39 @@ std::unique_ptr<DicomHeader> read_dicom_header(const fs::path& path) {
   const char* const name = uid != nullptr && known.SetFromUID(uid) ? known.GetName() : nullptr;
   const bool is_image = name != nullptr && std::string_view(name).ends_with("Image Storage");
   if (!is_read || (is_image && !has_rows)) {
-    fail_damaged(path, "its header ends too early or is damaged");
+    header->is_damaged = true;
+    return header;
   }
-  if (!has_rows) return nullptr;
-  // Floats are in elements of their own, and have no PixelRepresentation.
-  if (header->data().FindDataElement(Tag(0x0028, 0x0103))) return header;
-  for (const std::uint16_t element : {std::uint16_t{0x0008}, std::uint16_t{0x0009}}) {
-    auto of_floats = std::make_unique<DicomHeader>();
-    if (read_up_to(path, element, *of_floats) &&
-        has_pixels_before(InputFile(path), of_floats->pixels, element)) {
-      return of_floats;
+  return has_rows ? std::move(header) : nullptr;
+}
+
+bool is_deflated(const DicomHeader& header) {
+  return header.reader.GetFile().GetHeader().GetDataSetTransferSyntax() ==
+         gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian;
+}
+
+// Finds the pixels of a file that is deflated as a whole: its elements have no places in the file.
+void find_deflated_pixels(const fs::path& path, DicomHeader& header) {
+  for (const std::uint16_t element : kPixelElements) {
+    header.element = element;
+    if (header.data().FindDataElement(Tag(0x7FE0, element))) return;
+  }
+  fail_reading(path, "it has no pixel data", "Leave it out");
+}
+
+// Finds floats, which are in elements of their own and have no PixelRepresentation.
+void find_floats(const fs::path& path, DicomHeader& header) {
+  if (header.data().FindDataElement(Tag(0x0028, 0x0103))) return;
+  for (const std::uint16_t element : std::span(kPixelElements).first(2)) {
+    DicomHeader of_floats;
+    if (!read_up_to(path, element, of_floats) ||
+        !has_pixels_before(InputFile(path), of_floats.pixels, element)) {
+      continue;
     }
+    header.element = element;
+    header.pixels = of_floats.pixels;
+    return;
   }
-  return header;
 }
 
 // Checks the length of the pixel data; sets how frames can be read.
@@ -82,8 +117,19 @@ void check_pixels(const DicomHeader& header, std::uint64_t bits, DicomImage& ima
   const gdcm::TransferSyntax& syntax = dicom.GetHeader().GetDataSetTransferSyntax();
   const InputFile file(image.file);
   image.element = header.element;
-  if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) {
-    return check_deflated_dicom(file);
+  if (is_deflated(header)) return;
+  const bool is_native = syntax == gdcm::TransferSyntax::ExplicitVRLittleEndian ||
+                         syntax == gdcm::TransferSyntax::ImplicitVRLittleEndian;
+  const bool is_big = syntax == gdcm::TransferSyntax::ExplicitVRBigEndian;
+  const bool has_floats = image.element != 0x0010;
+  // The order of the words of larger big-endian numbers differs by program.
+  if (is_big && (has_floats || bits > 16)) {
+    fail_reading(image.file, "its pixels of " + std::to_string(bits) + " bits are big-endian",
+                 "Save it as Explicit VR Little Endian");
+  }
+  if (has_floats && !is_native) {
+    fail_reading(image.file, "its floating-point pixels are compressed",
+                 "Save it without compression");
   }
   const auto photometric = gdcm::ImageHelper::GetPhotometricInterpretationValue(dicom);
   // Two uncompressed pixels share their color: four samples instead of six.
@@ -101,14 +147,7 @@ void check_pixels(const DicomHeader& header, std::uint64_t bits, DicomImage& ima
   image.has_excess_bytes = check_dicom_pixels(file, pixels);
   image.is_jpeg = pixels.syntax.starts_with("1.2.840.10008.1.2.4.");
   const bool is_plain = image.components == 1;  // GDCM aborts on some overlays and bits.
-  const bool is_native = syntax == gdcm::TransferSyntax::ExplicitVRLittleEndian ||
-                         syntax == gdcm::TransferSyntax::ImplicitVRLittleEndian;
   if (is_plain && is_native) image.pixels_at = header.pixels;
-  // The order of the words of larger big-endian numbers differs by program.
-  const bool is_big = syntax == gdcm::TransferSyntax::ExplicitVRBigEndian;
-  if (is_native || (image.element == 0x0010 && !(is_big && bits > 16))) return;
-  fail_reading(image.file, "its pixels of " + std::to_string(bits) + " bits are not little-endian",
-               "Save it as Explicit VR Little Endian");
 }
 
 // Converts a CIELab value, whose numbers are spread over 16 bits, to sRGB.
@@ -231,6 +270,35 @@ void refuse_tiles(const gdcm::DataSet& data, const DicomImage& image) {
                "Convert it to TIFF, for example with Bio-Formats");
 }
 
+// Sets all but the places of the frames.
+void complete(DicomHeader& header, DicomImage& image) {
+  if (header.is_damaged) fail_damaged(image.file, "its header ends too early or is damaged");
+  is_deflated(header) ? find_deflated_pixels(image.file, header) : find_floats(image.file, header);
+  const gdcm::DataSet& data = header.data();
+  const std::string kind = text_at(data, Tag(0x0008, 0x0008));
+  image.is_localizer = kind.find("LOCALIZER") != std::string::npos;
+  const std::vector<unsigned> dims = gdcm::ImageHelper::GetDimensionsValue(header.reader.GetFile());
+  for (std::size_t axis = 0; axis < std::min<std::size_t>(dims.size(), 2); ++axis) {
+    image.size[axis] = dims[axis];
+  }
+  if (dims.size() > 2) image.frames = dims[2];
+  if (image.frames < 1 || image.frames > kMaxDicomFrames) {
+    fail_reading(image.file, "it has " + std::to_string(image.frames) + " frames",
+                 "Give a file with 1 to " + std::to_string(kMaxDicomFrames));
+  }
+  image.is_projection =
+      image.modality == "NM" && image.frames > 1 && kind.find("RECON") == std::string::npos;
+  refuse_tiles(data, image);
+  image.segmentation = segmentation_in(data);
+  const std::uint64_t bits = set_type(header, image);
+  set_values(data, image);
+  const std::vector<double> number = numbers_at(data, Tag(0x0020, 0x0013));
+  if (!number.empty() && std::abs(number[0]) < 1e15) {
+    image.number = static_cast<std::int64_t>(number[0]);
+  }
+  check_pixels(header, bits, image);
+}
+
 }  // namespace
 
 std::optional<StoredType> dicom_type(const gdcm::PixelFormat& format) {
@@ -261,37 +329,21 @@ std::optional<StoredType> dicom_type(const gdcm::PixelFormat& format) {
 std::vector<DicomImage> dicom_images(const fs::path& path) {
   const std::unique_ptr<DicomHeader> header = read_dicom_header(path);
   if (header == nullptr) return {};
-  const gdcm::File& file = header->reader.GetFile();
-  const gdcm::DataSet& data = file.GetDataSet();
+  const gdcm::DataSet& data = header->data();
   DicomImage image{.file = path,
                    .series = text_at(data, Tag(0x0020, 0x000E)),
                    .study = text_at(data, Tag(0x0020, 0x000D)),
                    .patient = text_at(data, Tag(0x0010, 0x0020)),
                    .description = text_at(data, Tag(0x0008, 0x103E)),
                    .modality = text_at(data, Tag(0x0008, 0x0060))};
-  const std::string kind = text_at(data, Tag(0x0008, 0x0008));
-  image.is_localizer = kind.find("LOCALIZER") != std::string::npos;
-  const std::vector<unsigned> dims = gdcm::ImageHelper::GetDimensionsValue(file);
-  for (std::size_t axis = 0; axis < std::min<std::size_t>(dims.size(), 2); ++axis) {
-    image.size[axis] = dims[axis];
+  try {
+    complete(*header, image);
+    return frames_of_dicom(image, header->reader.GetFile());
+  } catch (const VolumeFileError& problem) {
+    if (image.series.empty()) throw;
+    image.refusal = problem.what();
+    return {image};
   }
-  if (dims.size() > 2) image.frames = dims[2];
-  if (image.frames < 1 || image.frames > kMaxDicomFrames) {
-    fail_reading(path, "it has " + std::to_string(image.frames) + " frames",
-                 "Give a file with 1 to " + std::to_string(kMaxDicomFrames));
-  }
-  image.is_projection =
-      image.modality == "NM" && image.frames > 1 && kind.find("RECON") == std::string::npos;
-  refuse_tiles(data, image);
-  image.segmentation = segmentation_in(data);
-  const std::uint64_t bits = set_type(*header, image);
-  set_values(data, image);
-  const std::vector<double> number = numbers_at(data, Tag(0x0020, 0x0013));
-  if (!number.empty() && std::abs(number[0]) < 1e15) {
-    image.number = static_cast<std::int64_t>(number[0]);
-  }
-  check_pixels(*header, bits, image);
-  return frames_of_dicom(std::move(image), file);
 }
 
 std::vector<SourceLabel> dicom_segments(const fs::path& path) {

@@ -48,6 +48,7 @@ struct DicomImage {
   std::string patient;
   std::string description;
   std::string modality;
+  std::string refusal = {};  // Why the file cannot be read; what follows may be unset then.
   std::string value_unit = {};
   bool is_localizer = false;
   bool is_projection = false;     // A frame of nuclear medicine that is no slice.
@@ -115,8 +116,9 @@ struct DicomImage {
 
 // Reads the frames of a file in order, each with its position, slope and intercept; the slices of a
 // Siemens mosaic are frames. Returns none for DICOM files without an image, such as reports and
-// DICOMDIR. Throws VolumeFileError if the pixels are of an unsupported kind, or if the file is
-// truncated: checks its length against rows, columns, frames and bits.
+// DICOMDIR, and one with a refusal if the pixels are of an unsupported kind, or if the file is
+// truncated: checks its length against rows, columns, frames and bits. Throws VolumeFileError if
+// the series of such a file is unknown.
 [[nodiscard]] std::vector<DicomImage> dicom_images(const std::filesystem::path& path);
 
 // Returns the segments that a segmentation declares, with their names and colors. Their layers are

@@ -46,12 +46,12 @@ void drop_outliers(const fs::path& place, std::vector<DicomImage>& images,
     if (first_out == images.end()) return;
     const std::vector<DicomImage> out(first_out, images.end());
     images.erase(first_out, images.end());
-    notices.push_back("'" + place.string() + "': " + std::to_string(out.size()) + " images " +
-                      what + " are skipped: " + list_of(files_of(out)) + ".");
+    notices.push_back("'" + place.string() + "': " + counted(out.size(), "image") + " " + what +
+                      (out.size() == 1 ? " is" : " are") + " skipped: " + list_of(files_of(out)) +
+                      ".");
   };
   const auto is_slice = [](const DicomImage& image) { return !image.is_localizer; };
-  if (std::any_of(images.begin(), images.end(), is_slice))
-    leave_out("that are localizers", is_slice);
+  if (std::any_of(images.begin(), images.end(), is_slice)) leave_out("of a localizer", is_slice);
   const auto is_placed = [](const DicomImage& image) { return image.has_position; };
   if (2 * std::count_if(images.begin(), images.end(), is_placed) > std::ssize(images))
     leave_out("without a position", is_placed);
@@ -90,10 +90,10 @@ void note_origins(const fs::path& place, const std::vector<DicomImage>& images,
     if (image.has_excess_bytes && image.frame == 0) longer.push_back(image);
   }
   if (!other_images.empty()) {
-    notices.push_back("'" + place.string() + "': " + std::to_string(other_images.size()) +
-                      " images of this series are of another patient or study than '" +
-                      first.file.filename().string() + "': " + list_of(files_of(other_images)) +
-                      ". They are included in the volume.");
+    notices.push_back("'" + place.string() + "': the volume includes " +
+                      counted(other_images.size(), "image") +
+                      " of another patient or study than '" + first.file.filename().string() +
+                      "': " + list_of(files_of(other_images)) + ".");
   }
   const double skew =
       std::max_element(images.begin(), images.end(), [](const auto& a, const auto& b) {
@@ -122,48 +122,47 @@ std::string slice_spacing_text(const DicomImage& image) {
   return rounded_text(image.spacing[2]) + " mm apart (" + source + ")";
 }
 
-// Adds notices about how the images are placed.
-void note_places(const fs::path& place, const DicomImage& first,
+// Adds notices about what holds for the images of a volume, or for some of them.
+void note_places(const fs::path& place, const std::vector<DicomImage>& stack,
                  std::vector<std::string>& notices) {
-  const auto note = [&](const std::string& text) {
-    notices.push_back("'" + place.string() + "': " + text + ".");
+  const auto note_if = [&](const auto& holds, const auto& text_of) {
+    const auto found = std::find_if(stack.begin(), stack.end(), holds);
+    if (found == stack.end()) return;
+    notices.push_back("'" + place.string() + "': " + text_of(*found) + ".");
   };
-  if (first.plane_spacing == SpacingSource::kAtDetector) {
-    note(
-        "the distance of its columns and rows is that at the detector (ImagerPixelSpacing); in "
-        "the patient it is smaller");
-  }
-  if (first.plane_spacing == SpacingSource::kScannedFilm) {
-    note(
-        "the distance of its columns and rows is that on the scanned film "
-        "(NominalScannedPixelSpacing)");
-  }
-  if (first.frames > 1 && !first.has_own_place && first.has_position &&
-      first.slice_spacing != SpacingSource::kStated) {
-    note("its frames have no positions; they are placed " + slice_spacing_text(first));
-  }
-  if (!first.has_orientation) {
-    note("its slices state no orientation; rows are taken along x, columns along y");
-  }
-  if (first.is_ybr) {
-    note(
-        "its components are luminance and two color differences (YBR_FULL), not red, green and "
-        "blue");
-  }
-  if (!first.region_notice.empty()) note(first.region_notice);
-  if (first.unused_bits > 0 && first.is_jpeg) {
-    note(
-        "its header counts bits from another one than its compressed samples have (HighBit); they "
-        "are read as decompressed");
-  }
-  if (first.is_cine) {
-    note("its frames follow each other in time (FrameTime); they are stacked as slices");
-  }
-  if (first.is_projection) {
-    note(
-        "its frames are images of nuclear medicine that are not reconstructed: no slices of a "
-        "volume");
-  }
+  const auto note = [&](const auto& holds, const std::string& text) {
+    note_if(holds, [&](const DicomImage&) { return text; });
+  };
+  using Image = const DicomImage&;
+  note([](Image image) { return image.plane_spacing == SpacingSource::kAtDetector; },
+       "the distance of its columns and rows is that at the detector (ImagerPixelSpacing); in the "
+       "patient it is smaller");
+  note([](Image image) { return image.plane_spacing == SpacingSource::kScannedFilm; },
+       "the distance of its columns and rows is that on the scanned film "
+       "(NominalScannedPixelSpacing)");
+  note_if(
+      [](Image image) {
+        return image.frames > 1 && !image.has_own_place && image.has_position &&
+               image.slice_spacing != SpacingSource::kStated;
+      },
+      [](Image image) {
+        return "its frames have no positions; they are placed " + slice_spacing_text(image);
+      });
+  note([](Image image) { return !image.has_orientation; },
+       "its slices state no orientation; rows are taken along x, columns along y");
+  note([](Image image) { return image.is_ybr; },
+       "its components are luminance and two color differences (YBR_FULL), not red, green and "
+       "blue");
+  note_if([](Image image) { return !image.region_notice.empty(); },
+          [](Image image) { return image.region_notice; });
+  note([](Image image) { return image.unused_bits > 0 && image.is_jpeg; },
+       "its header counts bits from another one than its compressed samples have (HighBit); they "
+       "are read as decompressed");
+  note([](Image image) { return image.is_cine; },
+       "its frames follow each other in time (FrameTime); they are stacked as slices");
+  note([](Image image) { return image.is_projection; },
+       "its frames are images of nuclear medicine that are not reconstructed: no slices of a "
+       "volume");
 }
 
 // Returns one image per position, sorted by position: the chosen one if there are several.
@@ -231,8 +230,8 @@ std::vector<DicomImage> dicom_stack(const fs::path& place, std::vector<DicomImag
                                     SourceTimes& times) {
   note_origins(place, images, notices);
   drop_outliers(place, images, notices);
+  note_places(place, images, notices);
   const DicomImage& first = images.front();
-  note_places(place, first, notices);
   if (first.frames > 1 && !first.has_own_place && first.file != images.back().file) {
     fail_reading(place,
                  "its series has several files whose frames do not have individual positions",
