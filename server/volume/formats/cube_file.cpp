@@ -98,10 +98,12 @@ StoredVolume open_cube(const fs::path& path) {
   set_axes(header, {grid->steps[2], grid->steps[1], grid->steps[0]}, stated(grid->origin));
   check_header(path, header);
   const auto begin = static_cast<std::uint64_t>(beginning.size() - rest.size());
-  return {
-      .header = header,
-      .slices = text_slices(
-          {.file = path, .begin = begin, .packing = is_packed ? packing : Packing::kNone}, header)};
+  return {.header = header,
+          .slices = text_slices({.file = path,
+                                 .begin = begin,
+                                 .are_all = true,
+                                 .packing = is_packed ? packing : Packing::kNone},
+                                header)};
 }
 
 }  // namespace multitetra

@@ -5,6 +5,7 @@
 #include <functional>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -94,11 +95,11 @@ NumberedName numbered_name_of(const fs::path& file) {
   NumberedName result;
   for (std::size_t at = 0; at < name.size();) {
     const std::size_t digits = digits_at(name, at);
-    if (digits == 0 || digits > kMaxDigits) {
-      result.text += name.substr(at, std::max<std::size_t>(digits, 1));
-    } else {
+    const std::size_t as_text = digits == 0 ? 1 : digits - std::min(digits, kMaxDigits);
+    result.text += name.substr(at, as_text);
+    if (digits > 0) {
       result.text += '#';
-      result.numbers.push_back(std::stoll(name.substr(at, digits)));
+      result.numbers.push_back(std::stoll(name.substr(at + as_text, digits - as_text)));
     }
     at += std::max<std::size_t>(digits, 1);
   }
@@ -154,9 +155,19 @@ std::vector<std::string> numbering_notices(const fs::path& path,
             ", as for several channels or times; all are slices of one volume. Give a pattern for "
             "the images of one."};
   }
-  if (numbers.size() != 1) return {};
-  const std::vector<std::int64_t> missing = missing_in(numbers[0]);
-  if (missing.empty()) return {};
+  if (numbers.size() == 1 && numbers[0].size() < files.size()) {
+    return {"'" + path.string() +
+            "': some of its images have the same number; all are slices of one volume."};
+  }
+  // Of several numbers that differ from image to image, the most even ones count them.
+  std::optional<std::vector<std::int64_t>> found;
+  for (const auto& of_place : numbers) {
+    if (of_place.size() != files.size()) continue;
+    std::vector<std::int64_t> of_these = missing_in(of_place);
+    if (!found || of_these.size() < found->size()) found = std::move(of_these);
+  }
+  if (!found || found->empty()) return {};
+  const std::vector<std::int64_t>& missing = *found;
   std::string list;
   for (std::size_t i = 0; i < std::min(missing.size(), kMaxListed); ++i) {
     list += (i == 0 ? "" : ", ") + std::to_string(missing[i]);

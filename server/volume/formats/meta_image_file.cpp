@@ -170,7 +170,8 @@ std::unique_ptr<StoredSlices> meta_slices(const fs::path& file, const MetaHeader
     }
     return text_slices({.file = files[0],
                         .begin = header_size > 0 || is_local ? offset(files[0], 0) : 0,
-                        .skipped = skipped / bytes_of(image.type)},
+                        .skipped = skipped / bytes_of(image.type),
+                        .are_all = time + 1 == times},
                        image);
   }
   const bool is_big = header.is_true({"BinaryDataByteOrderMSB", "ElementByteOrderMSB"}, false);

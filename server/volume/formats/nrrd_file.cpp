@@ -151,7 +151,8 @@ std::unique_ptr<StoredSlices> slices_behind(const fs::path& file, const NrrdHead
     return text_slices(
         {.file = files[0],
          .begin = begin(files[0]) + static_cast<std::uint64_t>(std::max<std::int64_t>(bytes, 0)),
-         .skipped = skipped_volumes * (volume_bytes / bytes_of(one.type))},
+         .skipped = skipped_volumes * (volume_bytes / bytes_of(one.type)),
+         .are_all = skipped_volumes + 1 == volumes},
         one);
   }
   const std::string endian = lower_case(header.field("endian"));

@@ -310,6 +310,32 @@ def vtk():
     longer = VTK.format("ASCII") + "POINT_DATA 240\nSCALARS s float\nLOOKUP_TABLE default\n" + " ".join(map(str, range(240))) + "\n7 8\n"
     read("vtk-longer", write("longer.vtk", longer.encode()), volume, notice="from '7' on", **place)
 
+    # Arrays of bits and of strings, which are no samples.
+    strings = [f"{i:03} odd %" * (i % 40) for i in range(240)]
+    for is_text in (False, True):
+        bits = b"1 0 " * 120 if is_text else bytes(30)
+        texts = b"".join((bytes([0xC0 | len(text)]) if len(text) < 64 else struct.pack(">H", 0x8000 | len(text))) + text.encode()
+                         for text in strings)
+        if is_text:
+            texts = "".join(text.replace("%", "%25").replace(" ", "%20") + "\n" for text in strings).encode()
+        numbers = " ".join(map(str, volume.flat)).encode() if is_text else volume.astype(">f4").tobytes()
+        out = VTK.format("ASCII" if is_text else "BINARY").encode() + b"POINT_DATA 240\nSCALARS b bit\nLOOKUP_TABLE default\n" + bits
+        out += b"\nFIELD FieldData 2\nnames 1 240 string\n" + texts + b"\ns 1 240 float\n" + numbers + b"\n"
+        read(f"vtk-strings-{is_text}", write(f"strings-{is_text}.vtk", out), volume, notice="!not read", **place)
+
+    # Elements inside of an inline array, in front of its samples or behind them.
+    key = b'<InformationKey name="L2_NORM_RANGE" location="vtkDataArray" length="1"><Value index="0">7.07</Value></InformationKey>'
+    packed = base64.b64encode(struct.pack("<I", volume.nbytes) + volume.tobytes())
+    numbers = " ".join(map(str, volume.flat)).encode()
+    vti_head = b'<VTKFile type="ImageData"><ImageData WholeExtent="0 7 0 5 0 4" Origin="1 2 3" Spacing="0.5 1.5 2"><Piece Extent="0 7 0 5 0 4">'
+    for kind, text in (("binary", packed), ("ascii", numbers)):
+        for where, inside in (("front", key + b"\n" + text), ("behind", b"\n" + text + b"\n" + key), ("both", key + text + key + b"\n" + key)):
+            array = f'<PointData><DataArray type="UInt16" Name="s" format="{kind}">'.encode() + inside + b"</DataArray></PointData>"
+            path = write(f"key-{kind}-{where}.vti", vti_head + array + b"</Piece></ImageData></VTKFile>")
+            read(f"vti-key-{kind}-{where}", path, volume, **place)
+    array = b'<PointData><DataArray type="UInt16" Name="s" format="ascii">' + numbers + b" 7</DataArray></PointData>"
+    refuse("vti-longer", write("longer.vti", vti_head + array + b"</Piece></ImageData></VTKFile>"), "more numbers than its header declares")
+
     # The number of bytes and the samples, encoded apart or together.
     def vti(name, bits, inline, apart):
         head = struct.pack("<I" if bits == 32 else "<Q", volume.nbytes)
@@ -354,7 +380,19 @@ def detached():
     read("nhdr-gzip-end", write("gz.nhdr", nrrd.format("gzip", "byte skip: -1\n", "front.gz").encode()), volume, **place)
     write("both.gz", gzip.compress(b"front" + volume.tobytes()) + gzip.compress(b"tail"))
     read("nhdr-gzip-between", write("gz2.nhdr", nrrd.format("gzip", "byte skip: -5\n", "both.gz").encode()), volume, **place)
+    write("one.raw", volume.tobytes() + b"1")
+    read("nhdr-one", write("one.nhdr", nrrd.format("raw", "", "one.raw").encode()), volume, notice="has 1 byte more", **place)
     data = volume.tobytes()
+    numbers = " ".join(map(str, volume.flat))
+    for name, more in (("all", "\n \n"), ("longer", "\n7\n")):
+        notice = "has more numbers than the header declares" if name == "longer" else "!more"
+        write(f"{name}.txt", (numbers + more).encode())
+        read(f"nhdr-text-{name}", write(f"text-{name}.nhdr", nrrd.format("text", "", f"{name}.txt").encode()), volume, notice=notice, **place)
+        read(f"mhd-text-{name}", write(f"text-{name}.mhd", meta.format("BinaryData = False\n", f"{name}.txt").encode()), volume, notice=notice, **place)
+        cube = "a cube\nof a test\n1 0 0 0\n5 0 0 2\n6 0 1.5 0\n8 0.5 0 0\n1 1 0 0 0\n" + numbers + more
+        read(f"cube-{name}", write(f"{name}.cube", cube.encode()), volume, notice=notice, unit="bohr", **place)
+    write("longer.hex", (data + b"12").hex().encode())
+    read("nhdr-hex-longer", write("hex.nhdr", nrrd.format("hex", "", "longer.hex").encode()), volume, notice="has 2 bytes more", **place)
     write("members.gz", gzip.compress(data[:100]) + gzip.compress(data[100:]) + gzip.compress(b"more"))
     read("nhdr-gzip-members", write("gz3.nhdr", nrrd.format("gzip", "", "members.gz").encode()), volume, notice="4 bytes more", **place)
 
@@ -399,6 +437,12 @@ def numbered_images():
             image.save(folder / name / file)
         return folder / name
 
+    for name, files, notice in (("gap-pair", (f"s{i}_t{40 * i}.png" for i in (1, 2, 4, 5)), "3 is missing"),
+                                ("gap-long", (f"s2024010112000000000{i}.png" for i in (1, 2, 4, 5)), "3 is missing")):
+        read(name, stack(name, *files), volume[:4], notice=notice)
+    path = stack("same-number", "s1.png", "s2.png", "s3.png")
+    (path / "s03.png").write_bytes((path / "s3.png").read_bytes())
+    read("same-number", path, volume[[0, 1, 2, 2]], notice="some of its images have the same number")
     for suffix in ("png", "tif"):
         read(f"gap-{suffix}", stack(f"gap-{suffix}", *(f"s{i}.{suffix}" for i in (1, 2, 3, 6))), volume[:4], notice="4, 5 are missing")
     read("steps", stack("steps", "s010.png", "s020.png", "s030.png", "s050.png"), volume[:4], notice="40 is missing")

@@ -76,7 +76,7 @@ class OpenPart {
   // Called after the last sample: other times may follow, but only the end of a stream proves that
   // its bytes are intact.
   void require_end() {
-    if (part_.packing != Packing::kHex) behind_ = stream_->require_good_end();
+    behind_ = stream_->require_good_end();
     stream_.reset();
   }
 
@@ -120,13 +120,12 @@ class SlicesInParts : public StoredSlices {
   [[nodiscard]] std::vector<std::string> findings() const override {
     if (excess_.empty()) return {};
     const auto& [file, bytes] = *excess_.begin();
-    return {
-        "'" + file.string() + "'" +
-        (excess_.size() > 1 ? " and " + counted(excess_.size() - 1, "other file") + " have "
-                            : " has ") +
-        std::to_string(bytes) +
-        " bytes more than the header declares. The last ones are ignored; if others come first, "
-        "correct the header (HeaderSize = -1 in MetaImage, byte skip: -1 in NRRD)."};
+    return {"'" + file.string() + "'" +
+            (excess_.size() > 1 ? " and " + counted(excess_.size() - 1, "other file") + " have "
+                                : " has ") +
+            counted(bytes, "byte") +
+            " more than the header declares. The last ones are ignored; if others come first, "
+            "correct the header (HeaderSize = -1 in MetaImage, byte skip: -1 in NRRD)."};
   }
 
  private:

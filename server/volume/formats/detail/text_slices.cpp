@@ -55,7 +55,15 @@ class TextSlices : public StoredSlices {
     for (std::uint64_t i = 0; i < count * slice_numbers_; ++i) {
       store(next_word(), into + i * bytes_of(type_));
     }
-    if (is_packed() && first + count == slices_) stream_->require_good_end();
+    if (first + count != slices_) return;
+    if (numbers_.are_all && find_word()) has_more_ = true;
+    if (is_packed()) stream_->require_good_end();
+  }
+
+  [[nodiscard]] std::vector<std::string> findings() const override {
+    if (!has_more_) return {};
+    return {"'" + file_.path().string() +
+            "' has more numbers than the header declares. The last ones are ignored."};
   }
 
  private:
@@ -86,6 +94,12 @@ class TextSlices : public StoredSlices {
   }
 
   std::string_view next_word() {
+    if (const std::optional<std::string_view> word = find_word()) return *word;
+    fail_damaged(file_.path(), "after " + std::to_string(next_) + " numbers it ends or is damaged");
+  }
+
+  // Returns nullopt at the end, or where no number is.
+  std::optional<std::string_view> find_word() {
     while (true) {
       used_ = std::min(text_.find_first_not_of(kBetweenNumbers, used_), text_.size());
       const std::size_t end = text_.find_first_of(kBetweenNumbers, used_);
@@ -97,10 +111,7 @@ class TextSlices : public StoredSlices {
       }
       text_.erase(0, used_);
       used_ = 0;
-      if (at_ >= numbers_.end || text_.size() > kTextPortionBytes) {
-        fail_damaged(file_.path(),
-                     "after " + std::to_string(next_) + " numbers it ends or is damaged");
-      }
+      if (at_ >= numbers_.end || text_.size() > kTextPortionBytes) return std::nullopt;
       const std::size_t before = text_.size();
       text_.resize(before + std::min<std::uint64_t>(kTextPortionBytes, numbers_.end - at_));
       read_portion(std::as_writable_bytes(std::span(text_).subspan(before)));
@@ -137,6 +148,7 @@ class TextSlices : public StoredSlices {
   StoredType type_;
   std::uint64_t slice_numbers_;
   std::size_t slices_;
+  bool has_more_ = false;                                // Something follows the last number.
   std::optional<UnpackedStream> stream_ = std::nullopt;  // Absent if the file is not compressed.
   std::uint64_t at_ = 0;                                 // File offset of the byte after text_.
   std::string text_;

@@ -263,7 +263,6 @@ struct UnpackedStream::State {
     return got > 0;
   }
 
-  // Accepts padding with zeros, as on tapes; anything else indicates damage.
   // Skips bytes, or those that are left if they are fewer.
   void skip(std::size_t bytes) {
     while (bytes > 0 && (!left.empty() || refill())) {
@@ -273,6 +272,7 @@ struct UnpackedStream::State {
     }
   }
 
+  // Accepts padding with zeros, as on tapes; anything else indicates damage.
   void require_nothing_left() {
     do {
       const bool is_zero = std::all_of(left.begin(), left.end(),

@@ -226,17 +226,22 @@ class PackedSampleBytes : public SampleBytes {
 class TextSampleBytes : public SampleBytes {
  public:
   TextSampleBytes(const InputFile& file, const VtiArray& array, std::uint64_t count)
-      : width_(bytes_of(array.type)),
-        numbers_(text_slices({.file = file.path(), .begin = array.begin, .end = array.end},
-                             {.dims = {1, 1, static_cast<std::int64_t>(count)},
-                              .type = array.type,
-                              .values = kNumbersAsStored})) {}
+      : file_(file.path()),
+        width_(bytes_of(array.type)),
+        numbers_(text_slices(
+            {.file = file.path(), .begin = array.begin, .end = array.end, .are_all = true},
+            {.dims = {1, 1, static_cast<std::int64_t>(count)},
+             .type = array.type,
+             .values = kNumbersAsStored})) {}
 
   void read(std::uint64_t offset, std::span<std::byte> into) override {
     numbers_->read(offset / width_, into.size() / width_, into.data());
+    if (numbers_->findings().empty()) return;
+    fail_damaged(file_, "an array has more numbers than its header declares");
   }
 
  private:
+  fs::path file_;
   std::size_t width_;
   std::unique_ptr<StoredSlices> numbers_;
 };

@@ -294,14 +294,15 @@ class LegacyParser {
   // Adds an array whose samples are next, if it has as many as the grid, and skips them.
   bool add_array(const std::string& name, const std::string& type_name,
                  std::optional<std::int64_t> components, std::optional<std::int64_t> tuples) {
-    const std::optional<StoredType> type = legacy_type(type_name);
-    if (!type) {
-      if (!header_.arrays.empty()) return false;
-      fail_in_header(file_, "the type of its samples is '" + type_name.substr(0, 40) + "'");
-    }
     if (!components || *components < 1 || *components > kMaxComponents || !tuples || *tuples < 0 ||
         *tuples > kMaxTuples) {
       fail_in_header(file_, "its array '" + name.substr(0, 100) + "' has an invalid size");
+    }
+    const std::optional<StoredType> type = legacy_type(type_name);
+    if (!type) {
+      if (skip_others(type_name, *components * *tuples)) return true;
+      if (!header_.arrays.empty()) return false;
+      fail_in_header(file_, "the type of its samples is '" + type_name.substr(0, 40) + "'");
     }
     if (*tuples == tuples_) {
       header_.arrays.push_back(
@@ -314,6 +315,32 @@ class LegacyParser {
            .begin = in_.at()});
     }
     skip_samples(*type, *components * *tuples);
+    return true;
+  }
+
+  // Skips an array of bits or of strings, which are no samples; returns false if it is neither.
+  bool skip_others(const std::string& type, std::int64_t count) {
+    if (type == "bit") {
+      skip_samples(StoredType::kU8, header_.is_text ? count : (count + 7) / 8);
+      return true;
+    }
+    if (type != "string") return false;
+    for (bool is_there = true; count > 0 && is_there; --count) {
+      is_there = header_.is_text ? in_.line().has_value() : skip_string();
+    }
+    return true;
+  }
+
+  // Skips a string behind its length, whose first two bits tell how many bytes it has: 8, 4, 2, 1.
+  bool skip_string() {
+    const std::string first = in_.bytes(1);
+    if (first.empty()) return false;
+    const auto byte = static_cast<unsigned char>(first[0]);
+    std::uint64_t length = byte & 0x3F;
+    for (const char c : in_.bytes((std::size_t{8} >> (byte >> 6)) - 1)) {
+      length = length << 8 | static_cast<unsigned char>(c);
+    }
+    in_.skip_bytes(std::min(length, static_cast<std::uint64_t>(kMaxTuples)));
     return true;
   }
 

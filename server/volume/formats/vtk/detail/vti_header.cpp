@@ -40,6 +40,7 @@ class VtiParser {
       : parser_(XML_ParserCreate(nullptr), &XML_ParserFree), kind_(kind) {
     XML_SetUserData(parser_.get(), this);
     XML_SetElementHandler(parser_.get(), &on_start, &on_end);
+    XML_SetCharacterDataHandler(parser_.get(), &on_text);
     // Valid files have no entities, and their expansion is unbounded.
     XML_SetEntityDeclHandler(parser_.get(), &on_entity);
   }
@@ -79,6 +80,9 @@ class VtiParser {
   static void XMLCALL on_end(void* self, const XML_Char* name) {
     static_cast<VtiParser*>(self)->end(name);
   }
+  static void XMLCALL on_text(void* self, const XML_Char* text, int length) {
+    static_cast<VtiParser*>(self)->add_text({text, static_cast<std::size_t>(length)});
+  }
   static void XMLCALL on_entity(void* self, const XML_Char*, int, const XML_Char*, int,
                                 const XML_Char*, const XML_Char*, const XML_Char*,
                                 const XML_Char*) {
@@ -94,7 +98,15 @@ class VtiParser {
     return static_cast<std::uint64_t>(XML_GetCurrentByteIndex(parser_.get()));
   }
 
+  void add_text(std::string_view text) {
+    if (open_array_ != depth_ || has_samples_) return;
+    has_samples_ = text.find_first_not_of(" \t\r\n") != std::string_view::npos;
+  }
+
   void start(std::string_view name, const Attributes& attributes) {
+    if (open_array_ != 0 && has_samples_ && header_.arrays.back().end == 0) {
+      header_.arrays.back().end = position();
+    }
     const auto get = [&](std::string_view key) {
       const auto found = attributes.find(key);
       return found == attributes.end() ? std::string() : found->second;
@@ -255,16 +267,17 @@ class VtiParser {
     } else {
       array.begin = position() + static_cast<std::uint64_t>(XML_GetCurrentByteCount(parser_.get()));
       open_array_ = depth_;
+      has_samples_ = false;
     }
     header_.arrays.push_back(std::move(array));
   }
 
   void end(std::string_view name) {
     if (open_array_ == depth_) {
-      header_.arrays.back().end = position();
+      if (header_.arrays.back().end == 0) header_.arrays.back().end = position();
       open_array_ = 0;
-    } else if (open_array_ != 0) {
-      // Skips <InformationKey> and the like before the text of the samples.
+    } else if (open_array_ != 0 && !has_samples_) {
+      // Skips <InformationKey> and the like before the text of the samples; VTK writes them behind.
       header_.arrays.back().begin =
           position() + static_cast<std::uint64_t>(XML_GetCurrentByteCount(parser_.get()));
     }
@@ -309,7 +322,8 @@ class VtiParser {
   std::string failure_;
   int depth_ = 0;
   int pieces_ = 0;
-  int open_array_ = 0;  // Depth of the open array; 0 if there is none.
+  int open_array_ = 0;        // Depth of the open array; 0 if there is none.
+  bool has_samples_ = false;  // Text of samples has begun in the open array.
   std::uint64_t markup_bytes_ = 0;
   std::uint64_t appended_tag_ = 0;
   bool in_arrays_ = false;
