@@ -3,7 +3,9 @@
     python3 write_dicom_conventions.py FOLDER
 """
 import io
+import shutil
 import struct
+import subprocess
 
 import numpy
 
@@ -543,6 +545,26 @@ def compressed():
         data.PixelData = encapsulate(streams, fragments_per_frame=2)
         data["PixelData"].is_undefined_length = True
     read("j2k-fragments", one_file("j2k-fragments", fragmented), volume, **PLACE)
+
+    # JPEG 2000 streams of 16 bits, of which the header says 32, and of 32 bits, which OpenJPEG refuses.
+    def wide(bits):
+        def change(i, data):
+            data.PixelRepresentation, data.BitsAllocated, data.BitsStored, data.HighBit = 0, 32, bits, bits - 1
+            out = io.BytesIO()
+            Image.fromarray(volume[i].astype("<u2")).save(out, "JPEG2000", irreversible=False, no_jp2=True)
+            stream = bytearray(out.getvalue())
+            stream[stream.index(b"\xff\x51") + 40] = bits - 1  # Ssiz in the segment SIZ.
+            data.PixelData = encapsulate([bytes(stream) + b"\0" * (len(stream) % 2)])
+            data["PixelData"].is_undefined_length = True
+        return slices(f"j2k-in-{bits}", change, syntax="1.2.840.10008.1.2.4.90")
+    refuse("j2k-of-32", wide(32), "GDCM cannot decompress its pixels. Save it without compression")
+    path = wide(16)
+    refuse("j2k-of-16-in-32", path, "has 96 bytes, but its header declares 192. Decompress it first, for example with gdcmconv --raw")
+    if shutil.which("gdcmconv"):
+        (folder / "j2k-by-gdcmconv").mkdir()
+        for file in list(path.iterdir()):
+            subprocess.run(["gdcmconv", "--raw", file, folder / "j2k-by-gdcmconv" / file.name], check=True)
+        read("j2k-by-gdcmconv", folder / "j2k-by-gdcmconv", volume, **PLACE)
 
     # Uncompressed samples in a fragment, which the standard forbids.
     def in_a_fragment(i, data):

@@ -18,6 +18,8 @@
 namespace multitetra {
 namespace {
 
+constexpr const char* kSaveUncompressed = "Save it without compression, by the program it is from";
+
 // Moves the image.stored_bits bits of each sample to the lowest ones, where JPEG streams have them,
 // and repeats their sign above.
 void take_stored_bits(const DicomImage& image, std::span<std::byte> pixels) {
@@ -165,8 +167,7 @@ void DicomFrames::load_by_gdcm(const DicomImage& image) {
   PixelReader reader;
   reader.SetFileName(image.file.c_str());
   if (!reader.read_pixels()) {
-    fail_reading(image.file, "GDCM cannot read its image",
-                 "Decompress it first, for example with gdcmconv --raw or dcmdjpeg");
+    fail_reading(image.file, "GDCM cannot read its image", kSaveUncompressed);
   }
   gdcm::Bitmap& pixels = reader.GetPixmap();
   join_fragments(image.tile ? 1 : static_cast<std::size_t>(image.frames), pixels);
@@ -184,8 +185,7 @@ void DicomFrames::load_by_gdcm(const DicomImage& image) {
   }
   pixels_.resize(needed);
   if (!pixels.GetBuffer(reinterpret_cast<char*>(pixels_.data()))) {
-    fail_reading(image.file, "its pixels cannot be decompressed",
-                 "Decompress it first, for example with gdcmconv --raw");
+    fail_reading(image.file, "GDCM cannot decompress its pixels", kSaveUncompressed);
   }
   if (image.has_planes && !image.is_jpeg) interleave(image, pixels_);
 }
@@ -200,8 +200,7 @@ void DicomFrames::load_element(const DicomImage& image) {
       is_read ? reader.GetFile().GetDataSet().GetDataElement(tag).GetByteValue() : nullptr;
   const std::size_t needed = image.has_bits ? (image.file_bytes() + 7) / 8 : image.file_bytes();
   if (bytes == nullptr || bytes->GetLength() < needed) {
-    fail_reading(image.file, "its pixels are missing, too short or compressed",
-                 "Decompress it first, or save it again without compression");
+    fail_reading(image.file, "its pixels are missing, too short or compressed", kSaveUncompressed);
   }
   pixels_.resize(needed);
   std::memcpy(pixels_.data(), bytes->GetPointer(), needed);

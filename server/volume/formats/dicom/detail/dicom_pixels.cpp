@@ -153,7 +153,7 @@ bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels) {
   if (length == kUndefinedLength && is_native) {
     fail_reading(file.path(),
                  "its pixels are in fragments, but its transfer syntax is uncompressed",
-                 "Save it again, for example with gdcmconv --raw");
+                 "Save it again, by the program it is from");
   }
   if (length == kUndefinedLength) {
     check_fragments(file, pixels);
