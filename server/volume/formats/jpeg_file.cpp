@@ -61,6 +61,10 @@ class JpegReading {
                        .values = {Basis::kByFormat, Basis::kByFormat, Basis::kByFormat},
                        .components = jpeg_.out_color_components};
     header.dims = {jpeg_.image_width, jpeg_.image_height, 1};
+    const double unit_mm = jpeg_.density_unit == 1 ? 25.4 : jpeg_.density_unit == 2 ? 10.0 : 0.0;
+    if (unit_mm > 0 && jpeg_.X_density > 0 && jpeg_.Y_density > 0) {
+      note_resolution(header, unit_mm / jpeg_.X_density, unit_mm / jpeg_.Y_density);
+    }
     return header;
   }
   [[nodiscard]] std::string problem() const { return errors_.problem.data(); }

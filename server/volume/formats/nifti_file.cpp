@@ -38,6 +38,7 @@ struct NiftiHeader {
   std::array<double, 6> quaternion{};  // b, c, d, then the offset.
   std::array<std::array<double, 4>, 3> rows{};
   bool in_two_files = false;
+  bool has_spm_origin = false;  // In the header of Analyze.
 };
 
 template <typename Integer, typename Real, typename Code>
@@ -114,6 +115,7 @@ NiftiHeader header_in(const std::string& beginning) {
     header.offset = std::abs(static_cast<double>(bytes.at<float>(108)));
     header.slope = static_cast<double>(bytes.at<float>(112));  // Of SPM; unused by others.
     header.units = 2;                                          // mm
+    header.has_spm_origin = bytes.at<std::int16_t>(253) != 0 || bytes.at<std::int16_t>(255) != 0;
     header.in_two_files = true;
   } else if (is_version_1(beginning)) {
     const HeaderBytes bytes(beginning, *endian_of(beginning, kVersion1Bytes));
@@ -339,6 +341,10 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
                                                            rounded_text(nifti.slope) +
                                                            ", as SPM writes it; it is applied"});
     }
+  }
+  if (nifti.has_spm_origin) {
+    header.contradictions.push_back(
+        {Fact::kOrigin, "its Analyze header has an origin of SPM, which is not read"});
   }
   place(nifti, choice.resample, header);
   for (const std::int64_t dimension : {6, 7}) {

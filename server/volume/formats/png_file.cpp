@@ -51,6 +51,13 @@ class PngReading {
         .components = png_get_channels(png_, info_)};
     header.dims = {png_get_image_width(png_, info_), png_get_image_height(png_, info_), 1};
     if (png_get_color_type(png_, info_) == PNG_COLOR_TYPE_PALETTE) note_palette(header);
+    std::uint32_t x = 0;
+    std::uint32_t y = 0;
+    int unit = PNG_RESOLUTION_UNKNOWN;
+    png_get_pHYs(png_, info_, &x, &y, &unit);
+    if (unit == PNG_RESOLUTION_METER && x > 0 && y > 0) {
+      note_resolution(header, 1000.0 / x, 1000.0 / y);
+    }
     return header;
   }
   [[nodiscard]] const std::string& problem() const { return problem_; }

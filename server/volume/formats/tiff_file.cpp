@@ -155,6 +155,9 @@ void place_pages(const TiffPages& tiff, const TiffDescription& description, Imag
   }
   set_box_axes(header, origin, spacing);
   set_units_of_axes(header, units);
+  if (by_tags.is_on_map) {
+    header.contradictions.push_back({Fact::kOrigin, "its place on a map (GeoTIFF) is not read"});
+  }
   if (by_tags.unread.empty() || (spacing[0] && spacing[1] && spacing[2])) return;
   header.contradictions.push_back(
       {Fact::kSpacing, "this is a TIFF file of " + by_tags.unread +

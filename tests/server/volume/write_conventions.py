@@ -50,6 +50,11 @@ def minc():
     write_minc("slices.mnc", bytes_, "zspace,yspace,xspace", numpy.arange(5.0), 239 + 3 * numpy.arange(5.0))
     slopes = (239 + 2 * numpy.arange(5.0)) / 239
     read("minc2-scales-of-slices", folder / "slices.mnc", volume * slopes[:, None, None] + numpy.arange(5.0)[:, None, None], **lps)
+    write_minc("irregular.mnc", bytes_, "zspace,yspace,xspace", 0.0, 239.0)
+    import h5py
+    with h5py.File(folder / "irregular.mnc", "a") as file:
+        file["minc-2.0/dimensions/zspace"].attrs["spacing"] = numpy.bytes_(b"irregular")
+    read("minc2-irregular", folder / "irregular.mnc", volume, notice="positions along zspace are irregular; its step is used", **lps)
     write_minc("one.mnc", bytes_, "zspace,yspace,xspace", -1.0, 3.78)
     read("minc2-one-scale", folder / "one.mnc", volume * 4.78 / 239 - 1, **lps)
     # Coronal slices, turned about x.

@@ -2,6 +2,7 @@
 // row_bytes) fills all rows, or returns false with problem() if the image is damaged.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <filesystem>
@@ -11,9 +12,20 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/number_text.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 
 namespace multitetra {
+
+// Notes a resolution that the file states, unless it is that of screens. It is that of paper more
+// often than that of samples, so it is not used.
+inline void note_resolution(ImageHeader& header, double x_mm, double y_mm) {
+  const double per_inch = std::round(25.4 / x_mm);
+  if (x_mm == y_mm && (per_inch == 72 || per_inch == 96)) return;
+  header.contradictions.push_back({Fact::kSpacing, "its resolution of " + rounded_text(x_mm) +
+                                                       " by " + rounded_text(y_mm) +
+                                                       " mm is not used"});
+}
 
 template <typename Reading>
 class ImageSlice : public StoredSlices {

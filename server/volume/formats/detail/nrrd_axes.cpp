@@ -186,13 +186,18 @@ void place_nrrd(const fs::path& file, const NrrdHeader& header, const NrrdAxes& 
   if (signs && !only_spacings) {
     image.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}};
   }
-  // All axes have the unit of the first.
+  const std::string units = only_spacings ? std::string() : header.field("space units");
+  if (const std::string unit = unit_from(unquoted(units.substr(0, units.find('"', 1))));
+      !unit.empty()) {
+    image.meaning.length_unit = unit;  // All axes of space have that of the first.
+    return;
+  }
   const std::vector<std::string> own_units = words("units");
-  const std::string units = !only_spacings      ? header.field("space units")
-                            : own_units.empty() ? std::string()
-                                                : own_units[axes.space[0]];
-  const std::string unit = unit_from(unquoted(units.substr(0, units.find('"', 1))));
-  if (!unit.empty()) image.meaning.length_unit = unit;
+  std::array<std::string, 3> of_axes{};
+  for (std::size_t i = 0; i < axes.space.size() && directions.empty() && !own_units.empty(); ++i) {
+    of_axes[i] = unit_from(unquoted(own_units[axes.space[i]]));
+  }
+  set_units_of_axes(image, of_axes);
 }
 
 }  // namespace multitetra

@@ -43,6 +43,7 @@ class TiffPages {
   struct Placement {
     std::array<std::optional<double>, 3> spacing = {};
     std::array<std::string, 3> units = {};  // Empty if unknown.
+    bool is_on_map = false;                 // By GeoTIFF, whose tags are not read.
     std::string unread;  // The program whose tags state it, if they are not read.
     // The number of missing samples, by GDAL.
     std::optional<double> missing = std::nullopt;

@@ -94,6 +94,10 @@ void add_geotiff(TIFF* tiff, TiffPages::Placement& placement) {
       placement.spacing[axis] = stated_spacing(scale[axis]);
     }
   }
+  constexpr std::uint32_t kTiePointTag = 33922;
+  constexpr std::uint32_t kTransformationTag = 34264;
+  placement.is_on_map =
+      has_type(tiff, kTiePointTag, TIFF_DOUBLE) || has_type(tiff, kTransformationTag, TIFF_DOUBLE);
   placement.missing = finite_number(trimmed(text_of_tag(tiff, kNoDataTag)));
 }
 

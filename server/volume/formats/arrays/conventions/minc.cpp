@@ -97,6 +97,10 @@ bool describe_minc(const ArrayContainer& file, const std::string& array, ArrayMe
     if (cosines.size() == 3) direction = {cosines[0], cosines[1], cosines[2]};
     if (length(direction) > 0) direction = scaled(direction, 1 / length(direction));
     if (step.size() == 1) steps[axis] = scaled(direction, step[0]);
+    if (file.text(dimension, "spacing") == "irregular") {
+      meaning.header.contradictions.push_back(
+          {Fact::kSpacing, "its positions along " + name + " are irregular; its step is used"});
+    }
     has_origin = has_origin && start.size() == 1;
     if (start.size() == 1) origin = moved(origin, start[0], direction);
   }
