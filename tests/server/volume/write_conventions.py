@@ -54,6 +54,12 @@ def minc():
     import h5py
     with h5py.File(folder / "irregular.mnc", "a") as file:
         file["minc-2.0/dimensions/zspace"].attrs["spacing"] = numpy.bytes_(b"irregular")
+    for name, axes in (("cm", "zyx"), ("mixed", "z")):
+        write_minc(f"{name}.mnc", bytes_, "zspace,yspace,xspace", 0.0, 239.0)
+        with h5py.File(folder / f"{name}.mnc", "a") as file:
+            for axis in axes:
+                file[f"minc-2.0/dimensions/{axis}space"].attrs["units"] = numpy.bytes_(b"cm")
+        read(f"minc2-{name}", folder / f"{name}.mnc", volume, notice="several units; cm is used" if name == "mixed" else "!units", **{**lps, "unit": "cm"})
     read("minc2-irregular", folder / "irregular.mnc", volume, notice="positions along zspace are irregular; its step is used", **lps)
     write_minc("one.mnc", bytes_, "zspace,yspace,xspace", -1.0, 3.78)
     read("minc2-one-scale", folder / "one.mnc", volume * 4.78 / 239 - 1, **lps)

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <limits>
+#include <set>
 
 #include "common/base/text.hpp"
 #include "server/volume/formats/arrays/conventions/known_conventions.hpp"
@@ -81,6 +82,7 @@ bool describe_minc(const ArrayContainer& file, const std::string& array, ArrayMe
   std::array<Vec3, 3> steps{};
   Vec3 origin{};
   bool has_origin = true;
+  std::set<std::string> units;
   std::size_t axis = 3;
   for (const std::string& name : names) {
     if (name == "time") meaning.roles.push_back(DimensionRole::kTime);
@@ -90,6 +92,7 @@ bool describe_minc(const ArrayContainer& file, const std::string& array, ArrayMe
     meaning.roles.push_back(static_cast<DimensionRole>(--axis));
     const std::string dimension = place.dimensions + name;
     const std::vector<double> step = file.numbers(dimension, "step");
+    units.insert(unit_from(file.text(dimension, "units")));
     const std::vector<double> start = file.numbers(dimension, "start");
     const std::vector<double> cosines = file.numbers(dimension, "direction_cosines");
     Vec3 direction{};
@@ -107,7 +110,13 @@ bool describe_minc(const ArrayContainer& file, const std::string& array, ArrayMe
   if (meaning.roles.size() != names.size() || axis != 0) return false;
   ras_to_lps(steps, origin);
   set_axes(meaning.header, steps, has_origin ? stated(origin) : kNotStated);
-  meaning.header.meaning = {.space = WorldSpace::kLps, .length_unit = "mm"};
+  units.erase("");
+  meaning.header.meaning = {.space = WorldSpace::kLps,
+                            .length_unit = units.empty() ? "mm" : *units.begin()};
+  if (units.size() > 1) {
+    meaning.header.contradictions.push_back(
+        {Fact::kLengthUnit, "its axes have several units; " + *units.begin() + " is used"});
+  }
   const StoredType type = *file.type(array);
   set_scales(file, place, meaning.is_unsigned ? unsigned_type(type) : type, meaning);
   return true;
