@@ -124,34 +124,30 @@ void apply_mapping(const gdcm::DataSet& item, bool has_real_values, DicomImage& 
 // Applies functional groups: properties of all frames, or of one, in enhanced files.
 void apply_groups(const gdcm::DataSet& item, const gdcm::DataSet& file, bool has_real_values,
                   DicomImage& image) {
-  with_item(item, Tag(0x0020, 0x9113), [&](const gdcm::DataSet& plane) {
-    const std::vector<double> position = numbers_at(plane, Tag(0x0020, 0x0032));
-    if (position.size() != 3) return;
-    image.position = vector_in(position, 0);
-    image.has_own_place = true;
-    image.has_origin = true;
-  });
-  with_item(item, Tag(0x0020, 0x9116), [&](const gdcm::DataSet& plane) {
-    const std::vector<double> orientation = numbers_at(plane, Tag(0x0020, 0x0037));
-    if (orientation.size() != 6) return;
-    image.row = vector_in(orientation, 0);
-    image.column = vector_in(orientation, 3);
-    image.has_orientation = true;
-  });
-  // Those of enhanced ultrasound are in a space of its volume.
-  with_item(item, Tag(0x0020, 0x930E), [&](const gdcm::DataSet& plane) {
-    const auto position = binary_at<double>(plane, Tag(0x0020, 0x9301));
+  const auto set_position = [&](const std::vector<double>& position, bool is_in_own_space) {
     if (position.size() != 3) return;
     image.position = vector_in(position, 0);
     image.has_own_place = image.has_origin = true;
-    image.is_in_own_space = true;
-  });
-  with_item(item, Tag(0x0020, 0x930F), [&](const gdcm::DataSet& plane) {
-    const auto orientation = binary_at<double>(plane, Tag(0x0020, 0x9302));
+    image.is_in_own_space = is_in_own_space;
+  };
+  const auto set_orientation = [&](const std::vector<double>& orientation) {
     if (orientation.size() != 6) return;
     image.row = vector_in(orientation, 0);
     image.column = vector_in(orientation, 3);
     image.has_orientation = true;
+  };
+  with_item(item, Tag(0x0020, 0x9113), [&](const gdcm::DataSet& plane) {
+    set_position(numbers_at(plane, Tag(0x0020, 0x0032)), /*is_in_own_space=*/false);
+  });
+  with_item(item, Tag(0x0020, 0x9116), [&](const gdcm::DataSet& plane) {
+    set_orientation(numbers_at(plane, Tag(0x0020, 0x0037)));
+  });
+  // Those of enhanced ultrasound are in a space of its volume.
+  with_item(item, Tag(0x0020, 0x930E), [&](const gdcm::DataSet& plane) {
+    set_position(binary_at<double>(plane, Tag(0x0020, 0x9301)), /*is_in_own_space=*/true);
+  });
+  with_item(item, Tag(0x0020, 0x930F), [&](const gdcm::DataSet& plane) {
+    set_orientation(binary_at<double>(plane, Tag(0x0020, 0x9302)));
   });
   with_item(item, Tag(0x0028, 0x9110),
             [&](const gdcm::DataSet& measures) { set_spacing(measures, image); });
