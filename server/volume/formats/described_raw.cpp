@@ -143,7 +143,7 @@ std::optional<DescribedRaw> counts_in_front(const fs::path& file) {
     const bool fits_packed =
         packed_length && *packed_length == static_cast<std::uint32_t>(unpacked);
     if (samples == 0 || !(fits_plain || fits_packed)) continue;
-    raw.begins_packed = !fits_plain && samples_packed;
+    raw.begins_packed = samples_packed && fits_packed;
     check_header(file, raw.header);
     return raw;
   }

@@ -388,6 +388,9 @@ def small_ones():
     high = (volume + 200).astype("<u2")
     read("counts-gz", write("counts.dat.gz", gzip.compress(counts + high.tobytes())), high)
     read("counts-before-gz", write("before.dat", counts + gzip.compress(high.tobytes())), high)
+    packed = gzip.compress(high.tobytes())  # With a name inside that makes it as long as the samples.
+    name = b"n" * (high.nbytes - len(packed) - 1) + b"\0"
+    read("counts-before-gz-as-long", write("as-long.dat", counts + packed[:3] + b"\x08" + packed[4:10] + name + packed[10:]), high)
 
     refuse("raw-unknown", write("unknown.raw", bytes(range(200))), "the layout of raw samples with --dims")
     refuse("raw-other-size", write("raw_8x6x5_uint8.raw", bytes(200)), "Give the layout with --dims")
