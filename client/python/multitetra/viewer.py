@@ -282,7 +282,7 @@ if (typeof define === "function" && define.amd) {{
   define("{MODULE}", ["{base}"], (widgets) => {{
     {render}
     return {{
-      ViewerView: widgets.DOMWidgetView.extend({{
+      ViewerView: class extends widgets.DOMWidgetView {{
         render() {{
           const {{ model }} = this;
           const send = model.send;
@@ -293,12 +293,12 @@ if (typeof define === "function" && define.amd) {{
             model.pending_msgs = pending;
           }};
           this.end = render({{ model, el: this.el }});
-        }},
+        }}
         remove() {{
           this.end();
-          return widgets.DOMWidgetView.prototype.remove.apply(this, arguments);
-        }},
-      }}),
+          return super.remove();
+        }}
+      }},
     }};
   }});
 }}
