@@ -160,7 +160,8 @@ class Band {
     const auto volume_at = [&, ray = VolumeRay()](std::uint32_t pixel) mutable -> VolumePart {
       const auto [row, x] = std::div(static_cast<int>(pixel), scene.camera.width);
       scene.volume->trace(x, first_row_ + row, ray);
-      return [&ray](double near, double far) { return ray.between(near, far); };
+      return {.between = [&ray](double near, double far) { return ray.between(near, far); },
+              .has_order = !scene.options.volume->is_maximum};
     };
     using VolumeAt = std::function<VolumePart(std::uint32_t)>;
     mixes_ = mixes_of(std::exchange(fragments_, {}), samples_,

@@ -2,8 +2,8 @@
 // browser viewer, or the largest value (maximum intensity projection).
 //
 // Opacity and color follow the value (Levoy 1988). Between two places on a ray the opacity is the
-// mean over the values between theirs (pre-integrated; Engel, Kraus and Ertl 2001), so that thin
-// ranges of values are not missed.
+// mean over the values between theirs (pre-integrated; Engel, Kraus and Ertl 2001), so that
+// ranges of values down to a thousandth of that of the opacities are not missed.
 #pragma once
 
 #include <array>

@@ -9,7 +9,8 @@
 # made by one node. The last job then makes what is missing.
 # Without --cpus-per-task each part has one processor. VOLUME and DATASET are paths visible to all nodes.
 # PREPARE_OPTIONS="--pad 1 --pad-value 0" sets options for reading and preparing. A part that fails or loses its node
-# may be run again at any time (sbatch --requeue does so); then run multitetra-server prepare --merge -o DATASET.
+# may be run again at any time (sbatch --requeue does so); then run multitetra-server prepare --merge -o DATASET,
+# or for a folder the same prepare without --part.
 set -euo pipefail
 if [ $# -lt 3 ]; then
   echo "usage: slurm.sh VOLUME DATASET PARTS [options of sbatch]" >&2

@@ -98,7 +98,9 @@ TriangleMesh read(const fs::path& file) {
   if (by_suffix == MeshFormat::kVtp) return read_vtp(file);
   std::string bytes = contents_of(file);
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // Of text, by some editors.
-  if (bytes.starts_with(kByteOrderMark)) bytes.erase(0, kByteOrderMark.size());
+  if (bytes.starts_with(kByteOrderMark) && format_by_content(bytes) != MeshFormat::kStl) {
+    bytes.erase(0, kByteOrderMark.size());
+  }
   const std::optional<MeshFormat> by_content = format_by_content(bytes);
   const bool has_no_signature = by_suffix == MeshFormat::kStl || by_suffix == MeshFormat::kObj;
   const std::optional<MeshFormat> format = by_content || !has_no_signature ? by_content : by_suffix;

@@ -17,8 +17,8 @@
 #include "common/request/surface_query.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/core/spectrum/crossed_octants.hpp"
-#include "server/core/surface/vertex_normals.hpp"
 #include "server/dataset/dataset.hpp"
+#include "server/extraction/normal_encoder.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/page_export.hpp"
@@ -154,12 +154,10 @@ class Exporter {
   LatticeMesh surface(const IsosurfaceRequest& request) {
     const StepRequest step = final_step(request);
     LatticeMesh mesh = weld(extractor_.extract(step).tiles, request.lattice_resolution);
-    if (request.normal_bits != 0) {
-      const bool is_coarse = step.finest_spacing >= kSpectrumSpacing;
-      mesh.normals =
-          vertex_normals(extractor_.dataset(), mesh.vertices, mesh.resolution,
-                         is_coarse ? NormalSource::kCoarseSamples : NormalSource::kSamples);
-    }
+    const bool is_coarse = step.finest_spacing >= kSpectrumSpacing;
+    mesh.normals =
+        rounded_normals(extractor_.dataset(), mesh, request.normal_bits,
+                        is_coarse ? NormalSource::kCoarseSamples : NormalSource::kSamples);
     return mesh;
   }
 

@@ -65,6 +65,7 @@ def is_signed(request, body):
     if payload != hashlib.sha256(body).hexdigest():
         return False
     path, _, query = request.path.partition("?")
+    path = urllib.parse.quote(urllib.parse.unquote(path), safe="/~")  # As buckets do, however it was sent.
     query = "&".join(sorted(query.split("&")))
     canonical = "\n".join([request.command, path, query, headers, names, payload])
     text = "\n".join(["AWS4-HMAC-SHA256", request.headers["x-amz-date"], f"{day}/{region}/s3/aws4_request",

@@ -27,11 +27,11 @@ Mix mixed(std::span<const Fragment* const> layers, std::size_t sample, double en
   double depth = 0;
   for (const Fragment* layer : layers) {
     const double next = 1 / layer->nearness[sample];
-    if (volume) add(volume(depth, next), mix);
+    if (volume.between && volume.has_order) add(volume.between(depth, next), mix);
     add(mix_of(*layer, sample), mix);
     depth = next;
   }
-  if (volume) add(volume(depth, end), mix);
+  if (volume.between) add(volume.between(volume.has_order ? depth : 0, end), mix);
   return mix;
 }
 
@@ -49,7 +49,7 @@ std::vector<Mix> mixes_of(std::vector<Fragment> fragments, std::span<const Sampl
     std::size_t last = first;
     while (last < fragments.size() && fragments[last].pixel == pixel) ++last;
     if (first == last && !volume_at) continue;
-    const VolumePart volume = volume_at ? volume_at(pixel) : nullptr;
+    const VolumePart volume = volume_at ? volume_at(pixel) : VolumePart{};
     std::optional<Mix> unobstructed;  // Many samples see the volume alone.
     for (std::size_t i = 0; i < kSamples; ++i) {
       const double nearness = samples[pixel * kSamples + i].nearness;

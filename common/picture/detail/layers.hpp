@@ -45,8 +45,13 @@ struct Mix {
   float passing = 1;        // The fraction of the light behind that passes.
 };
 
-// Returns what a volume adds between two depths on the line of sight of a pixel.
-using VolumePart = std::function<Mix(double near, double far)>;
+// A volume on the line of sight of a pixel.
+struct VolumePart {
+  // Returns what it adds between two depths; null: no volume.
+  std::function<Mix(double near, double far)> between = nullptr;
+  // False: it has no order, such as the largest value, and lies behind all layers.
+  bool has_order = true;
+};
 
 // Returns the mix of every sample, kSamples per pixel; empty without fragments and volume. Among
 // fragments of equal depth the first is in front. Requires that all fragments belong to these

@@ -256,8 +256,8 @@ void VolumeRays::trace(int x, int y, VolumeRay& ray) const {
       const double side = corner[axis] + (way[axis] > 0 ? kBlockCells : 0);
       until = std::min(until, std::max(0.0, (side - eye[axis]) / way[axis]));
     }
-    const auto end =
-        std::clamp(static_cast<std::size_t>((until - enter) / ray.spacing_) + 1, i + 1, count);
+    const auto end = std::clamp(
+        static_cast<std::size_t>(std::max(0.0, until - enter) / ray.spacing_) + 1, i + 1, count);
     if (!block.is_visible) {
       skip_to(end);
       i = end;

@@ -8,6 +8,7 @@
 #include <ctime>
 
 #include "common/base/hex_text.hpp"
+#include "common/base/percent_encoded.hpp"
 #include "common/base/text.hpp"
 #include "server/store/sha256.hpp"
 
@@ -38,7 +39,8 @@ struct CanonicalUrl {
     host = url.substr(0, slash);
     const std::string_view usual_port = is_https ? ":443" : ":80";
     if (host.ends_with(usual_port)) host.resize(host.size() - usual_port.size());
-    path = slash == question ? "/" : url.substr(slash, question - slash);
+    // Buckets escape what the path need not have escaped, such as "=".
+    path = slash == question ? "/" : percent_encoded(url.substr(slash, question - slash), "/%");
     if (question == url.size()) return;
     std::vector<std::string_view> parts = split(url.substr(question + 1), '&');
     std::sort(parts.begin(), parts.end());

@@ -454,6 +454,20 @@ TEST(Volume, IsCutBySurfacesInItsOrder) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(middle({faint})[i], middle({})[i], 1.01);
 }
 
+TEST(Volume, HasItsLargestValueBehindAllLayers) {
+  DrawnVolume volume = made_volume(17, [](int, int y, int) { return y == 12 ? 255.0F : 50.0F; });
+  volume.is_maximum = true;
+  const PositionedMesh within = wall_at(0);  // In front of the largest value.
+  const Camera camera = far_camera(9, 0.5);
+  const auto middle = [&](double opacity) {
+    const DrawnSurface surface = {.mesh = &within, .opacity = opacity, .color = Light{0, 0, 0}};
+    return pixel_at(drawn_volume(volume, camera, std::array{surface}), 4, 4)[0];
+  };
+  EXPECT_NEAR(middle(1e-4), 255, 1.01);
+  EXPECT_NEAR(middle(0.5), 192, 6) << "Half of white, and some of a highlight on black.";
+  EXPECT_NEAR(middle(1), 50, 1.01) << "Rays end at solid surfaces.";
+}
+
 TEST(Volume, HasNothingWhereThereAreNoValues) {
   const float none = std::numeric_limits<float>::quiet_NaN();
   for (const bool is_maximum : {false, true}) {

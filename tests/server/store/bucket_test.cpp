@@ -125,9 +125,10 @@ TEST_F(BucketTest, UploadsAFileInPartsAsOneObject) {
   setenv("AWS_SESSION_TOKEN", "of+temporary/credentials=", 1);
   const fs::path file = large_file();
   std::vector<double> fractions;
-  upload_file(file, "s3://volumes/new.mtd", {}, kQuick,
+  const std::string name = "new (1)=a+b.mtd";
+  upload_file(file, "s3://volumes/" + name, {}, kQuick,
               [&](double fraction) { fractions.push_back(fraction); });
-  EXPECT_TRUE(bytes_of_file(folder_.path() / "new.mtd") == bytes_of_file(file));
+  EXPECT_TRUE(bytes_of_file(folder_.path() / name) == bytes_of_file(file));
   EXPECT_EQ(fractions.size(), 3U);
   EXPECT_EQ(fractions.back(), 1);
   EXPECT_EQ(files_in_bucket(), 2U) << "No part is left.";
