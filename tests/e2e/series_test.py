@@ -167,7 +167,7 @@ def labels_are_chosen_and_named():
             ("given twice", "--label 3,3 -o some"),
             ("some.mtd is the name of one dataset, but 2 are to be prepared; give a folder", "--label all -o some.mtd"),
             ("line 1 is not a label", "--label 3 --label-names in/organs.seg.nrrd -o some"),
-            ("exclude each other", "--label 3 --plan 2 -o some"),
+            ("need no plan", "--label 3 --plan 2 -o some"),
             ("requires --label", "--label-names names.ctbl -o some")):
         expect_exit(2, words, f"server prepare in/organs.seg.nrrd {options}")
     expect_exit(0, "Next: multitetra-server serve some.mtd", "server prepare in/organs.seg.nrrd --label 3 -o some.mtd")
