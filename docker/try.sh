@@ -44,6 +44,8 @@ bare() {
   [ -e "$root/etc/debian_version" ] || debootstrap --variant=minbase "$suite" "$root" "$mirror" >"$logs/debootstrap.log" 2>&1
   cp -a "$root" "$work/$1"
   cp /etc/resolv.conf "$work/$1/etc/resolv.conf"
+  # Mirrors and snapshots may lag behind a suite that changes every day.
+  echo 'Acquire::Check-Valid-Until "false";' >"$work/$1/etc/apt/apt.conf.d/90lagging-mirrors"
   # Authorities that this machine's network needs.
   if [ -d /usr/local/share/ca-certificates ]; then cp -a /usr/local/share/ca-certificates "$work/$1/usr/local/share/"; fi
 }

@@ -16,8 +16,10 @@
 #include <utility>
 
 #include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/unpacking.hpp"
 #include "server/volume/formats/dicom/detail/dicom_elements.hpp"
 #include "server/volume/formats/dicom/detail/dicom_geometry.hpp"
+#include "server/volume/formats/dicom/detail/dicom_meta.hpp"
 #include "server/volume/formats/dicom/detail/dicom_pixels.hpp"
 
 namespace multitetra {
@@ -55,8 +57,8 @@ bool read_up_to(const fs::path& path, std::uint16_t element, DicomHeader& header
 }
 
 // Reads all of a file that is deflated as a whole, in which GDCM cannot stop at an element.
-bool read_deflated(const fs::path& path, DicomHeader& header) {
-  check_deflated_dicom(InputFile(path));
+bool read_deflated(const fs::path& path, std::uint64_t meta_end, DicomHeader& header) {
+  UnpackedStream(InputFile(path), meta_end, Packing::kDeflate).require_good_end();
   header.reader.SetFileName(path.c_str());
   return header.reader.Read();
 }
@@ -64,10 +66,12 @@ bool read_deflated(const fs::path& path, DicomHeader& header) {
 // Returns nullptr for files without an image.
 std::unique_ptr<DicomHeader> read_dicom_header(const fs::path& path) {
   auto header = std::make_unique<DicomHeader>();
-  const bool is_deflated =
-      InputFile(path).beginning(1024).find(kDeflatedSyntax) != std::string::npos;
+  const InputFile file(path);
+  const std::uint64_t meta_end = dicom_meta_end(file);
+  const bool is_deflated = file.beginning(meta_end).find(kDeflatedSyntax) != std::string::npos;
+  if (!is_deflated) check_dicom_elements(file, meta_end);
   const bool is_read =
-      is_deflated ? read_deflated(path, *header) : read_up_to(path, 0x0010, *header);
+      is_deflated ? read_deflated(path, meta_end, *header) : read_up_to(path, 0x0010, *header);
   const bool has_rows = header->data().FindDataElement(Tag(0x0028, 0x0010));
   gdcm::MediaStorage kind;
   kind.SetFromHeader(header->reader.GetFile().GetHeader());

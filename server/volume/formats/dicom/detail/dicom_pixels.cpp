@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "server/volume/formats/detail/header_bytes.hpp"
-#include "server/volume/formats/detail/unpacking.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
@@ -171,15 +170,6 @@ bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels) {
     fail_damaged(file.path(), "of its pixel data, " + problem);
   }
   return length > needed + needed % 2;
-}
-
-void check_deflated_dicom(const InputFile& file) {
-  // The first element of the meta group, at byte 140, has the length of the group.
-  const std::string beginning = file.beginning(144);
-  if (beginning.size() < 144) fail_cut_off(file, "the file ends within its header");
-  const std::uint64_t begin =
-      144 + std::uint64_t{HeaderBytes(beginning, Endian::kLittle).at<std::uint32_t>(140)};
-  UnpackedStream(file, begin, Packing::kDeflate).require_good_end();
 }
 
 }  // namespace multitetra

@@ -26,7 +26,4 @@ bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels);
 [[nodiscard]] bool has_pixels_before(const InputFile& file, std::uint64_t offset,
                                      std::uint16_t element);
 
-// Checks a file that is deflated as a whole (Deflated Explicit VR Little Endian).
-void check_deflated_dicom(const InputFile& file);
-
 }  // namespace multitetra

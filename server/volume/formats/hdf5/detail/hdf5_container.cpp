@@ -37,13 +37,7 @@ hid_t memory_type(StoredType type) {
   return types[static_cast<std::size_t>(type)];
 }
 
-#if H5_VERSION_GE(1, 12, 0)
-using ObjectInfo = H5O_info1_t;  // What H5Ovisit2 passes; 1.12 gave the old name to another type.
-#else
-using ObjectInfo = H5O_info_t;
-#endif
-
-herr_t note_dataset(hid_t group, const char* name, const ObjectInfo* info, void* found) {
+herr_t note_dataset(hid_t group, const char* name, const H5O_info_t* info, void* found) {
   if (info->type != H5O_TYPE_DATASET) return 0;
   auto& names = *static_cast<std::vector<std::string>*>(found);
   if (names.size() >= kMaxDatasets) return 1;
