@@ -1,6 +1,6 @@
 // Compressed samples in formats whose libraries read the rest: the pixel data of DICOM (raw, RLE,
-// fragments of JPEG, deflated as a whole), which must be complete or rejected. The first byte
-// selects the kind.
+// fragments of JPEG) and the elements before them, which must be complete or rejected. The first
+// byte selects the kind.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/dicom/detail/dicom_meta.hpp"
 #include "server/volume/formats/dicom/detail/dicom_pixels.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 #include "tests/fuzz/require.hpp"
@@ -60,9 +61,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       case 4:
         check_pixels(bytes, "1.2.840.10008.1.2.4.70", folder);
         break;
-      case 5:
-        check_deflated_dicom(InputFile(folder.file("d.dcm", bytes)));
+      case 5: {
+        const InputFile file(folder.file("d.dcm", bytes));
+        const std::uint64_t meta_end = dicom_meta_end(file);
+        require(meta_end < file.size());
+        check_dicom_elements(file, meta_end);
         break;
+      }
       default:
         break;
     }
