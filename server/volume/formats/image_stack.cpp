@@ -159,15 +159,15 @@ std::vector<std::string> numbering_notices(const fs::path& path,
     return {"'" + path.string() +
             "': some of its images have the same number; all are slices of one volume."};
   }
-  // Of several numbers that differ from image to image, the most even ones count them.
-  std::optional<std::vector<std::int64_t>> found;
-  for (const auto& of_place : numbers) {
-    if (of_place.size() != files.size()) continue;
-    std::vector<std::int64_t> of_these = missing_in(of_place);
-    if (!found || of_these.size() < found->size()) found = std::move(of_these);
-  }
-  if (!found || found->empty()) return {};
-  const std::vector<std::int64_t>& missing = *found;
+  // Of several numbers that differ from image to image, the most even and densest count them.
+  std::erase_if(numbers, [&](const auto& of_place) { return of_place.size() != files.size(); });
+  if (numbers.empty()) return {};
+  const auto unevenness = [](const std::set<std::int64_t>& of_place) {
+    return std::pair(missing_in(of_place).size(), *of_place.rbegin() - *of_place.begin());
+  };
+  const std::vector<std::int64_t> missing =
+      missing_in(*std::ranges::min_element(numbers, {}, unevenness));
+  if (missing.empty()) return {};
   std::string list;
   for (std::size_t i = 0; i < std::min(missing.size(), kMaxListed); ++i) {
     list += (i == 0 ? "" : ", ") + std::to_string(missing[i]);

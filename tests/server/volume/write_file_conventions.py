@@ -438,6 +438,7 @@ def numbered_images():
         return folder / name
 
     for name, files, notice in (("gap-pair", (f"s{i}_t{40 * i}.png" for i in (1, 2, 4, 5)), "3 is missing"),
+                                ("gap-dense", (f"t{1000 * i * i}_s{i}.png" for i in (1, 2, 40, 41)), "images, 3, 4, 5"),
                                 ("gap-long", (f"s2024010112000000000{i}.png" for i in (1, 2, 4, 5)), "3 is missing")):
         read(name, stack(name, *files), volume[:4], notice=notice)
     path = stack("same-number", "s1.png", "s2.png", "s3.png")
