@@ -112,7 +112,7 @@ class HelpFormatter : public FullHelp {
  public:
   std::string make_help(const CLI::App* app, std::string name,
                         CLI::AppFormatMode mode) const override {
-    if (mode == CLI::AppFormatMode::Sub) return make_expanded(app);
+    if (mode == CLI::AppFormatMode::Sub) return FullHelp::make_help(app, std::move(name), mode);
     if (mode == CLI::AppFormatMode::All) return page(app, name, mode);
     return EverydayHelp().page(app, name, mode);
   }
