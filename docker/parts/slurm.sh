@@ -7,7 +7,7 @@
 #
 # If DATASET does not end in .mtd, it is a folder, or s3://bucket/folder, of several datasets: times, labels or fields, each
 # made by one node. The last job then makes what is missing.
-# Without --cpus-per-task each part has one processor. VOLUME and DATASET are paths visible to all nodes.
+# Without --cpus-per-task each part has one processor. VOLUME and DATASET are paths visible to all nodes, or addresses.
 # PREPARE_OPTIONS="--pad 1 --pad-value 0" sets options for reading and preparing. A part that fails or loses its node
 # may be run again at any time (sbatch --requeue does so); then run multitetra-server prepare --merge -o DATASET,
 # or for a folder the same prepare without --part.

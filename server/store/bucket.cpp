@@ -6,6 +6,7 @@
 #include <set>
 #include <system_error>
 
+#include "common/base/atomic_file.hpp"
 #include "common/base/percent_encoded.hpp"
 #include "server/store/detail/bucket_listing.hpp"
 #include "server/store/detail/resolved_url.hpp"
@@ -28,13 +29,14 @@ std::string text_of(const HttpAnswer& answer) {
   return {reinterpret_cast<const char*>(answer.bytes.data()), answer.bytes.size()};
 }
 
+// `action` is "read", "list" and the like.
 [[noreturn]] void fail_with(const std::string& address, const HttpAnswer& answer,
-                            const std::string& what) {
+                            const char* action) {
   const std::string code = xml_element(text_of(answer), "Code");
   throw StoreError(address,
-                   what + ": the bucket returned status " + std::to_string(answer.status) +
+                   "the bucket returned status " + std::to_string(answer.status) +
                        (code.empty() ? "" : " (" + code + ")"),
-                   "Check the address, the network and the credentials");
+                   "Check the address, the network and the credentials", action);
 }
 
 [[noreturn]] void fail_listing(const std::string& folder, const std::string& problem) {
@@ -67,7 +69,7 @@ class Upload {
       : address_(address), place_(bucket_place(address)), client_(true, options) {
     const HttpAnswer answer = send("POST", "uploads=");
     id_ = xml_element(text_of(answer), "UploadId");
-    if (!answer.is_good() || id_.empty()) fail_with(address_, answer, "it cannot be written");
+    if (!answer.is_good() || id_.empty()) fail_with(address_, answer, "write");
   }
   ~Upload() {
     if (is_complete_) return;
@@ -85,7 +87,7 @@ class Upload {
         "partNumber=" + std::to_string(etags_.size() + 1) + "&uploadId=" + percent_encoded(id_),
         bytes);
     if (!answer.is_good() || answer.etag.empty())
-      fail_with(address_, answer, "it cannot be written");
+      fail_with(address_, answer, "write");
     etags_.push_back(answer.etag);
   }
 
@@ -106,10 +108,10 @@ class Upload {
     // A bucket may detect a failure after it has started a 200 response.
     if (answer.status == 412 || answer.status == 409) {
       throw StoreError(address_, "another file was written to this address in the meantime",
-                       "Check that file, then try again");
+                       "Check that file, then try again", "write");
     }
     if (!answer.is_good() || text_of(answer).find("<Error>") != std::string::npos) {
-      fail_with(address_, answer, "it cannot be written");
+      fail_with(address_, answer, "write");
     }
     is_complete_ = true;
   }
@@ -155,7 +157,7 @@ std::vector<std::string> list_bucket(const std::string& folder, std::string_view
         std::string("delimiter=%2F&list-type=2&prefix=") + percent_encoded(prefix);
     const HttpAnswer answer =
         client.send({.address = place.origin + "/?" + query, .most = kMaxAnswerBytes});
-    if (!answer.is_good()) fail_with(folder, answer, "it cannot be listed");
+    if (!answer.is_good()) fail_with(folder, answer, "list");
     const BucketListing listing = bucket_listing(text_of(answer));
     for (const std::string& key : listing.keys) {
       if (!key.ends_with(suffix)) continue;
@@ -181,7 +183,7 @@ std::optional<StoredObject> find_object(const std::string& address, std::size_t 
                                    .most = std::max<std::uint64_t>(bytes, kMaxAnswerBytes)});
   if (answer.status == 404) return std::nullopt;
   if (answer.status == 416) return StoredObject{.etag = answer.etag, .begin = {}};  // It is empty.
-  if (!answer.is_good()) fail_with(address, answer, "it cannot be read");
+  if (!answer.is_good()) fail_with(address, answer, "read");
   return StoredObject{.etag = answer.etag, .begin = std::move(answer.bytes)};
 }
 
@@ -192,6 +194,7 @@ void upload_file(const fs::path& file, const std::string& address, const UploadC
   std::ifstream stream(file, std::ios::binary);
   std::vector<std::byte> part;
   Upload upload(address, options);
+  if (size == 0) upload.add_part({});
   for (std::uint64_t done = 0; done < size; done += part.size()) {
     part.resize(static_cast<std::size_t>(
         std::min(std::max(kPartBytes, size / kMaxParts + 1), size - done)));
@@ -203,6 +206,40 @@ void upload_file(const fs::path& file, const std::string& address, const UploadC
     if (progress) progress(static_cast<double>(done + part.size()) / static_cast<double>(size));
   }
   upload.complete(condition);
+}
+
+bool download_file(const std::string& address, const fs::path& file,
+                   const HttpStoreOptions& options) {
+  const ResolvedUrl place = bucket_place(address);
+  StoreClient client(true, options);
+  AtomicFile into(file);
+  std::vector<std::string> same_version;
+  std::uint64_t done = 0;
+  std::uint64_t size = 0;
+  do {
+    const HttpAnswer answer =
+        client.send({.address = place.address(),
+                     .range = StoreRange{.first = done, .length = kPartBytes},
+                     .headers = same_version,
+                     .most = kPartBytes});
+    if (answer.status == 404) return false;
+    if (answer.status == 416 && done == 0) break;  // It is empty.
+    if (!answer.is_good() || answer.bytes.empty()) fail_with(address, answer, "read");
+    into.write_at(done, answer.bytes);
+    done += answer.bytes.size();
+    size = answer.total;
+    same_version = {"If-Match: " + answer.etag};
+  } while (done < size);
+  into.commit(Durability::kProcessEnd);
+  return true;
+}
+
+void remove_object(const std::string& address, const HttpStoreOptions& options) {
+  StoreClient client(true, options);
+  const HttpAnswer answer = client.send({.address = bucket_place(address).address(),
+                                         .method = "DELETE",
+                                         .most = kMaxAnswerBytes});
+  if (!answer.is_good() && answer.status != 404) fail_with(address, answer, "remove");
 }
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-// Lists the objects of a bucket (s3://bucket/...) and uploads files to it.
+// Lists the objects of a bucket (s3://bucket/...), uploads files to it, downloads and removes them.
 #pragma once
 
 #include <cstddef>
@@ -56,5 +56,14 @@ struct UploadCondition {
 void upload_file(const std::filesystem::path& file, const std::string& address,
                  const UploadCondition& condition, const HttpStoreOptions& options = {},
                  const std::function<void(double fraction)>& progress = {});
+
+// Writes an object to a file, which appears complete or not at all. Returns false if there is no
+// such object. Throws StoreError, also if the object is replaced meanwhile, and std::system_error
+// if the file cannot be written.
+bool download_file(const std::string& address, const std::filesystem::path& file,
+                   const HttpStoreOptions& options = {});
+
+// Removes an object, if there is one. Throws StoreError.
+void remove_object(const std::string& address, const HttpStoreOptions& options = {});
 
 }  // namespace multitetra

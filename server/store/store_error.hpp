@@ -13,11 +13,12 @@ namespace multitetra {
 // place, the problem and a remedy, in one line without passwords.
 class StoreError : public std::runtime_error {
  public:
-  // "Cannot read '<place>': <problem>. <remedy>."
-  StoreError(const std::string& place, const std::string& problem, const std::string& remedy)
-      : std::runtime_error(printable(
-            "Cannot read '" + without_password(place) + "': " + problem + ". " + remedy + ".",
-            /*keeps_lines=*/false)) {}
+  // "Cannot read '<place>': <problem>. <remedy>.", or another action.
+  StoreError(const std::string& place, const std::string& problem, const std::string& remedy,
+             const std::string& action = "read")
+      : std::runtime_error(printable("Cannot " + action + " '" + without_password(place) +
+                                         "': " + problem + ". " + remedy + ".",
+                                     /*keeps_lines=*/false)) {}
 };
 
 // A store that denies access to an object (401, 403), which may or may not exist.

@@ -235,6 +235,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
             return self.answer(412)
         numbers = re.findall(rb"<PartNumber>(\d+)</PartNumber><ETag>([^<]+)</ETag>", body)
         data = b"".join((parts / number.decode()).read_bytes() for number, _ in numbers)
+        file.parent.mkdir(parents=True, exist_ok=True)
         file.write_bytes(data)
         shutil.rmtree(parts)
         return self.answer(200, b"<CompleteMultipartUploadResult/>")
@@ -251,7 +252,11 @@ class Handler(http.server.BaseHTTPRequestHandler):
     def do_DELETE(self):
         if not (taken := self.take()):
             return None
-        shutil.rmtree(uploads[taken[2]["uploadId"][0]])
+        _, file, query = taken
+        if "uploadId" in query:
+            shutil.rmtree(uploads[query["uploadId"][0]])
+        else:
+            file.unlink(missing_ok=True)
         return self.answer(204)
 
     def log_message(self, *arguments):

@@ -6,7 +6,7 @@
     multitetra.dask.prepare(Client(cluster), array, "/shared/big.mtd", spacing=(1, 1, 2))
     multitetra.dask.prepare_series(Client(cluster), "/shared/heart4d.nii.gz", "/shared/heart", "--all-times")
 
-The workers and this process share the folder of the output, and import multitetra.
+The workers and this process share the folder or the bucket of the output, and import multitetra.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ def prepare(client: Any, data: Any, output: Any, *, parts: Optional[int] = None,
         As of `multitetra.Volume`; each worker reads the slabs that its parts need, so dask and Zarr arrays and paths are not copied
         to every worker.
     output : path
-        A file in a folder that all workers share. Parts that an earlier, interrupted call has made with the same arguments stay.
+        A file in a folder that all workers share, or ``s3://bucket/big.mtd``, whose parts go through the bucket and are merged on
+        one worker's disk. Parts that an earlier, interrupted call has made with the same arguments stay.
     parts : int, optional
         Two for each worker by default.
     pad_value, pad, **how
@@ -44,15 +45,15 @@ def prepare(client: Any, data: Any, output: Any, *, parts: Optional[int] = None,
     Returns
     -------
     str
-        The path of the file.
+        The path of the file, or its address.
     """
-    output = os.path.abspath(os.fspath(output))
+    output = _whole(output)
     if parts is None:
         parts = max(1, 2 * len(client.scheduler_info()["workers"]))
     if isinstance(data, np.ndarray):
         data = client.scatter(data, broadcast=True)
     elif isinstance(data, (str, os.PathLike)):
-        data = os.fspath(data) if "://" in os.fspath(data) else os.path.abspath(os.fspath(data))
+        data = _whole(data)
     notices = client.submit(_plan, data, output, parts, pad_value, pad, how, pure=False).result()
     client.gather([client.submit(_part, data, output, part, how, pure=False) for part in range(parts)])
     client.submit(_merge, output, pure=False).result()
@@ -85,7 +86,7 @@ def prepare_series(client: Any, source: Any, output: Any, *options: str, parts: 
     VolumeError
         If a dataset cannot be prepared; those of other tasks stay.
     """
-    source, output = (place if "://" in place else os.path.abspath(place) for place in map(os.fspath, (source, output)))
+    source, output = _whole(source), _whole(output)
     command = ("prepare", source, "-o", output, "--quiet", *options)
     if parts is None:
         parts = max(1, 2 * len(client.scheduler_info()["workers"]))
@@ -93,6 +94,12 @@ def prepare_series(client: Any, source: Any, output: Any, *options: str, parts: 
     client.gather([client.submit(_run, share, pure=False) for share in shares])
     client.submit(_run, command, pure=False).result()  # Also removes times, labels and fields that the source no longer has.
     return output
+
+
+def _whole(place):
+    """Addresses as they are, paths from the root, since workers run in other folders."""
+    place = os.fspath(place)
+    return place if "://" in place else os.path.abspath(place)
 
 
 def _run(command):

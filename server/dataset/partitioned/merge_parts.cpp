@@ -8,10 +8,12 @@
 #include "server/core/spectrum/prepared_volume.hpp"
 #include "server/dataset/brick_codec.hpp"
 #include "server/dataset/dataset_writer.hpp"
+#include "server/dataset/partitioned/detail/bucket_parts.hpp"
 #include "server/dataset/partitioned/detail/part_files.hpp"
 #include "server/dataset/partitioned/part_plan.hpp"
 #include "server/dataset/partitioned/prepare_parts.hpp"
 #include "server/dataset/prepared_format.hpp"
+#include "server/store/http_options.hpp"
 
 namespace multitetra {
 namespace {
@@ -196,10 +198,19 @@ class PartMerger {
 
 }  // namespace
 
-DatasetInfo merge_parts(const fs::path& dataset, const PartOptions& options) {
-  const DatasetInfo info = PartMerger(dataset, options).merge();
-  remove_parts(dataset);
-  return info;
+MergedDataset merge_parts(const fs::path& dataset, const PartOptions& options) {
+  if (!is_address(dataset.string())) {
+    DatasetInfo info = PartMerger(dataset, options).merge();
+    remove_parts(dataset);
+    return {.info = std::move(info), .file_bytes = fs::file_size(dataset)};
+  }
+  const BucketParts parts(dataset);
+  parts.fetch_plan();
+  parts.fetch_parts();
+  MergedDataset merged =
+      parts.run([&](const fs::path& file) { return merge_parts(file, options); });
+  parts.finish();
+  return merged;
 }
 
 }  // namespace multitetra

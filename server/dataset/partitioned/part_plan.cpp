@@ -11,7 +11,9 @@
 #include "common/mesh/checksum.hpp"
 #include "server/core/framework/axes.hpp"
 #include "server/dataset/brick_order.hpp"
+#include "server/dataset/partitioned/detail/bucket_parts.hpp"
 #include "server/dataset/partitioned/detail/part_files.hpp"
+#include "server/store/http_options.hpp"
 
 namespace multitetra {
 namespace {
@@ -182,20 +184,34 @@ std::filesystem::path plan_file(const std::filesystem::path& dataset) {
   return parts_folder(dataset) / "plan.json";
 }
 
+void fail_without_plan(const std::filesystem::path& dataset) {
+  throw DatasetFileError(
+      plan_file(dataset),
+      "the plan does not exist. Create it with: multitetra-server prepare VOLUME -o " +
+          dataset.string() + " --plan PARTS");
+}
+
 StoredPlan plan_of(const std::filesystem::path& dataset) {
+  if (is_address(dataset.string())) {
+    const BucketParts parts(dataset);
+    parts.fetch_plan();
+    return parts.run([](const std::filesystem::path& file) { return plan_of(file); });
+  }
   const std::filesystem::path file = plan_file(dataset);
   const auto text = small_text(file);
-  if (!text) {
-    throw DatasetFileError(
-        file, "the plan does not exist. Create it with: multitetra-server prepare VOLUME -o " +
-                  dataset.string() + " --plan PARTS");
-  }
+  if (!text) fail_without_plan(dataset);
   auto plan = parse_plan(*text);
   if (!plan) throw DatasetFileError(file, plan.error().text);
   return {.plan = *std::move(plan), .id = checksum(std::as_bytes(std::span(*text)))};
 }
 
 void write_plan(const std::filesystem::path& dataset, const PartPlan& plan) {
+  if (is_address(dataset.string())) {
+    const BucketParts parts(dataset);
+    parts.run([&](const std::filesystem::path& file) { write_plan(file, plan); });
+    parts.send_plan();
+    return;
+  }
   write_whole(plan_file(dataset), plan_text(plan));
 }
 

@@ -17,10 +17,12 @@
 #include "server/core/spectrum/spectrum_inputs.hpp"
 #include "server/dataset/brick_layers.hpp"
 #include "server/dataset/bricked_samples.hpp"
+#include "server/dataset/partitioned/detail/bucket_parts.hpp"
 #include "server/dataset/partitioned/detail/part_files.hpp"
 #include "server/dataset/partitioned/part_plan.hpp"
 #include "server/dataset/partitioned/prepare_parts.hpp"
 #include "server/dataset/prepared_format.hpp"
+#include "server/store/http_options.hpp"
 #include "server/volume/volume_source.hpp"
 
 namespace multitetra {
@@ -283,7 +285,14 @@ class PartMaker {
 
 void prepare_part(VolumeSource& source, const fs::path& dataset, std::size_t part,
                   const PartOptions& options) {
-  PartMaker(source, dataset, part, options).make();
+  if (!is_address(dataset.string())) {
+    PartMaker(source, dataset, part, options).make();
+    return;
+  }
+  const BucketParts parts(dataset);
+  parts.fetch_plan();
+  parts.run([&](const fs::path& file) { PartMaker(source, file, part, options).make(); });
+  parts.send_part(part);
 }
 
 }  // namespace multitetra

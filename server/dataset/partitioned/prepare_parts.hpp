@@ -6,7 +6,9 @@
 //   merge_parts("head.mtd");                                              // Now it can be served.
 //
 // The plan and the parts are stored in the folder "head.mtd.parts", which all machines share or
-// into which the parts are copied before the merge.
+// into which the parts are copied before the merge. All functions also accept a dataset in a bucket
+// (s3://volumes/head.mtd): parts are made and merged in a temporary folder, so the merge needs
+// the disk space of all of them. They throw StoreError if the bucket fails.
 //
 // Guaranteed: the result is bit for bit the file that a single process writes, for any number of
 // parts. A part appears complete or not at all, and preparing it again gives the same bytes. A
@@ -37,8 +39,12 @@ struct PartOptions {
 void prepare_part(VolumeSource& source, const std::filesystem::path& dataset, std::size_t part,
                   const PartOptions& options = {});
 
+struct MergedDataset {
+  DatasetInfo info;
+  std::uint64_t file_bytes = 0;
+};
 // Writes the dataset and removes the files of the parts. Throws DatasetFileError, changing nothing,
 // if parts are missing or damaged.
-DatasetInfo merge_parts(const std::filesystem::path& dataset, const PartOptions& options = {});
+MergedDataset merge_parts(const std::filesystem::path& dataset, const PartOptions& options = {});
 
 }  // namespace multitetra

@@ -1,7 +1,5 @@
 #include "server/programs/prepare/dataset_output.hpp"
 
-#include <cerrno>
-#include <cstdlib>
 #include <string>
 #include <system_error>
 
@@ -12,14 +10,6 @@ namespace multitetra {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path new_temporary_folder() {
-  std::string name = (fs::temp_directory_path() / "multitetra.XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) {
-    throw std::system_error(errno, std::generic_category(), "Cannot create " + name);
-  }
-  return name;
-}
 
 [[noreturn]] void refuse_to_replace(const fs::path& output) {
   throw ExitError(kUsage, "--output: " + output.string() +
@@ -48,17 +38,11 @@ DatasetOutput::DatasetOutput(const fs::path& output, bool force) : output_(outpu
   using Kind = UploadCondition::Kind;
   condition_ = {.kind = force ? Kind::kAny : (existing ? Kind::kSameVersion : Kind::kAbsent),
                 .etag = existing ? existing->etag : ""};
-  temporary_ = new_temporary_folder();
-  file_ = temporary_ / "dataset.mtd";
-}
-
-DatasetOutput::~DatasetOutput() {
-  std::error_code ignored;
-  if (!temporary_.empty()) fs::remove_all(temporary_, ignored);
+  file_ = temporary_.emplace().path() / "dataset.mtd";
 }
 
 void DatasetOutput::finish(const std::function<void(double fraction)>& progress) {
-  if (!temporary_.empty()) upload_file(file_, output_.string(), condition_, {}, progress);
+  if (temporary_) upload_file(file_, output_.string(), condition_, {}, progress);
 }
 
 fs::path scratch_folder(const fs::path& output) {

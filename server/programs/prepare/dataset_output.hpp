@@ -8,7 +8,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 
+#include "common/base/scratch_folder.hpp"
 #include "server/store/bucket.hpp"
 
 namespace multitetra {
@@ -18,9 +20,6 @@ class DatasetOutput {
   // Throws ExitError unless the name ends in .mtd and, without `force`, is unused or belongs to an
   // older dataset. Throws StoreError if a bucket cannot be read.
   DatasetOutput(const std::filesystem::path& output, bool force);
-  ~DatasetOutput();
-  DatasetOutput(const DatasetOutput&) = delete;
-  DatasetOutput& operator=(const DatasetOutput&) = delete;
 
   // The file to write.
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }
@@ -32,7 +31,7 @@ class DatasetOutput {
  private:
   std::filesystem::path output_;
   std::filesystem::path file_;
-  std::filesystem::path temporary_;  // A folder; empty if unused.
+  std::optional<ScratchFolder> temporary_;  // For outputs in a bucket.
   UploadCondition condition_;
 };
 

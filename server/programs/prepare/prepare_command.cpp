@@ -32,10 +32,6 @@ int prepare_in_parts(const PrepareArguments& arguments) {
   if ((parts.plan > 0) + !parts.part.empty() + parts.merge != 1) {
     throw ExitError(kUsage, "--plan, --part and --merge exclude each other; give one of them.");
   }
-  if (is_address(arguments.output)) {
-    throw ExitError(kUsage, "--output: parts are merged into a local file, not " +
-                                arguments.output + "; copy it afterwards.");
-  }
   (void)DatasetOutput(arguments.output, arguments.force);
   if (arguments.inputs.size() != (parts.merge ? 0U : 1U)) {
     throw ExitError(kUsage, "--plan and --part require one volume, --merge none; " +
@@ -211,7 +207,7 @@ constexpr const char* kPrepareExamples =
     "  multitetra-server prepare flow_*.vti --time-series flow --times 0:0.1 --time-unit s -o "
     "flow/\n"
     "  multitetra-server prepare run.vti --field pressure,temperature -o run/\n"
-    "On several machines, in a shared folder, or copying big.mtd.parts together:\n"
+    "On several machines, in a shared folder or a bucket, or copying big.mtd.parts together:\n"
     "  multitetra-server prepare big.nrrd -o big.mtd --plan 8 | xargs -P 8 -d '\\n"
     "' -n 1 sh -c\n"
     "  multitetra-server prepare --merge -o big.mtd\n"

@@ -1,6 +1,5 @@
 #include "server/programs/prepare/prepare_parts_command.hpp"
 
-#include <filesystem>
 #include <iostream>
 #include <utility>
 
@@ -107,16 +106,15 @@ int make_part(VolumeSource& source, const std::string& output, const std::string
 int merge(const std::string& output, const PartsReport& report) {
   Progress progress("merge", 2, report.quiet || report.json);
   std::string pass;
-  const DatasetInfo merged = merge_parts(output, with_progress(progress, pass));
+  const MergedDataset merged = merge_parts(output, with_progress(progress, pass));
   progress.finish();
-  const std::uint64_t bytes = std::filesystem::file_size(output);
   if (report.json) {
     std::cout << text_of({{"output", output},
-                          {"dataset", json_of(merged)},
-                          {"file_bytes", bytes},
+                          {"dataset", json_of(merged.info)},
+                          {"file_bytes", merged.file_bytes},
                           {"seconds", progress.seconds()}});
   } else if (!report.quiet) {
-    std::cout << output << ": \"" << merged.name << "\", " << human_bytes(bytes) << "\n"
+    std::cout << output << ": \"" << merged.info.name << "\", " << human_bytes(merged.file_bytes) << "\n"
               << "Next: multitetra-server serve " << output << "\n";
   }
   return kOk;

@@ -1,16 +1,14 @@
 #include "server/programs/view/volume_queue.hpp"
 
-#include <cerrno>
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <iostream>
-#include <system_error>
 #include <utility>
 
 #include "common/base/exit_codes.hpp"
 #include "common/base/in_parallel.hpp"
 #include "common/base/number_text.hpp"
+#include "common/base/scratch_folder.hpp"
 #include "common/cli/program.hpp"
 #include "common/dataset/same_world.hpp"
 #include "server/dataset/label_detection.hpp"
@@ -38,22 +36,12 @@ class VolumeQueue::Folders {
                   << " The prepared datasets are temporary." << std::endl;
       }
     }
-    std::string name = (fs::temp_directory_path() / "multitetra-view.XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) {
-      throw std::system_error(errno, std::generic_category(), "Cannot create " + name);
-    }
-    temporary_ = name;
+    temporary_.emplace();
   }
-  ~Folders() {
-    std::error_code ignored;
-    if (!temporary_.empty()) fs::remove_all(temporary_, ignored);
-  }
-  Folders(const Folders&) = delete;
-  Folders& operator=(const Folders&) = delete;
 
   std::string folder_for(const PrepareArguments& preparation) {
     if (cache_) return cache_->entry(cache_key(preparation)).string();
-    const fs::path folder = temporary_ / std::to_string(count_++);
+    const fs::path folder = temporary_->path() / std::to_string(count_++);
     fs::create_directory(folder);
     return folder.string();
   }
@@ -63,7 +51,7 @@ class VolumeQueue::Folders {
 
  private:
   std::optional<DatasetCache> cache_;
-  fs::path temporary_;
+  std::optional<ScratchFolder> temporary_;
   int count_ = 0;
 };
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/store/store_error.hpp"
-#include "tests/support/folder_server.hpp"
+#include "tests/support/served_bucket.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
@@ -22,17 +22,6 @@ const HttpStoreOptions kQuick = {.max_attempts = 2,
 
 class BucketTest : public ::testing::Test {
  protected:
-  BucketTest() : server_(folder_.path()) {
-    setenv("AWS_ENDPOINT_URL", (server_.address() + "/s3").c_str(), 1);
-    setenv("AWS_ACCESS_KEY_ID", "reader", 1);
-    setenv("AWS_SECRET_ACCESS_KEY", "a secret", 1);
-  }
-  ~BucketTest() override {
-    for (const char* const name :
-         {"AWS_ENDPOINT_URL", "AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY", "AWS_SESSION_TOKEN"}) {
-      unsetenv(name);
-    }
-  }
   // Returns a file of more than two parts.
   [[nodiscard]] fs::path large_file() const {
     std::string text((std::size_t{33} << 20) + 5, 'a');
@@ -58,8 +47,8 @@ class BucketTest : public ::testing::Test {
     return files;
   }
 
-  const TemporaryFolder folder_;
-  const FolderServer server_;
+  const ServedBucket bucket_;
+  const TemporaryFolder& folder_ = bucket_.folder();
 };
 
 TEST_F(BucketTest, ListsOnlyObjectsDirectlyBelowTheFolder) {
@@ -169,6 +158,24 @@ TEST_F(BucketTest, AbortsAnUploadThatFails) {
             }).find("InternalError"),
             std::string::npos);
   EXPECT_EQ(files_in_bucket(), 1U);
+}
+
+TEST_F(BucketTest, DownloadsAndRemovesObjects) {
+  const fs::path file = large_file();
+  folder_.file("empty", "");
+  const TemporaryFolder into;
+  for (const char* const name : {"large", "empty"}) {
+    EXPECT_TRUE(download_file(std::string("s3://volumes/") + name, into.path() / name, kQuick));
+    EXPECT_TRUE(bytes_of_file(into.path() / name) == bytes_of_file(folder_.path() / name)) << name;
+  }
+  EXPECT_FALSE(download_file("s3://volumes/none", into.path() / "none", kQuick));
+  EXPECT_EQ(entries_of(into.path()), 2U);
+  upload_file(into.path() / "empty", "s3://volumes/new", {}, kQuick);
+  EXPECT_EQ(bytes_of_file(folder_.path() / "new"), "");
+  remove_object("s3://volumes/large", kQuick);
+  remove_object("s3://volumes/none", kQuick);
+  EXPECT_FALSE(fs::exists(file));
+  EXPECT_EQ(files_in_bucket(), 2U);
 }
 
 TEST(BucketFolders, StripTheSuffix) {

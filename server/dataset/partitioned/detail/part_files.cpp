@@ -60,16 +60,6 @@ std::uint64_t checksum_of(std::uint64_t bytes, const Read& read) {
   return sum.value();
 }
 
-// Returns whether the name is that of a part's file, of this plan or an earlier one: "3.bricks".
-bool is_part_file(const fs::path& file) {
-  constexpr std::array<std::string_view, 6> kSuffixes = {".bricks", ".index",  ".ranges",
-                                                         ".coarse", ".curves", ".json"};
-  const std::string stem = file.stem().string();
-  return stem.find_first_not_of("0123456789") == std::string::npos &&
-         std::find(kSuffixes.begin(), kSuffixes.end(), file.extension().string()) !=
-             kSuffixes.end();
-}
-
 }  // namespace
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ArrayFacts, bytes, checksum)
@@ -219,8 +209,15 @@ Result<PartRecord> parse_record(std::string_view text) {
   }
 }
 
-fs::path part_file(const fs::path& dataset, std::size_t part, const char* suffix) {
-  return parts_folder(dataset) / (std::to_string(part + 1) + suffix);
+fs::path part_file(const fs::path& dataset, std::size_t part, std::string_view suffix) {
+  return parts_folder(dataset) / (std::to_string(part + 1) + std::string(suffix));
+}
+
+bool is_part_file(const fs::path& file) {
+  const std::string stem = file.stem().string();
+  return stem.find_first_not_of("0123456789") == std::string::npos &&
+         std::find(kPartSuffixes.begin(), kPartSuffixes.end(), file.extension().string()) !=
+             kPartSuffixes.end();
 }
 
 void remove_parts(const fs::path& dataset) {

@@ -10,6 +10,7 @@
 //     head.mtd.parts/3.json      the record: the plan, sizes and checksums of these files
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -111,9 +112,17 @@ struct PartRecord {
 [[nodiscard]] std::string record_text(const PartRecord& record);
 [[nodiscard]] Result<PartRecord> parse_record(std::string_view text);
 
+// In the order in which they are written.
+inline constexpr std::array<std::string_view, 6> kPartSuffixes = {".bricks", ".index",  ".ranges",
+                                                                  ".coarse", ".curves", ".json"};
+
 // Returns "head.mtd.parts/3.json" for part 2.
 [[nodiscard]] std::filesystem::path part_file(const std::filesystem::path& dataset,
-                                              std::size_t part, const char* suffix);
+                                              std::size_t part, std::string_view suffix);
+// Returns whether the name is that of a part's file, of this plan or an earlier one.
+[[nodiscard]] bool is_part_file(const std::filesystem::path& file);
+
+[[noreturn]] void fail_without_plan(const std::filesystem::path& dataset);
 
 // Removes the plan and the files of parts, and their folder if nothing else is in it. Leaves what
 // cannot be removed.

@@ -16,6 +16,9 @@
 #include "tests/support/prepared_fields.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/volume_in_memory.hpp"
+#ifdef MULTITETRA_SERVE_FOLDER
+#include "tests/support/served_bucket.hpp"
+#endif
 
 namespace multitetra {
 namespace {
@@ -154,6 +157,28 @@ TEST(PrepareParts, AcceptPartsCopiedIntoOneFolder) {
   merge_parts(folder.path() / "all.mtd");
   EXPECT_EQ(content_of(folder.path()), expected);
 }
+
+#ifdef MULTITETRA_SERVE_FOLDER
+
+TEST(PrepareParts, WriteTheSameDatasetThroughABucket) {
+  const ServedBucket bucket;
+  const fs::path dataset = "s3://volumes/of/all.mtd";
+  const PreparedSetting setting = settings().front();
+  expect_missing(dataset, "'s3://volumes/of/all.mtd.parts/plan.json': the plan does not exist");
+  plan(setting, dataset, 7);  // Some of them are empty.
+  for (const std::size_t part : {6U, 0U, 3U, 4U, 5U, 2U}) make_part(setting, dataset, part);
+  bucket.folder().file("of/all.mtd.parts/notes.txt", "mine");
+  expect_missing(dataset, "'s3://volumes/of/all.mtd.parts': missing parts: 2 (of 7)");
+  make_part(setting, dataset, 1);
+  const auto expected = by_one_process(setting);
+  EXPECT_EQ(merge_parts(dataset).file_bytes, expected.at("all.mtd").size());
+  const auto found = content_of(bucket.folder().path());
+  EXPECT_EQ(found.size(), 2U);
+  EXPECT_EQ(found.at("of/all.mtd"), expected.at("all.mtd"));
+  EXPECT_EQ(found.at("of/all.mtd.parts/notes.txt"), "mine");
+}
+
+#endif
 
 TEST(PrepareParts, LeaveOtherFilesInTheirFolder) {
   const PreparedSetting setting = settings().front();
