@@ -1,4 +1,4 @@
-// Temporary storage in an unnamed file, or in memory.
+// Temporary storage in an unnamed file, in a folder, or in memory.
 #pragma once
 
 #include <atomic>
@@ -39,6 +39,22 @@ class ScratchMemory : public Scratch {
  private:
   mutable std::mutex mutex_;  // Guards `bytes_`.
   std::vector<std::byte> bytes_;
+};
+
+// A folder in the system's temporary folder (TMPDIR), which only its owner may enter, deleted with
+// its content at the end.
+class ScratchFolder {
+ public:
+  // Throws std::system_error with the folder's name and the system's reason.
+  ScratchFolder();
+  ~ScratchFolder();
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
 };
 
 }  // namespace multitetra

@@ -86,8 +86,7 @@ class Upload {
         "PUT",
         "partNumber=" + std::to_string(etags_.size() + 1) + "&uploadId=" + percent_encoded(id_),
         bytes);
-    if (!answer.is_good() || answer.etag.empty())
-      fail_with(address_, answer, "write");
+    if (!answer.is_good() || answer.etag.empty()) fail_with(address_, answer, "write");
     etags_.push_back(answer.etag);
   }
 
@@ -217,11 +216,10 @@ bool download_file(const std::string& address, const fs::path& file,
   std::uint64_t done = 0;
   std::uint64_t size = 0;
   do {
-    const HttpAnswer answer =
-        client.send({.address = place.address(),
-                     .range = StoreRange{.first = done, .length = kPartBytes},
-                     .headers = same_version,
-                     .most = kPartBytes});
+    const HttpAnswer answer = client.send({.address = place.address(),
+                                           .range = StoreRange{.first = done, .length = kPartBytes},
+                                           .headers = same_version,
+                                           .most = kPartBytes});
     if (answer.status == 404) return false;
     if (answer.status == 416 && done == 0) break;  // It is empty.
     if (!answer.is_good() || answer.bytes.empty()) fail_with(address, answer, "read");
@@ -236,9 +234,8 @@ bool download_file(const std::string& address, const fs::path& file,
 
 void remove_object(const std::string& address, const HttpStoreOptions& options) {
   StoreClient client(true, options);
-  const HttpAnswer answer = client.send({.address = bucket_place(address).address(),
-                                         .method = "DELETE",
-                                         .most = kMaxAnswerBytes});
+  const HttpAnswer answer = client.send(
+      {.address = bucket_place(address).address(), .method = "DELETE", .most = kMaxAnswerBytes});
   if (!answer.is_good() && answer.status != 404) fail_with(address, answer, "remove");
 }
 

@@ -10,7 +10,7 @@
 #include <functional>
 #include <optional>
 
-#include "common/base/scratch_folder.hpp"
+#include "common/base/scratch_file.hpp"
 #include "server/store/bucket.hpp"
 
 namespace multitetra {

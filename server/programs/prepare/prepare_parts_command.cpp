@@ -114,7 +114,8 @@ int merge(const std::string& output, const PartsReport& report) {
                           {"file_bytes", merged.file_bytes},
                           {"seconds", progress.seconds()}});
   } else if (!report.quiet) {
-    std::cout << output << ": \"" << merged.info.name << "\", " << human_bytes(merged.file_bytes) << "\n"
+    std::cout << output << ": \"" << merged.info.name << "\", " << human_bytes(merged.file_bytes)
+              << "\n"
               << "Next: multitetra-server serve " << output << "\n";
   }
   return kOk;

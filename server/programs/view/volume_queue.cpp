@@ -8,7 +8,7 @@
 #include "common/base/exit_codes.hpp"
 #include "common/base/in_parallel.hpp"
 #include "common/base/number_text.hpp"
-#include "common/base/scratch_folder.hpp"
+#include "common/base/scratch_file.hpp"
 #include "common/cli/program.hpp"
 #include "common/dataset/same_world.hpp"
 #include "server/dataset/label_detection.hpp"

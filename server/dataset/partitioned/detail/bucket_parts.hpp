@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-#include "common/base/scratch_folder.hpp"
+#include "common/base/scratch_file.hpp"
 #include "server/dataset/byte_source.hpp"
 
 namespace multitetra {
