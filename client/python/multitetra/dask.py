@@ -51,7 +51,8 @@ def prepare(client: Any, data: Any, output: Any, *, parts: Optional[int] = None,
     if parts is None:
         parts = max(1, 2 * len(client.scheduler_info()["workers"]))
     if isinstance(data, np.ndarray):
-        data = client.scatter(data, broadcast=True)
+        # Under a key of its own: Dask loses data that is sent again while what had the same hash is being released.
+        data = client.scatter(data, broadcast=True, hash=False)
     elif isinstance(data, (str, os.PathLike)):
         data = _whole(data)
     notices = client.submit(_plan, data, output, parts, pad_value, pad, how, pure=False).result()

@@ -56,6 +56,20 @@ class Surfaces(unittest.TestCase):
     def run_server(self, *words):
         return subprocess.run([PROGRAMS / "multitetra-server", *words], check=True, capture_output=True, text=True).stdout
 
+    def serve_bucket(self):
+        """Lets s3://volumes/ lead to a folder, which it returns, in processes that are started after it."""
+        (self.path / "bucket").mkdir()
+        program = pathlib.Path(__file__).parents[2] / "support" / "serve_folder.py"
+        server = subprocess.Popen([sys.executable, program, self.path / "bucket"], stdout=subprocess.PIPE, text=True)
+        self.addCleanup(server.communicate)
+        self.addCleanup(server.terminate)
+        endpoint = server.stdout.readline().split()[0] + "/s3"
+        keys = {"AWS_ENDPOINT_URL": endpoint, "AWS_ACCESS_KEY_ID": "reader", "AWS_SECRET_ACCESS_KEY": "a secret"}
+        replaced = unittest.mock.patch.dict(os.environ, keys)
+        replaced.start()
+        self.addCleanup(replaced.stop)
+        return self.path / "bucket"
+
     def test_equals_the_command_line(self):
         np.save(self.path / "ball.npy", ball())
         self.run_server("prepare", self.path / "ball.npy", "-o", self.path / "ball.mtd", "--samples-only", "--spacing", "3,2,1", "--quiet")
@@ -145,12 +159,18 @@ class Surfaces(unittest.TestCase):
         samples = np.random.default_rng(1).standard_normal((40, 50, 150), np.float32)
         alone = multitetra.prepare(samples, self.path / "alone.mtd", spacing=(1, 2, 3), pad_value=0)
         np.save(self.path / "samples.npy", samples)
+        bucket = self.serve_bucket()
         with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, distributed.Client(cluster) as client:
+            made = multitetra.dask.prepare(client, samples, "s3://volumes/made.mtd", parts=3, spacing=(1, 2, 3), pad_value=0)
+            self.assertEqual(made, "s3://volumes/made.mtd")
+            self.assertEqual((bucket / "made.mtd").read_bytes(), pathlib.Path(alone).read_bytes())
+            with self.assertRaisesRegex(multitetra.VolumeError, "Cannot .* 's3://elsewhere/.*status 403"):
+                multitetra.dask.prepare(client, samples, "s3://elsewhere/made.mtd")
             for data in (samples, dask.array.from_array(samples, chunks=(16, 50, 150))):
                 made = multitetra.dask.prepare(client, data, self.path / "made.mtd", parts=3, spacing=(1, 2, 3), pad_value=0)
                 self.assertEqual(pathlib.Path(made).read_bytes(), pathlib.Path(alone).read_bytes())
                 os.remove(made)
-        self.assertEqual(sorted(file.name for file in self.path.iterdir()), ["alone.mtd", "samples.npy"])
+        self.assertEqual(sorted(file.name for file in self.path.iterdir()), ["alone.mtd", "bucket", "samples.npy"])
 
     @needs("distributed")
     def test_dask_prepares_times_as_one_machine_does(self):

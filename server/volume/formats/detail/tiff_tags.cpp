@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "common/base/text.hpp"
+#include "server/volume/formats/detail/numbered_files.hpp"
 #include "server/volume/formats/detail/xml_document.hpp"
 #include "server/volume/formats/endian.hpp"
 
