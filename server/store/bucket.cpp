@@ -226,7 +226,7 @@ bool download_file(const std::string& address, const fs::path& file,
     into.write_at(done, answer.bytes);
     done += answer.bytes.size();
     size = answer.total;
-    same_version = {"If-Match: " + answer.etag};
+    if (!answer.etag.empty()) same_version = {"If-Match: " + answer.etag};
   } while (done < size);
   into.commit(Durability::kProcessEnd);
   return true;
