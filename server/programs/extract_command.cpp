@@ -12,6 +12,7 @@
 #include "server/core/planning/budget.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/normal_encoder.hpp"
+#include "server/extraction/surface_extractor.hpp"
 #include "server/extraction/touching_extraction.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/local_output.hpp"
