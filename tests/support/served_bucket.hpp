@@ -24,7 +24,7 @@ class ServedBucket {
   ServedBucket(const ServedBucket&) = delete;
   ServedBucket& operator=(const ServedBucket&) = delete;
 
-  // What "s3://" and the rest of an address lead to: "bucket/head.mtd" for "s3://bucket/head.mtd".
+  // Holds "head.mtd" for the object "s3://volumes/head.mtd".
   [[nodiscard]] const TemporaryFolder& folder() const { return folder_; }
 
  private:

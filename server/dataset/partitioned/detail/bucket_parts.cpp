@@ -18,6 +18,10 @@ namespace fs = std::filesystem;
 // "s3://bucket/big.mtd.parts/": an fs::path would not keep both slashes everywhere.
 std::string folder_of(const std::string& dataset) { return dataset + ".parts/"; }
 
+std::string plan_of_bucket(const std::string& dataset) {
+  return folder_of(dataset) + plan_file(dataset).filename().string();
+}
+
 std::string name_in(std::string_view address) {
   return std::string(address.substr(address.rfind('/') + 1));
 }
@@ -30,9 +34,7 @@ BucketParts::BucketParts(const fs::path& dataset)
 }
 
 void BucketParts::fetch_plan() const {
-  if (!download_file(folder_of(dataset_) + name_in(plan_file(file_).string()), plan_file(file_))) {
-    fail_without_plan(dataset_);
-  }
+  if (!download_file(plan_of_bucket(dataset_), plan_file(file_))) fail_without_plan(dataset_);
 }
 
 void BucketParts::fetch_parts() const {
@@ -72,7 +74,7 @@ void BucketParts::finish() const {
   for (const std::string& address : list_bucket(folder_of(dataset_), "")) {
     if (is_part_file(name_in(address))) parts.push_back(address);
   }
-  parts.push_back(folder_of(dataset_) + name_in(plan_file(file_).string()));
+  parts.push_back(plan_of_bucket(dataset_));
   for (const std::string& address : parts) remove_object(address);
 }
 
