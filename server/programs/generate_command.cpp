@@ -1,3 +1,4 @@
+#include <cstdint>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -25,22 +26,23 @@ struct GenerateArguments {
 
 int generate_volume(const GenerateArguments& arguments) {
   const GeneratorKind kind = generator_kind_from(arguments.kind).value();
-  Progress progress("generate", 2, arguments.quiet || arguments.json);
+  const auto volume = generated_volume(kind, arguments.options);
+  const VolumeHeader& header = volume->header();
+  Progress progress("generate", 1, arguments.quiet || arguments.json);
   progress.begin("samples");
-  const Volume volume = generate(kind, arguments.options);
-  progress.begin("file");
-  write_nrrd(arguments.output, volume);
+  write_nrrd(arguments.output, *volume,
+             [&](std::int32_t slices) { progress.update(slices, header.dims[2], "slices"); });
   progress.finish();
   if (arguments.json) {
     std::cout << text_of({{"kind", arguments.kind},
                           {"file", arguments.output},
-                          {"dims", volume.dims},
-                          {"type", name(volume.type())},
+                          {"dims", header.dims},
+                          {"type", name(header.type)},
                           {"suggested_isovalue", suggested_isovalue(kind)},
                           {"seconds", progress.seconds()}});
   } else if (!arguments.quiet) {
     std::cerr << "generate: " << arguments.output << " holds " << arguments.kind << ", "
-              << sides_text(volume.dims) << " " << name(volume.type()) << "; isovalue "
+              << sides_text(header.dims) << " " << name(header.type) << "; isovalue "
               << human_number(suggested_isovalue(kind)) << std::endl;
   }
   return 0;

@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "common/base/exact_sine.hpp"
@@ -48,24 +50,6 @@ Sample sample_of(double value) {
     return static_cast<Sample>(
         std::clamp<double>(std::floor(value + 0.5), Limits::min(), Limits::max()));
   }
-}
-
-template <typename Sample>
-std::vector<Sample> sampled(const GeneratorOptions& options, const FillRow& fill_row) {
-  const auto size = static_cast<std::size_t>(options.size);
-  std::vector<Sample> samples(size * size * size);
-  in_parallel(size, [&](std::size_t z) {
-    std::vector<double> row(size);
-    for (std::size_t y = 0; y < size; ++y) {
-      fill_row(static_cast<std::int32_t>(y), static_cast<std::int32_t>(z), row);
-      const std::size_t first = size * (y + size * z);
-      for (std::size_t x = 0; x < size; ++x) {
-        if (options.noise > 0) row[x] += options.noise * sample_noise(options.seed, first + x);
-        samples[first + x] = sample_of<Sample>(row[x]);
-      }
-    }
-  });
-  return samples;
 }
 
 // Returns the coordinates of samples along a side: from -1 to 1, symmetric to the bit.
@@ -147,23 +131,75 @@ FillRow head(std::int32_t size) {
   };
 }
 
-Samples samples_of(GeneratorKind kind, const GeneratorOptions& options) {
+FillRow rows_of(GeneratorKind kind, std::int32_t size) {
   switch (kind) {
     case GeneratorKind::kSphere:
-      return sampled<float>(options, pointwise(options.size, sphere));
+      return pointwise(size, sphere);
     case GeneratorKind::kTorus:
-      return sampled<float>(options, pointwise(options.size, torus));
+      return pointwise(size, torus);
     case GeneratorKind::kGyroid:
-      return sampled<float>(options, gyroid(options.size));
+      return gyroid(size);
     case GeneratorKind::kMarschnerLobb:
-      return sampled<float>(options, marschner_lobb(options.size));
+      return marschner_lobb(size);
     case GeneratorKind::kBox:
-      return sampled<std::uint8_t>(options, pointwise(options.size, box));
+      return pointwise(size, box);
     case GeneratorKind::kHead:
-      return sampled<std::int16_t>(options, head(options.size));
+      return head(size);
   }
   return {};
 }
+
+SampleType type_of(GeneratorKind kind) {
+  if (kind == GeneratorKind::kBox) return SampleType::kU8;
+  return kind == GeneratorKind::kHead ? SampleType::kI16 : SampleType::kF32;
+}
+
+class GeneratedVolume : public VolumeSource {
+ public:
+  GeneratedVolume(GeneratorKind kind, const GeneratorOptions& options)
+      : header_{.dims = {options.size, options.size, options.size}, .type = type_of(kind)},
+        options_(options),
+        fill_row_(rows_of(kind, options.size)) {}
+
+  [[nodiscard]] const VolumeHeader& header() const override { return header_; }
+
+  void read(std::int32_t first_slice, std::int32_t slices, Samples& into) override {
+    if (header_.type == SampleType::kU8) {
+      fill<std::uint8_t>(first_slice, slices, into);
+    } else if (header_.type == SampleType::kI16) {
+      fill<std::int16_t>(first_slice, slices, into);
+    } else {
+      fill<float>(first_slice, slices, into);
+    }
+  }
+
+ private:
+  template <typename Sample>
+  void fill(std::int32_t first_slice, std::int32_t slices, Samples& into) const {
+    using Values = std::vector<Sample>;
+    if (!std::holds_alternative<Values>(into)) into = Values();
+    Values& samples = std::get<Values>(into);
+    const auto size = static_cast<std::size_t>(options_.size);
+    samples.resize(size * size * static_cast<std::size_t>(slices));
+    in_parallel(static_cast<std::size_t>(slices), [&](std::size_t slice) {
+      const std::size_t z = static_cast<std::size_t>(first_slice) + slice;
+      std::vector<double> row(size);
+      for (std::size_t y = 0; y < size; ++y) {
+        fill_row_(static_cast<std::int32_t>(y), static_cast<std::int32_t>(z), row);
+        const std::size_t first = size * (y + size * z);  // In the volume.
+        Sample* const to = &samples[size * (y + size * slice)];
+        for (std::size_t x = 0; x < size; ++x) {
+          if (options_.noise > 0) row[x] += options_.noise * sample_noise(options_.seed, first + x);
+          to[x] = sample_of<Sample>(row[x]);
+        }
+      }
+    });
+  }
+
+  VolumeHeader header_;
+  GeneratorOptions options_;
+  FillRow fill_row_;
+};
 
 }  // namespace
 
@@ -178,7 +214,8 @@ std::optional<GeneratorKind> generator_kind_from(std::string_view name_text) {
 
 double suggested_isovalue(GeneratorKind kind) { return facts(kind).isovalue; }
 
-Volume generate(GeneratorKind kind, const GeneratorOptions& options) {
+std::unique_ptr<VolumeSource> generated_volume(GeneratorKind kind,
+                                               const GeneratorOptions& options) {
   if (options.size < 2 || options.size > kMaxSize) {
     throw std::invalid_argument("A generated volume must have 2 to " + std::to_string(kMaxSize) +
                                 " samples a side, not " + std::to_string(options.size) + ".");
@@ -188,9 +225,13 @@ Volume generate(GeneratorKind kind, const GeneratorOptions& options) {
         "The noise of a generated volume must be a finite number of at least 0, not " +
         std::to_string(options.noise) + ".");
   }
+  return std::make_unique<GeneratedVolume>(kind, options);
+}
+
+Volume generate(GeneratorKind kind, const GeneratorOptions& options) {
   Volume volume;
   volume.dims = {options.size, options.size, options.size};
-  volume.samples = samples_of(kind, options);
+  volume.samples = generated_volume(kind, options)->take_all();
   return volume;
 }
 

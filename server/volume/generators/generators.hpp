@@ -5,10 +5,12 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string_view>
 
 #include "server/core/framework/volume.hpp"
+#include "server/volume/volume_source.hpp"
 
 namespace multitetra {
 
@@ -52,8 +54,13 @@ struct GeneratorOptions {
   std::uint64_t seed = 1;  // Seed of the noise.
 };
 
-// Returns a volume with spacing 1 and the origin at the first sample. Throws std::invalid_argument,
-// naming the option and its range, if an option is out of range.
+// Returns a volume with spacing 1 and the origin at the first sample, which computes slices when
+// they are read. Throws std::invalid_argument, naming the option and its range, if an option is out
+// of range.
+[[nodiscard]] std::unique_ptr<VolumeSource> generated_volume(GeneratorKind kind,
+                                                             const GeneratorOptions& options);
+
+// Returns all its samples.
 [[nodiscard]] Volume generate(GeneratorKind kind, const GeneratorOptions& options);
 
 }  // namespace multitetra

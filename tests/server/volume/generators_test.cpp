@@ -14,6 +14,9 @@
 
 #include "common/base/exact_sine.hpp"
 #include "server/volume/generators/sample_noise.hpp"
+#include "server/volume/generators/written_nrrd.hpp"
+#include "server/volume/volume_files.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
 namespace {
@@ -180,6 +183,18 @@ TEST(Generators, ComputeSinesExactlyAtQuarterTurns) {
   EXPECT_EQ(sine_of_turns(0), 0);
   EXPECT_DOUBLE_EQ(sine_of_turns(0.25), 1);
   EXPECT_DOUBLE_EQ(cosine_of_turns(0.5), -1);
+}
+
+TEST(Generators, AreWrittenSlabBySlab) {
+  const TemporaryFolder folder;
+  const GeneratorOptions options = {.size = 257, .noise = 20, .seed = 3};  // Three slabs.
+  const auto file = folder.path() / "head.nrrd";
+  std::vector<std::int32_t> written;
+  write_nrrd(file, *generated_volume(GeneratorKind::kHead, options),
+             [&](std::int32_t slices) { written.push_back(slices); });
+  EXPECT_EQ(written.size(), 3U);
+  EXPECT_EQ(written.back(), 257);
+  EXPECT_TRUE(read_volume(file).samples == generate(GeneratorKind::kHead, options).samples);
 }
 
 TEST(Generators, RoundTripNames) {

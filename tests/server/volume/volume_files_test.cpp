@@ -12,6 +12,7 @@
 #include "tests/server/volume/written_volumes.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/texts.hpp"
+#include "tests/support/volume_in_memory.hpp"
 
 namespace multitetra {
 namespace {
@@ -325,7 +326,7 @@ TEST_F(VolumeFiles, RoundTripNrrdExactly) {
   const auto check = [&](auto samples) {
     volume.samples = samples;
     const fs::path file = folder_.path() / "out.nrrd";
-    write_nrrd(file, volume);
+    write_nrrd(file, *source_of(volume));
     const Volume read = read_volume(file);
     EXPECT_EQ(read.dims, volume.dims);
     EXPECT_EQ(read.samples, volume.samples);

@@ -201,7 +201,7 @@ TEST_F(VolumeSources, ReadSlabsInAnyOrderAndRepeatedly) {
   auto& samples = std::get<std::vector<std::uint16_t>>(filled.samples);
   for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = static_cast<std::uint16_t>(i * 77);
   const fs::path file = folder_.path() / "v.nrrd";
-  write_nrrd(file, filled);
+  write_nrrd(file, *source_of(filled));
   const auto from_file = open_volume(file);
   const auto from_memory = source_of(filled);
   for (const auto& [first, slices] : {std::pair{4, 3}, {0, 1}, {6, 1}, {2, 4}, {4, 3}}) {
