@@ -39,7 +39,7 @@ def put_together(build, package):
     if server.exists():
         (programs / "bin").mkdir(parents=True)
         linked.append(shutil.copy2(server, programs / "bin"))
-        shutil.copytree(build / "share", programs / "share", ignore=shutil.ignore_patterns("*.sources"))
+        shutil.copytree(build / "share", programs / "share", ignore=shutil.ignore_patterns("*.sources", "jupyter"))
     contents.bundle(PROJECT, programs, linked)
     for module in modules:
         contents.find_libraries_in(module, "programs_of_build/lib")
@@ -47,10 +47,10 @@ def put_together(build, package):
         contents.find_libraries_in(program, "../lib")
 
 
-def files_of(package):
-    for file in sorted(package.rglob("*")):
+def files_of(folder, place):
+    for file in sorted(folder.rglob("*")):
         if file.is_file():
-            yield f"multitetra/{file.relative_to(package)}", file.read_bytes()
+            yield f"{place}/{file.relative_to(folder)}", file.read_bytes()
 
 
 ENTRY_POINTS = """[console_scripts]
@@ -80,7 +80,9 @@ def main():
     info = f"multitetra-{version()}.dist-info"
     with tempfile.TemporaryDirectory() as folder_of_files:
         put_together(build, pathlib.Path(folder_of_files) / "multitetra")
-        files = dict(files_of(pathlib.Path(folder_of_files) / "multitetra"))
+        files = dict(files_of(pathlib.Path(folder_of_files) / "multitetra", "multitetra"))
+    # The viewer's part of JupyterLab, where it looks for it.
+    files |= files_of(build / "share" / "jupyter", f"multitetra-{version()}.data/data/share/jupyter")
     files[f"{info}/METADATA"] = "".join([
         "Metadata-Version: 2.1\n", "Name: multitetra\n", f"Version: {version()}\n",
         "Summary: Crack-free isosurfaces with a certified error, of arrays, files and remote volumes\n", "License: Apache-2.0\n",

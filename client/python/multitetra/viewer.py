@@ -8,7 +8,7 @@
     viewer.observe(lambda change: ..., "picks")
 
 The viewer talks to its server through the kernel, by messages of the widget: the browser reaches nothing but the notebook. It needs
-ipywidgets (6 or later), and in JupyterLab and VS Code anywidget. Where a front end has no widgets, viewer.frame() shows the page
+ipywidgets (6 or later; 8 in JupyterLab and Notebook 7), and in VS Code and Colab anywidget. Where a front end has no widgets, viewer.frame() shows the page
 of a server, and nothing comes back. A notebook without a kernel shows the last picture.
 """
 
@@ -28,7 +28,7 @@ from .addresses import page_address, stream_address
 from .programs import shared_file
 
 try:
-    from anywidget import AnyWidget as _Widget  # Has the front end of JupyterLab and VS Code.
+    from anywidget import AnyWidget as _Widget  # Has a part in every front end.
 except ImportError:
     _Widget = ipywidgets.DOMWidget
 
@@ -273,7 +273,7 @@ def frame_of(page, height):
 
 
 def module_of_notebook():
-    """The view as the classic notebook's loader wants it. Elsewhere it does nothing."""
+    """The view as the classic notebook's loader wants it. Elsewhere it does nothing: JupyterLab and Notebook 7 load viewer_lab.js."""
     base = "jupyter-js-widgets" if WIDGETS < 7 else "@jupyter-widgets/base"
     render = pathlib.Path(__file__).with_name("viewer_widget.js").read_text()
     return f"""

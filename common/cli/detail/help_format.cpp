@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <sstream>
 #include <string_view>
-#include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -52,70 +52,137 @@ std::size_t end_of_first_clause(std::string_view text) {
   return std::string_view::npos;
 }
 
-// CLI11's group of options without an explicit group.
-constexpr const char* kEveryday = "Options";
+// CLI11's group of options without an explicit group; its name depends on the version.
+const std::string& everyday() {
+  static const std::string kGroup = CLI::OptionDefaults().get_group();
+  return kGroup;
+}
 
 bool is_rare(const CLI::Option* option) {
   return option->nonpositional() && !option->get_group().empty() &&
-         option->get_group() != kEveryday;
+         option->get_group() != everyday();
 }
 
-// Prints all options, by group.
+// Of CLI11 it uses the lists of options and commands, but not its layout, which changes with the
+// version.
 class FullHelp : public CLI::Formatter {
  public:
-  FullHelp() { column_width(kColumn); }
-
-  [[nodiscard]] std::string page(const CLI::App* app, const std::string& name,
-                                 CLI::AppFormatMode mode) const {
-    const Footer footer = footer_of(*app);
-    return make_description(app) + make_usage(app, name) + "\n" + footer.examples +
-           make_positionals(app) + groups(app, mode) + make_subcommands(app, mode) + "\n" +
-           footer.rest;
+  [[nodiscard]] std::string page(const CLI::App& app, const std::string& name,
+                                 bool expands_commands) const {
+    const Footer footer = footer_of(app);
+    return app.get_description() + "\n" + usage(app, name) + "\n" + footer.examples +
+           positionals(app) + groups(app) + commands(app, expands_commands) + "\n" + footer.rest;
   }
 
-  [[nodiscard]] virtual std::string groups(const CLI::App* app, CLI::AppFormatMode mode) const {
-    return make_groups(app, mode);
+ protected:
+  [[nodiscard]] virtual std::string groups(const CLI::App& app) const {
+    std::string text;
+    for (const std::string& group : app.get_groups()) {
+      const auto options = app.get_options([&group](const CLI::Option* option) {
+        return option->nonpositional() && option->get_group() == group;
+      });
+      if (group.empty() || options.empty()) continue;
+      text += section(group == everyday() ? "Options" : group, options);
+    }
+    return text;
+  }
+  [[nodiscard]] virtual std::string value(const CLI::Option& option) const {
+    return value_text(option);
+  }
+  [[nodiscard]] virtual std::string description(const CLI::Option& option) const {
+    return full_description(option);
   }
 
-  std::string make_option_opts(const CLI::Option* option) const override {
-    const std::string value = value_text(*option);
-    return (value.empty() ? "" : " " + value) + (option->get_required() ? " (required)" : "");
+  [[nodiscard]] std::string section(const std::string& title,
+                                    const std::vector<const CLI::Option*>& options) const {
+    std::string text = "\n" + title + ":\n";
+    for (const CLI::Option* option : options) {
+      const bool is_positional = !option->nonpositional();
+      const std::string of_value = value(*option);
+      text += row(option->get_name(is_positional, !is_positional) +
+                      (of_value.empty() ? "" : " " + of_value) +
+                      (option->get_required() ? " (required)" : ""),
+                  wrapped(description(*option), kWidth - kColumn));
+    }
+    return text;
   }
 
-  std::string make_option_desc(const CLI::Option* option) const override {
-    return wrapped(full_description(*option), kWidth - kColumn);
+ private:
+  // Lines of `text` begin in the second column.
+  static std::string row(const std::string& name, const std::string& text) {
+    const std::string margin = "\n" + std::string(kColumn, ' ');
+    std::string line = "  " + name;
+    line += line.size() >= kColumn ? margin : std::string(kColumn - line.size(), ' ');
+    for (const char c : text) line += c == '\n' ? margin : std::string(1, c);
+    return line + "\n";
+  }
+
+  std::string usage(const CLI::App& app, const std::string& name) const {
+    std::string text = "Usage: " + name + " [OPTIONS]";
+    for (const CLI::Option* option : positional_options(app))
+      text += " " + make_option_usage(option);
+    if (commands_of(app).empty()) return text + "\n";
+    return text + (app.get_require_subcommand_min() == 0 ? " [SUBCOMMAND]\n" : " SUBCOMMAND\n");
+  }
+  static std::vector<const CLI::Option*> positional_options(const CLI::App& app) {
+    return app.get_options([](const CLI::Option* option) { return !option->nonpositional(); });
+  }
+  [[nodiscard]] std::string positionals(const CLI::App& app) const {
+    const auto options = positional_options(app);
+    return options.empty() ? "" : section("Positionals", options);
+  }
+
+  static std::vector<const CLI::App*> commands_of(const CLI::App& app) {
+    return app.get_subcommands(
+        [](const CLI::App* command) { return !command->get_group().empty(); });
+  }
+  [[nodiscard]] std::string commands(const CLI::App& app, bool expands) const {
+    std::string text;
+    for (const CLI::App* command : commands_of(app)) {
+      text += expands ? expanded(*command) + "\n"
+                      : row(command->get_name(), command->get_description());
+    }
+    return text.empty() ? "" : "\nSubcommands:\n" + text;
+  }
+  // Returns the options of a command, indented, without empty lines.
+  [[nodiscard]] std::string expanded(const CLI::App& command) const {
+    std::string text = command.get_name() + "\n";
+    std::istringstream lines(command.get_description() + "\n" + positionals(command) +
+                             groups(command));
+    for (std::string line; std::getline(lines, line);) {
+      if (!line.empty()) text += "  " + line + "\n";
+    }
+    return text;
   }
 };
 
 class EverydayHelp : public FullHelp {
- public:
-  std::string groups(const CLI::App* app, CLI::AppFormatMode) const override {
-    const auto options = app->get_options([](const CLI::Option* option) {
-      return option->nonpositional() && option->get_group() == kEveryday;
+ protected:
+  [[nodiscard]] std::string groups(const CLI::App& app) const override {
+    const auto options = app.get_options([](const CLI::Option* option) {
+      return option->nonpositional() && option->get_group() == everyday();
     });
-    const std::string more =
-        app->get_options(is_rare).empty() ? "" : "\nMore options: --help-all\n";
-    return (options.empty() ? "" : make_group(kEveryday, false, options)) + more;
+    const std::string more = app.get_options(is_rare).empty() ? "" : "\nMore options: --help-all\n";
+    return (options.empty() ? "" : section("Options", options)) + more;
   }
 
-  std::string make_option_opts(const CLI::Option* option) const override {
+  [[nodiscard]] std::string value(const CLI::Option& option) const override {
     constexpr std::size_t kLongestValue = 24;
-    if (value_text(*option).size() > kLongestValue) return " WORD";
-    return FullHelp::make_option_opts(option);
+    std::string text = value_text(option);
+    return text.size() > kLongestValue ? "WORD" : text;
   }
 
-  std::string make_option_desc(const CLI::Option* option) const override {
-    return wrapped(short_description(*option), kWidth - kColumn);
+  [[nodiscard]] std::string description(const CLI::Option& option) const override {
+    return short_description(option);
   }
 };
 
-class HelpFormatter : public FullHelp {
+class HelpFormatter : public CLI::Formatter {
  public:
   std::string make_help(const CLI::App* app, std::string name,
                         CLI::AppFormatMode mode) const override {
-    if (mode == CLI::AppFormatMode::Sub) return FullHelp::make_help(app, std::move(name), mode);
-    if (mode == CLI::AppFormatMode::All) return page(app, name, mode);
-    return EverydayHelp().page(app, name, mode);
+    if (mode == CLI::AppFormatMode::All) return FullHelp().page(*app, name, true);
+    return EverydayHelp().page(*app, name, false);
   }
 };
 

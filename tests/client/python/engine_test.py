@@ -353,7 +353,7 @@ class Surfaces(unittest.TestCase):
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0)
             signal.signal(signal.SIGALRM, before)
-        self.assertLess(time.monotonic() - asked, 1)  # 0.1 on a quiet machine.
+        self.assertLess(time.monotonic() - asked, 3)  # 0.1 on a quiet machine.
 
     def test_other_threads_run_meanwhile(self):
         volume = multitetra.Volume(ball((60, 60, 60)))

@@ -1,5 +1,6 @@
-// Tests the viewer of notebooks in a real browser, in Debian's classic notebook: the browser reaches the notebook's port alone, and
-// the surface comes through the kernel.
+// Tests the viewer of notebooks in a real browser, in Debian's notebook (the classic one, or version 7, whose front end is
+// JupyterLab's) and in JupyterLab, if there is one: the browser reaches the notebook's port alone, and the surface comes through
+// the kernel.
 //
 //   node notebook_test.mjs PYTHON FOLDER_OF_THE_PACKAGE SCRATCH_FOLDER
 //
@@ -11,7 +12,7 @@ import { createRequire } from "node:module";
 import { createServer } from "node:net";
 import path from "node:path";
 
-const [python, packages, scratch] = process.argv.slice(2);
+const [python, packages, scratch] = [process.argv[2], ...process.argv.slice(3).map((folder) => path.resolve(folder))];
 const chromiumPath = process.env.CHROMIUM ?? "/usr/bin/chromium";
 const patience = Number(process.env.PATIENCE ?? 120_000);
 
@@ -21,121 +22,170 @@ function skip(what) {
 }
 if (!existsSync(chromiumPath)) skip("Chromium is not installed");
 if (!existsSync(path.join(packages, "../share/multitetra/widget/widget.js"))) skip("The widget was not built");
+let version = "";
 try {
-  execFileSync(python, ["-c", "import notebook, ipywidgets, ipykernel, widgetsnbextension"], { stdio: "ignore" });
+  const asked = "import notebook, ipywidgets, ipykernel; print(notebook.__version__.split('.')[0])";
+  version = execFileSync(python, ["-c", asked], { stdio: ["ignore", "pipe", "ignore"] }).toString().trim();
 } catch {
   skip("notebook and ipywidgets are not installed");
 }
+// No token or password; version 7 has no NotebookApp, and shows its application to tests.
+const options =
+  Number(version) < 7
+    ? ["--NotebookApp.token=", "--NotebookApp.password="]
+    : ["--IdentityProvider.token=", "--ServerApp.password=", "--LabApp.expose_app_in_browser=True", "--JupyterNotebookApp.expose_app_in_browser=True"];
 const { chromium } = createRequire(new URL("../../../client/web/package.json", import.meta.url))("playwright-core");
 
 rmSync(scratch, { recursive: true, force: true });
 mkdirSync(scratch, { recursive: true });
 const code = (source) => ({ cell_type: "code", execution_count: null, metadata: {}, outputs: [], source });
-writeFileSync(
-  path.join(scratch, "view.ipynb"),
-  JSON.stringify({
-    cells: [
-      code(
-        "import numpy as np, multitetra\n" +
-          "x, y, z = np.mgrid[-1:1:64j, -1:1:64j, -1:1:64j]\n" +
-          "ball = multitetra.Volume(1 - np.sqrt(x**2 + y**2 + z**2), spacing=0.5, unit='mm')\n" +
-          "viewer = multitetra.view(ball, isovalue=0.25, error=0.5)\n" +
-          "viewer",
-      ),
-      code("viewer.isovalue = 0.5"),
-      code("print('shown', viewer.shown.get('isovalue'), viewer.shown.get('isFinal'), viewer._picture is not None, viewer.ignored)"),
-    ],
+const shown = "print('shown', viewer.shown.get('isovalue'), viewer.shown.get('isFinal'), viewer._picture is not None, viewer.ignored)";
+function writeNotebook() {
+  const ball =
+    "import numpy as np, multitetra\n" +
+    "x, y, z = np.mgrid[-1:1:64j, -1:1:64j, -1:1:64j]\n" +
+    "ball = multitetra.Volume(1 - np.sqrt(x**2 + y**2 + z**2), spacing=0.5, unit='mm')\n" +
+    "viewer = multitetra.view(ball, isovalue=0.25, error=0.5)\n" +
+    "viewer";
+  const notebook = {
+    cells: [code(ball), code("viewer.isovalue = 0.5")],
     metadata: { kernelspec: { name: "python3", display_name: "Python 3", language: "python" } },
     nbformat: 4,
-    nbformat_minor: 5,
-  }),
-);
-const own = Object.fromEntries(
-  ["JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "JUPYTER_RUNTIME_DIR", "IPYTHONDIR"].map((name) => [name, path.join(scratch, name)]),
-);
-const port = await new Promise((resolve) => {
-  const probe = createServer().listen(0, "127.0.0.1", () => {
-    const { port: free } = probe.address();
-    probe.close(() => resolve(free));
+    nbformat_minor: 4,
+  };
+  writeFileSync(path.join(scratch, "view.ipynb"), JSON.stringify(notebook));
+}
+const freePort = () =>
+  new Promise((resolve) => {
+    const probe = createServer().listen(0, "127.0.0.1", () => {
+      const { port } = probe.address();
+      probe.close(() => resolve(port));
+    });
   });
-});
-const address = `http://127.0.0.1:${port}/`;
-const notebook = spawn(
-  python,
-  ["-m", "notebook", "--no-browser", "--allow-root", "--ip=127.0.0.1", `--port=${port}`, "--NotebookApp.token=", "--NotebookApp.password=", `--notebook-dir=${scratch}`],
-  { env: { ...process.env, ...own, PYTHONPATH: packages } },
-);
-let log = "";
-notebook.stderr.on("data", (text) => (log += text));
+const own = {
+  ...Object.fromEntries(["JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "JUPYTER_RUNTIME_DIR", "IPYTHONDIR"].map((name) => [name, path.join(scratch, name)])),
+  JUPYTER_PATH: path.join(packages, "../share/jupyter"),
+  PYTHONPATH: packages,
+};
 const browser = await chromium.launch({
   executablePath: chromiumPath,
   args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
 });
 
-// Runs a cell and waits for its end.
-async function run(page, cell) {
-  await page.evaluate((at) => Jupyter.notebook.execute_cells([at]), cell);
-  await page.waitForFunction((at) => Jupyter.notebook.get_cell(at).element[0].matches(":not(.running)") && !Jupyter.notebook.kernel_busy, cell);
-}
+// What a test does with a front end, in the page. `ask` returns what code prints, without a cell.
+const classic = {
+  isReady: () => window.Jupyter?.notebook?.kernel?.is_connected(),
+  run: (cell) => Jupyter.notebook.execute_cells([cell]),
+  hasRun: (cell) => Jupyter.notebook.get_cell(cell).element[0].matches(":not(.running)") && !Jupyter.notebook.kernel_busy,
+  ask: (code) =>
+    new Promise((resolve) => {
+      let text = "";
+      const output = ({ content }) => (text += content.text ?? "");
+      Jupyter.notebook.kernel.execute(code, { shell: { reply: () => setTimeout(() => resolve(text), 200) }, iopub: { output } }, { silent: false });
+    }),
+  save: () => Jupyter.notebook.save_notebook(),
+};
+const lab = {
+  isReady: () => {
+    const panel = window.jupyterapp?.shell.currentWidget;
+    return panel?.content?.widgets?.length > 1 && panel.sessionContext.session?.kernel?.status === "idle";
+  },
+  run: async (cell) => {
+    jupyterapp.shell.currentWidget.content.activeCellIndex = cell;
+    await jupyterapp.commands.execute("notebook:run-cell");
+  },
+  hasRun: () => jupyterapp.shell.currentWidget.sessionContext.session.kernel.status === "idle",
+  ask: async (code) => {
+    let text = "";
+    const asked = jupyterapp.shell.currentWidget.sessionContext.session.kernel.requestExecute({ code });
+    asked.onIOPub = ({ content }) => (text += content.text ?? "");
+    await asked.done;
+    return text;
+  },
+  save: () => jupyterapp.commands.execute("docmanager:save"),
+};
 
-async function shown(page) {
-  await run(page, 2);
-  return page.evaluate(() => Jupyter.notebook.get_cell(2).output_area.outputs.map(({ text }) => text).join(""));
-}
-
-async function untilShown(page, expected) {
-  const end = Date.now() + patience;
-  let text = "";
-  while (Date.now() < end) {
-    text = await shown(page);
-    if (text.trim() === expected) return;
-    await page.waitForTimeout(500);
-  }
-  throw new Error(`"${text}" is shown instead of "${expected}"`);
-}
-
-let failure = null;
-let page = null;
-try {
-  for (const end = Date.now() + patience; !log.includes("is running at"); ) {
-    assert(Date.now() < end && notebook.exitCode === null, log);
-    await new Promise((resolve) => setTimeout(resolve, 100));
-  }
-  page = await browser.newPage({ viewport: { width: 1000, height: 900 } });
+async function test(name, front, address) {
+  const page = await browser.newPage({ viewport: { width: 1000, height: 900 } });
   page.setDefaultTimeout(patience);
   const others = [];
   page.on("request", (request) => {
     if (/^(https?|wss?):/.test(request.url()) && new URL(request.url()).host !== new URL(address).host) others.push(request.url());
   });
   if (process.env.VERBOSE) page.on("console", (message) => console.log(message.text()));
-  await page.goto(`${address}notebooks/view.ipynb`);
-  await page.waitForFunction(() => window.Jupyter?.notebook?.kernel?.is_connected());
-  await run(page, 0);
-  await page.waitForSelector(".multitetra canvas");
-  await untilShown(page, "shown 0.25 True True []");
-  await run(page, 1);
-  await untilShown(page, "shown 0.5 True True []");
-  await page.waitForTimeout(2000); // The last picture follows its surface.
-  await page.screenshot({ path: path.join(scratch, "notebook.png") });
-  assert.equal(await page.locator(".multitetra canvas").count() > 0, true, "the viewer is still there");
-  assert.deepEqual(others, [], "The browser reaches the notebook alone.");
-  await page.evaluate(() => Jupyter.notebook.save_notebook());
-  await page.waitForTimeout(1000);
-  const { cells } = JSON.parse(readFileSync(path.join(scratch, "view.ipynb"), "utf8"));
-  const outputs = cells[0].outputs.map(({ data }) => data ?? {});
-  assert(outputs.some((data) => (data["image/png"] ?? "").length > 5000), "The saved notebook has the last picture.");
-  assert(JSON.stringify(outputs).length < 1_500_000, "The saved notebook does not have the viewer itself.");
-  console.log("ok: the viewer works in a notebook through the kernel alone");
-} catch (problem) {
-  failure = problem;
-  console.error(problem);
-  if (page) {
+  const run = async (cell) => {
+    await page.evaluate(front.run, cell);
+    await page.waitForFunction(front.hasRun, cell);
+  };
+  const untilShown = async (expected) => {
+    let text = "";
+    for (const end = Date.now() + patience; Date.now() < end; await page.waitForTimeout(500)) {
+      text = await page.evaluate(front.ask, shown);
+      if (text.trim() === expected) return;
+    }
+    throw new Error(`"${text}" is shown instead of "${expected}"`);
+  };
+  try {
+    await page.goto(address);
+    await page.waitForFunction(front.isReady);
+    await run(0);
+    await page.waitForSelector(".multitetra canvas");
+    await untilShown("shown 0.25 True True []");
+    await run(1);
+    await untilShown("shown 0.5 True True []");
+    await page.waitForTimeout(2000); // The last picture follows its surface.
+    await page.screenshot({ path: path.join(scratch, `${name}.png`) });
+    assert.equal(await page.locator(".multitetra canvas").count() > 0, true, "the viewer is still there");
+    assert.deepEqual(others, [], "The browser reaches the notebook alone.");
+    await page.evaluate(front.save);
+    await page.waitForTimeout(1000);
+    const { cells } = JSON.parse(readFileSync(path.join(scratch, "view.ipynb"), "utf8"));
+    const outputs = cells[0].outputs.map(({ data }) => data ?? {});
+    assert(outputs.some((data) => (data["image/png"] ?? "").length > 5000), "The saved notebook has the last picture.");
+    assert(JSON.stringify(outputs).length < 1_500_000, "The saved notebook does not have the viewer itself.");
+    console.log(`ok: the viewer works in ${name} through the kernel alone`);
+  } catch (problem) {
     await page.screenshot({ path: path.join(scratch, "failed.png") }).catch(() => {});
-    console.error(await page.evaluate(() => document.querySelector("#notebook-container")?.innerText).catch(() => ""));
+    console.error(await page.evaluate(() => document.body.innerText).catch(() => ""));
+    throw problem;
+  } finally {
+    await page.close();
   }
-  console.error(log.split("\n").slice(-15).join("\n"));
-} finally {
-  await browser.close();
-  notebook.kill();
 }
-process.exit(failure ? 1 : 0);
+
+// Runs `python -m MODULE` with a new notebook, and tests its page.
+async function testServer(module, page, front) {
+  writeNotebook();
+  const port = await freePort();
+  const server = spawn(
+    python,
+    ["-m", module, "--no-browser", "--allow-root", "--ip=127.0.0.1", `--port=${port}`, ...options, `--notebook-dir=${scratch}`],
+    { env: { ...process.env, ...own } },
+  );
+  let log = "";
+  server.stderr.on("data", (text) => (log += text));
+  try {
+    for (const end = Date.now() + patience; !log.includes("is running at"); ) {
+      assert(Date.now() < end && server.exitCode === null, log);
+      await new Promise((resolve) => setTimeout(resolve, 100));
+    }
+    await test(module, front, `http://127.0.0.1:${port}/${page}`);
+  } catch (problem) {
+    console.error(problem);
+    console.error(log.split("\n").slice(-15).join("\n"));
+    return false;
+  } finally {
+    server.kill();
+  }
+  return true;
+}
+
+let isRight = true;
+if (Number(version) < 7) {
+  isRight = await testServer("notebook", "notebooks/view.ipynb", classic);
+} else {
+  isRight = await testServer("notebook", "notebooks/view.ipynb", lab);
+  isRight = (await testServer("jupyterlab", "lab/tree/view.ipynb", lab)) && isRight;
+}
+await browser.close();
+process.exit(isRight ? 0 : 1);

@@ -256,7 +256,8 @@ const SandboxTask kConnect = answering("test: connect", [](const std::string& fi
 const SandboxTask kTake = {"test: take", [](SandboxChannel& parent, const std::string&) {
                              SandboxMessage message;
                              while (parent.receive(message, milliseconds(5000))) {
-                               const auto* const much = new (std::nothrow) char[kMemory];
+                               // Volatile, or compilers leave it out.
+                               char* volatile const much = new (std::nothrow) char[kMemory];
                                parent.send('a', much == nullptr ? "refused" : "taken");
                                delete[] much;
                              }

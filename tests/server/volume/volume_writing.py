@@ -70,9 +70,10 @@ def dicom_image(number, rows, columns, kind="1.2.840.10008.5.1.4.1.1.2", syntax=
 
 
 def dicom_save(data, *path):
+    import pydicom
     path = folder.joinpath(*path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    data.save_as(path, write_like_original=False)
+    pydicom.dcmwrite(path, data, write_like_original=False)
     return path
 
 

@@ -130,11 +130,11 @@ def bits():
         read(f"bits-{name}", slices(f"bits-{name}", stored(high, 1, samples)), signed, **PLACE)
         read(f"bits-{name}-unsigned", slices(f"bits-{name}-u", stored(high, 0, samples)), packed, **PLACE)
 
+    # Later versions of GDCM refuse runs that are much longer than the pixels, so the low byte is constant.
     def run_lengths(i, data):
-        stored(15, 1, packed << 4 | 5)(i, data)
+        stored(15, 1, (packed & 0xF00) << 4 | 5)(i, data)
         data.compress("1.2.840.10008.1.2.5")
-    read("bits-rle", slices("bits-rle", run_lengths), signed, **PLACE)
-
+    read("bits-rle", slices("bits-rle", run_lengths), signed & ~0xFF, **PLACE)
 
     def seven(_, data):
         data.BitsAllocated, data.BitsStored, data.HighBit, data.PixelRepresentation = 8, 7, 6, 0
@@ -268,7 +268,8 @@ def places():
 
 def colors():
     pixels = numpy.stack([volume % 256, volume * 3 % 256, 255 - volume % 256], -1).astype("u1")
-    def colored(kind, planes, syntax=None):
+    coarse = pixels // 64 * 64  # Gets shorter by compression.
+    def colored(kind, planes, syntax=None, pixels=pixels):
         def change(i, data):
             data.SamplesPerPixel, data.PlanarConfiguration, data.PhotometricInterpretation = 3, planes, kind
             data.BitsAllocated, data.BitsStored, data.HighBit, data.PixelRepresentation = 8, 8, 7, 0
@@ -276,8 +277,10 @@ def colors():
             if syntax:
                 data.compress(syntax)
         return change
-    for name, change in (("pixels", colored("RGB", 0)), ("planes", colored("RGB", 1)), ("planes-rle", colored("RGB", 1, "1.2.840.10008.1.2.5"))):
-        read(f"color-{name}", slices(f"color-{name}", change), pixels[..., 1], options="component=1", **PLACE)
+    for name, change, expected in (
+            ("pixels", colored("RGB", 0), pixels), ("planes", colored("RGB", 1), pixels),
+            ("planes-rle", colored("RGB", 1, "1.2.840.10008.1.2.5", coarse), coarse)):
+        read(f"color-{name}", slices(f"color-{name}", change), expected[..., 1], options="component=1", **PLACE)
     read("color-ybr", slices("color-ybr", colored("YBR_FULL", 0)), pixels[..., 1], options="component=1", notice="two color differences", **PLACE)
 
 

@@ -551,6 +551,8 @@ def hdf5():
             ("skipped-filter", layouts["deflate"], short, 1),
             ("scale-offset", {"scaleoffset": 0}, b"\x0a" + bytes(60), 0), ("scale-offset-header", {"scaleoffset": 0}, bytes(9), 0),
             ("scale-offset-deflate", {"scaleoffset": 0, "compression": "gzip"}, zlib.compress(b"\x0a" + bytes(60)), 0)):
+        if name == "none" and h5py.version.hdf5_version_tuple >= (2,):
+            continue  # The library aborts instead of writing it.
         path = folder / f"short-{name}.h5"
         with h5py.File(path, "w") as file:
             dataset = file.create_dataset("v", data=volume, chunks=(2, 4, 9), **filters)

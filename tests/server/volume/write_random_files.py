@@ -107,7 +107,7 @@ def zarr_zips():
         with zarr.storage.ZipStore(str(path), compression=v.one_of(0, 8), mode="w") as store:
             group = zarr.group(store, **zarr_2_format())
             chunks = tuple(min(pair) for pair in zip(v.chunks(samples.shape), samples.shape))
-            group.create_dataset("0", shape=samples.shape, dtype=samples.dtype, chunks=chunks)[:] = samples
+            zarr.create(samples.shape, store=store, path="0", dtype=samples.dtype, chunks=chunks, **zarr_2_format())[:] = samples
             transforms = [{"type": "scale", "scale": size[::-1]}, {"type": "translation", "translation": origin[::-1]}]
             group.attrs["multiscales"] = [{
                 "version": "0.4", "axes": [{"name": n, "type": "space", "unit": "micrometer"} for n in "zyx"],

@@ -57,7 +57,8 @@ def zarr_2():
     root = zarr.open_group(str(folder / "five.zarr"), mode="w", **zarr_2_format())
     five = numpy.zeros((2, 3) + SHAPE, "<i2")
     five[1, 2] = volume
-    root.create_dataset("a/0", shape=five.shape, dtype=five.dtype, chunks=(1, 1, 6, 10, 12))[:] = five
+    zarr.open_array(str(folder / "five.zarr/a/0"), mode="w", shape=five.shape, dtype=five.dtype, chunks=(1, 1, 6, 10, 12),
+                    **zarr_2_format())[:] = five
     root.attrs["multiscales"] = [{
         "version": "0.4", "axes": [{"name": "t", "type": "time"}, {"name": "c", "type": "channel"}] + AXES,
         "datasets": [{"path": "a/0", "coordinateTransformations": [
