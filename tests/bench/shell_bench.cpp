@@ -29,6 +29,7 @@
 
 #include "common/codec/shell_decoder.hpp"
 #include "common/codec/shell_encoder.hpp"
+#include "common/sandbox/sandbox.hpp"
 #include "common/wire/tile.hpp"
 #include "server/volume/volume_files.hpp"
 
@@ -212,6 +213,7 @@ int run(int count, char** arguments) {
 }  // namespace multitetra
 
 int main(int count, char** arguments) {
+  multitetra::enter_sandbox_if_asked(count, arguments);
   try {
     return multitetra::run(count, arguments);
   } catch (const std::exception& failure) {

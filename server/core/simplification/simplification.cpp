@@ -31,7 +31,8 @@ std::vector<Vec3> positions_of(const LatticeMesh& mesh, const PieceFrame& frame)
   return positions;
 }
 
-std::vector<CollapseFan::Point> points_of(std::span<const Vec3> positions,
+// Takes the positions, so that their memory is free afterwards.
+std::vector<CollapseFan::Point> points_of(std::vector<Vec3> positions,
                                           std::span<const float> errors) {
   std::vector<CollapseFan::Point> points(positions.size());
   for (std::size_t v = 0; v < points.size(); ++v) points[v] = {positions[v], errors[v]};
@@ -324,10 +325,10 @@ void SimplifiedPiece::simplify(const AllowedDistance& max_distance,
   if (max_distance.largest() == 0 || mesh_.triangles.empty()) return;
   begin(max_distance, obstacles, checkpoint);
   SimplifiedPiece taken = std::exchange(*this, {});
-  const std::vector<Vec3> positions = positions_of(taken.mesh_, taken.frame());
+  std::vector<Vec3> positions = positions_of(taken.mesh_, taken.frame());
   const PieceLimit limit(max_distance, taken.frame(), positions);
   if (taken.history_) taken.history_->begin(stage);
-  Run(taken, limit, points_of(positions, taken.errors_), obstacles)
+  Run(taken, limit, points_of(std::move(positions), taken.errors_), obstacles)
       .simplify(taken, checkpoint, !is_last);
   if (is_last) taken.finish();
   if (taken.history_) taken.history_->end();
