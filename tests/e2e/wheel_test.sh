@@ -21,6 +21,9 @@ for entry in archive.infolist():
 info = next(name.split("/")[0] for name in archive.namelist() if name.endswith(".dist-info/WHEEL"))
 recorded = {path: digest for path, digest, _ in csv.reader(io.StringIO(archive.read(f"{info}/RECORD").decode()))}
 assert set(recorded) == set(archive.namelist()), "RECORD names other files"
+for part in ("package.json", "static/remoteEntry.js"):
+    place = f".data/data/share/jupyter/labextensions/multitetra_viewer/{part}"
+    assert any(path.endswith(place) for path in recorded), f"JupyterLab's {part} is missing"
 for path, digest in recorded.items():
     found = base64.urlsafe_b64encode(hashlib.sha256(archive.read(path)).digest()).rstrip(b"=").decode()
     assert not digest or digest == "sha256=" + found, path

@@ -8,8 +8,8 @@
     viewer.observe(lambda change: ..., "picks")
 
 The viewer talks to its server through the kernel, by messages of the widget: the browser reaches nothing but the notebook. It needs
-ipywidgets (6 or later; 8 in JupyterLab and Notebook 7), and in VS Code and Colab anywidget. Where a front end has no widgets, viewer.frame() shows the page
-of a server, and nothing comes back. A notebook without a kernel shows the last picture.
+ipywidgets (6 or later; 8 in JupyterLab and Notebook 7), and in VS Code and Colab anywidget. Where a front end has no widgets,
+viewer.frame() shows the page of a server, and nothing comes back. A notebook without a kernel shows the last picture.
 """
 
 import base64

@@ -2,7 +2,11 @@
 // gives the widget's view to ipywidgets, whose own module is in the scope that all modules share.
 {
   const name = "multitetra_viewer";
-  const shared = async (scope, wanted) => (await Object.values(scope[wanted])[0].get())();
+  // Of several versions, the newest is what everybody gets.
+  const shared = async (versions) => {
+    const newest = Object.keys(versions).sort((a, b) => a.localeCompare(b, undefined, { numeric: true })).at(-1);
+    return (await versions[newest].get())();
+  };
   let scope = {};
   globalThis._JUPYTERLAB ??= {};
   globalThis._JUPYTERLAB[name] = {
@@ -11,7 +15,7 @@
     },
     async get() {
       if (!scope["@jupyter-widgets/base"]) throw new Error("The viewer needs ipywidgets 8 with its part of JupyterLab.");
-      const { DOMWidgetView, IJupyterWidgetRegistry } = await shared(scope, "@jupyter-widgets/base");
+      const { DOMWidgetView, IJupyterWidgetRegistry } = await shared(scope["@jupyter-widgets/base"]);
       class ViewerView extends DOMWidgetView {
         render() {
           this.end = render({ model: this.model, el: this.el });
