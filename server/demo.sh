@@ -72,6 +72,7 @@ echo "== Preparing $volume"
 
 echo "== Serving it"
 log=$out/server.log
+: >"$log" # It is read before the server's shell has opened it.
 "$server" serve "$out/demo.mtd" --tcp 127.0.0.1:0 --http 127.0.0.1:0 2>"$log" &
 pid=$!
 trap 'kill "$pid" 2>/dev/null || true; wait "$pid" 2>/dev/null || true' EXIT

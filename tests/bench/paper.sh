@@ -83,6 +83,7 @@ for name in box head; do
 done
 
 echo "== Figures 6 to 11"
+: >serve.log # Exists before it is read.
 "$server" serve served --tcp 127.0.0.1:0 --http off >serve.log 2>&1 &
 pid=$!
 url=
