@@ -114,10 +114,11 @@ std::vector<ProbedPlace> PythonConnection::probe(const std::string& dataset,
 }
 
 std::uint64_t PythonConnection::open(const std::string& dataset, const IsosurfaceRequest& request,
-                                     bool final_only, bool display,
+                                     bool final_only, std::uint64_t drawable_triangles,
                                      const std::optional<ScalarRequest>& scalars) {
   OpenStream open{.dataset = dataset, .request = request, .scalars = scalars};
-  if (display) open.use = MeshUse::kDisplay;
+  if (drawable_triangles > 0) open.use = MeshUse::kDisplay;
+  open.drawable_triangles = drawable_triangles;
   if (final_only) open.steps = StepPolicy::kFinalOnly;
   open_info_ = info(dataset);
   open_request_ = request;

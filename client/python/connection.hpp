@@ -41,9 +41,9 @@ class PythonConnection {
   SliceReply slice(const std::string& dataset, const SliceRequest& request);
   std::vector<ProbedPlace> probe(const std::string& dataset, const ProbeRequest& request);
 
-  // Begins a stream and returns its number.
+  // Begins a stream and returns its number. `drawable_triangles`: 0 if the mesh is kept.
   std::uint64_t open(const std::string& dataset, const IsosurfaceRequest& request, bool final_only,
-                     bool display, const std::optional<ScalarRequest>& scalars);
+                     std::uint64_t drawable_triangles, const std::optional<ScalarRequest>& scalars);
   // Returns nullopt after the final step.
   std::optional<FetchedSurface> next(std::uint64_t stream);
   // Stops the stream if it is running.

@@ -140,6 +140,7 @@ void write(const OpenStream& open, v1::ClientMessage& message) {
   if (open.scalars) wire::write(*open.scalars, *wire.mutable_scalars());
   wire.set_triangles_per_second(open.triangles_per_second);
   if (open.use != MeshUse::kKeep) wire.set_use(to_wire<v1::MeshUse>(open.use));
+  wire.set_drawable_triangles(open.drawable_triangles);
   for (const std::string& dataset : open.further_datasets) wire.add_further_datasets(dataset);
   wire.set_content_id(open.content_id);
 }
@@ -176,6 +177,7 @@ OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
   open.triangles_per_second = wire.triangles_per_second();
   open.use =
       checks.enumerator<MeshUse>("OpenStream.use", wire.use(), MeshUse::kDisplay, MeshUse::kKeep);
+  open.drawable_triangles = wire.drawable_triangles();
   read_further_datasets(wire, open, checks);
   open.content_id = wire.content_id();
   return open;

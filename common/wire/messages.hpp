@@ -98,6 +98,8 @@ struct OpenStream {
   // The client's speed of decoding, checking and displaying; finite, >= 0. 0: unknown.
   double triangles_per_second = 0;
   MeshUse use = MeshUse::kKeep;
+  // With kDisplay: the maximum triangles of a full-resolution step of sample shells. 0: 12 million.
+  std::uint64_t drawable_triangles = 0;
   // Step i is the one preview of the i-th dataset, `dataset` being the first; at most
   // kMaxFurtherDatasets. Requires kPreviewsOnly and exactly one of resumed_previews, without
   // digests, scalars and cell.

@@ -197,6 +197,9 @@ PlanLimits plan_limits(const StreamState& state, const StepLimits& limits) {
   PlanLimits of_plan = {.previews = state.steps != StepPolicy::kFinalOnly,
                         .shells = state.shells,
                         .is_display = state.use == MeshUse::kDisplay};
+  if (of_plan.is_display && state.drawable_triangles > 0) {
+    of_plan.shell_triangles = static_cast<double>(state.drawable_triangles);
+  }
   if (limits.max_triangles > 0) {
     const auto max_triangles = static_cast<double>(limits.max_triangles);
     of_plan.certified_triangles = std::min(of_plan.certified_triangles, max_triangles);
@@ -242,9 +245,10 @@ class NextStepMaker {
     if (!made_.is_final || made_.step.shell) {
       made_.encoded = source_.make(made_.step, stop_);
       const auto allowed = check_planned();
-      if (allowed) return std::move(made_);
+      if (allowed && is_drawable()) return std::move(made_);
       if (is_repeated()) return tl::unexpected(allowed.error());
       made_.step = final_step(request);  // It may have fewer triangles.
+      made_.is_final = true;
     }
     if (const auto is_made = make_final(); !is_made) return tl::unexpected(is_made.error());
     return std::move(made_);
@@ -306,6 +310,14 @@ class NextStepMaker {
     const bool is_requested = made_.is_final || (is_repeated() && made_.step.finest_spacing == 1);
     if (!is_requested) return {};
     return triangle_limit_.check_made(made_.step.request, made_.encoded);
+  }
+
+  // Whether the client can draw the step; it was planned by an estimate.
+  [[nodiscard]] bool is_drawable() const {
+    const bool is_limited = made_.step.shell && made_.step.finest_spacing == 1 && !is_repeated() &&
+                            state_.drawable_triangles > 0;
+    return !is_limited ||
+           size_of(made_.encoded).triangles <= static_cast<double>(state_.drawable_triangles);
   }
 
   // Builds the final surface within the budget and the limits.

@@ -28,6 +28,8 @@ struct StreamState {
   // The client decodes shells and may receive them.
   bool shells = false;
   MeshUse use = MeshUse::kKeep;
+  // The maximum triangles of a step of full-resolution shells; 0 for kMaxShellTriangles.
+  std::uint64_t drawable_triangles = 0;
 };
 
 struct StepResult {

@@ -51,7 +51,7 @@ class Connection:
     @takes_a_request
     def isosurface(self, dataset, isovalue, **request):
         """The surface without previews: a Mesh. With color_by, its `scalars` are the values of that dataset."""
-        *_, step = self._steps(dataset, *self._request(dataset, isovalue, **request), True, False)
+        *_, step = self._steps(dataset, *self._request(dataset, isovalue, **request), True, 0)
         return step.mesh
 
     @takes_a_request
@@ -61,18 +61,20 @@ class Connection:
         shares = self._client.share_budget(dataset, [one for one, _ in requests])
         meshes = []
         for share, (_, scalars) in zip(shares, requests):
-            *_, step = self._steps(dataset, share, scalars, True, False)
+            *_, step = self._steps(dataset, share, scalars, True, 0)
             meshes.append(step.mesh)
         return meshes
 
     @takes_a_request
-    def steps(self, dataset, isovalue, final_only=False, display=False, **request):
+    def steps(self, dataset, isovalue, final_only=False, display=False, drawable_triangles=12_000_000, **request):
         """Yields Steps, coarse first; the last one is the surface as it was requested.
 
         display: the meshes are drawn and not kept, so the last one may be the full-resolution surface within the error,
             with more triangles, where that comes sooner
+        drawable_triangles: at most so many then
         """
-        yield from self._steps(dataset, *self._request(dataset, isovalue, **request), final_only, display)
+        use = drawable_triangles if display else 0
+        yield from self._steps(dataset, *self._request(dataset, isovalue, **request), final_only, use)
 
     @takes_a_request
     def estimate(self, dataset, isovalue, **request):
@@ -121,8 +123,8 @@ class Connection:
             _client.check_same_world(scalars, self._client.info(dataset), self._client.info(request["color_by"]))
         return wanted, scalars
 
-    def _steps(self, dataset, request, scalars, final_only, display):
-        stream = self._client.open(dataset, request, final_only, display, scalars)
+    def _steps(self, dataset, request, scalars, final_only, drawable_triangles):
+        stream = self._client.open(dataset, request, final_only, drawable_triangles, scalars)
         try:
             while (step := self._client.next(stream)) is not None:
                 if step.is_final and step.empty_text:

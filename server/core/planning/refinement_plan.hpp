@@ -97,7 +97,8 @@ inline constexpr double kShortStepSeconds = 0.3;
 inline constexpr double kCertifiedShare = 0.5;
 // More triangles are not worth decoding and drawing for a moment.
 inline constexpr double kMaxCertifiedTriangles = 2.5e6;
-// Maximum triangles of a certified step of shells, which are fast to encode and decode.
+// Maximum triangles of a certified step of shells, which are fast to encode and decode, unless the
+// client says what it can draw.
 inline constexpr double kMaxShellTriangles = 12e6;
 // Levels per octave of previews. One needs the fewest bytes: its displacement of 0.29 of the
 // spacing is small compared to what the spacing itself omits.
@@ -112,7 +113,7 @@ struct PlanLimits {
   bool shells = false;
   // The client keeps no mesh.
   bool is_display = false;
-  // Maximum triangles of a final step of shells.
+  // Maximum triangles of a certified or final step of shells.
   double shell_triangles = kMaxShellTriangles;
 };
 

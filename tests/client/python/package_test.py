@@ -338,12 +338,14 @@ class Package(unittest.TestCase):
         with multitetra.connect(self.urls[0]) as server:
             *_, kept = server.steps("gyroid", 0.1, error=0.5)
             *_, drawn = server.steps("gyroid", 0.1, error=0.5, display=True)
+            *_, fewer = server.steps("gyroid", 0.1, error=0.5, display=True, drawable_triangles=len(drawn.mesh.faces) // 10)
         self.assertTrue(drawn.is_final)
         self.assertLessEqual(drawn.error_bound_world, 0.5)
         self.assertGreater(drawn.mesh.error_bound, drawn.error_bound_world)  # The lattice error is added.
         self.assertLess(drawn.mesh.error_bound, drawn.error_bound_world + 0.1)
         self.assertEqual((drawn.euler_characteristic, drawn.components), (kept.euler_characteristic, kept.components))
         self.assertGreater(len(drawn.mesh.faces), len(kept.mesh.faces), "it is not simplified")
+        self.assertEqual(len(fewer.mesh.faces), len(kept.mesh.faces), "more than it can draw")
         self.assertLess(drawn.payload_bytes, 0.5 * len(drawn.mesh.faces), "triangles take more")
         self.assertGreater(kept.payload_bytes, 0.5 * len(kept.mesh.faces))
 

@@ -35,6 +35,7 @@ describe("Address", () => {
       followView: false,
       pixels: 2,
       maxTriangles: 100000,
+      drawableTriangles: 40_000_000,
       simplify: false,
       shading: "facets",
       wireframe: true,

@@ -774,6 +774,15 @@ TEST(Messages, CarryTheClientsSpeed) {
   }
 }
 
+TEST(Messages, CarryWhatTheClientCanDraw) {
+  for (const std::uint64_t triangles : {std::uint64_t{0}, ~std::uint64_t{0}}) {
+    const auto parsed = parse_client_message(
+        serialize(OpenStream{.request_id = 1, .dataset = "head", .drawable_triangles = triangles}));
+    ASSERT_TRUE(parsed) << parsed.error().error.text;
+    EXPECT_EQ(std::get<OpenStream>(*parsed).drawable_triangles, triangles);
+  }
+}
+
 TEST(Messages, RejectImpossiblePreviews) {
   const auto expect_bad = [](std::vector<Preview> begun, const std::string& text,
                              ErrorCode code = ErrorCode::kInvalidArgument) {

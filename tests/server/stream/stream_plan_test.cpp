@@ -304,6 +304,28 @@ TEST(StreamPlan, SendsTheCertifiedPreviewOnlyWithoutWaitingWork) {
       has_own_model(StepPolicy::kProgressive, {.max_triangles = 500'000, .bytes_per_second = 1e9}));
 }
 
+TEST(StreamPlan, EndsWithShellsThatTheClientCanDraw) {
+  const auto ends_with_shells = [](double whole, std::uint64_t drawable_triangles,
+                                   double estimated_part = 1) {
+    int made = 0;
+    const Misjudged source(whole, estimated_part, made);
+    const StreamState state = {.request = {.error = 0.5, .simplify = true},
+                               .steps = StepPolicy::kFinalOnly,
+                               .shells = true,
+                               .use = MeshUse::kDisplay,
+                               .drawable_triangles = drawable_triangles};
+    const StepLimits fast = {.bytes_per_second = 1e9};
+    const StepResult last = make_next_step(source, state, {}, fast).value();
+    EXPECT_TRUE(last.is_final);
+    return last.step.shell.has_value();
+  };
+  EXPECT_TRUE(ends_with_shells(10e6, 0));
+  EXPECT_FALSE(ends_with_shells(40e6, 0));
+  EXPECT_TRUE(ends_with_shells(40e6, 50'000'000));
+  EXPECT_FALSE(ends_with_shells(10e6, 5'000'000));
+  EXPECT_FALSE(ends_with_shells(10e6, 5'000'000, 0.1)) << "the estimate is too small";
+}
+
 TEST(StreamPlan, StartsCoarserOnASlowLink) {
   const LargeSteps source;
   StreamState state;

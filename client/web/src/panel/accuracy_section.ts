@@ -8,6 +8,7 @@ import { foldedSection } from "./inputs";
 import { type Change, errorScale, type PanelSection } from "./panel_section";
 import { SettingControls } from "./setting_controls";
 
+const drawablePositions = 36; // 1 to 60 million triangles.
 const budgetPositions = 40; // 10 000 to 10 million triangles, then no limit.
 
 export interface AccuracyPart extends PanelSection {
@@ -52,6 +53,16 @@ export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPar
     fromPosition: (at) => (at >= budgetPositions ? 0 : Number((10 ** (4 + (3 * at) / (budgetPositions - 1))).toPrecision(2))),
     text: (value) => (value === 0 ? "any number of triangles" : `${grouped(value)} triangles`),
   });
+  const drawableTip =
+    "Shows the full-resolution surface, where it is complete sooner than the simplified one, up to what the graphics card turns smoothly. From the next surface on.";
+  const drawable = controls.slider("drawableTriangles", "Full resolution up to", drawableTip, {
+    min: 0,
+    max: drawablePositions,
+    step: 1,
+    toPosition: (value) => Math.round((Math.log(Math.max(value, 1e6) / 1e6) / Math.log(60)) * drawablePositions),
+    fromPosition: (at) => Number((1e6 * 60 ** (at / drawablePositions)).toPrecision(2)),
+    text: (value) => `${grouped(value)} triangles`,
+  });
   const simplifyTip = "Removes triangles that the allowed error does not require: far fewer remain, the bound holds. The server needs more time.";
   const simplify = controls.toggle("simplify", "Simplify", simplifyTip);
   const followTip = "Finer than the allowed error where it exceeds this many pixels; requested again when the camera stops.";
@@ -60,7 +71,7 @@ export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPar
   const pixels = controls.slider("pixels", "Error on the screen", pixelsTip, { min: 0.5, max: 8, step: 0.5, text: (value) => counted(value, "pixel") });
   const qualitiesRow = chips("Qualities", ...named.map(({ element }) => element));
   return {
-    elements: [error, qualitiesRow, expected, budget, simplify, follow, pixels, foldedSection("More about accuracy", false, bound, rule, tolerance)],
+    elements: [error, qualitiesRow, expected, budget, simplify, follow, pixels, foldedSection("More about accuracy", false, drawable, bound, rule, tolerance)],
     show: ({ settings, info: shown }) => {
       info = shown;
       controls.show(settings);

@@ -6,7 +6,7 @@
 import * as THREE from "three";
 
 import type { LatticeBox } from "../mesh/tile_mesh";
-import type { Coloring, Settings, SurfaceSettings } from "../state/settings";
+import { type Coloring, defaults, type Settings, type SurfaceSettings } from "../state/settings";
 import type { Affine } from "../stream/dataset";
 import type { DecodedTile, Selection } from "../workers/worker_messages";
 import { affineMatrix } from "./affine_matrix";
@@ -25,7 +25,6 @@ interface SurfaceTile {
 }
 
 const bytesPerFrame = 3_000_000; // Uploaded per frame, so that the page stays responsive.
-export const maxTriangles = 12_000_000; // The approximate limit of all surfaces of a view, including the shown ones.
 const palette = ["#d8b48f", "#7fb3d5", "#8fc9a3", "#e3a6a1", "#b7a3d9", "#e6cf7c", "#79c7c5", "#d99bc4", "#a9bf6f", "#c7a17a", "#8fa8d8", "#d6d0c4"];
 const stepPalette = ["#c75146", "#dd8a4a", "#e3c567", "#a7c17a", "#5ea58b", "#4d87b0", "#7b6fb3"];
 
@@ -34,7 +33,8 @@ export type SurfaceLook = Pick<Settings, "wireframe" | "shading" | "colorBy"> &
   Pick<SurfaceSettings, "color" | "opacity" | "visible" | "material"> & { coloring: Coloring };
 
 export class Surface {
-  budget = maxTriangles; // Triangles kept of this surface.
+  drawable = defaults.drawableTriangles; // Triangles that may be drawn of it.
+  budget = defaults.drawableTriangles; // Triangles kept of it, including the shown ones.
   private readonly tiles = new Map<string, SurfaceTile>();
   private readonly tilesByUser = new Map<object, Set<string>>(); // Ids in use by each user; a tile stays while it is in use.
   private readonly earlyScalars = new Map<string, Float32Array>(); // Scalars of tiles that have not arrived.

@@ -56,6 +56,7 @@ const viewTable = {
   followView: onOff(true, requested), // Reduces the error where it exceeds `pixels` on the screen.
   pixels: setting(format.number(0.1, 100), 1), // Allowed error on the screen, with followView.
   maxTriangles: setting(format.number(0, 1e9), 0, requested), // 0: no limit.
+  drawableTriangles: setting(format.number(0, 60e6), 12e6), // Of a surface at full resolution, where that is complete sooner; for later requests.
   simplify: onOff(true, requested), // Removes triangles that the error does not require.
   surfaces: setting(format.surfaces, []), // As written: all but the first.
   labelNames: setting(format.labelNames, []), // Names given by the user.

@@ -48,6 +48,7 @@ export interface StreamOptions {
   cachedTiles: (request: StreamRequest) => string[];
   priority?: Priority; // The priority of all requests; default: normal.
   trianglesPerSecond?: () => number; // The page's measured speed of decoding, checking and showing.
+  drawableTriangles?: () => number; // That the page can hold of the surface; default: the server's limit.
 }
 
 const policies = {
@@ -114,6 +115,7 @@ export class ResumableStream {
       scalars: request.scalars && create(ScalarRequestSchema, request.scalars),
       trianglesPerSecond: this.options.trianglesPerSecond?.() ?? 0,
       use: MeshUse.DISPLAY,
+      drawableTriangles: BigInt(Math.floor(this.options.drawableTriangles?.() ?? 0)),
     });
     return [{ kind: "send", message: { case: "openStream", value } }];
   }

@@ -6,7 +6,7 @@ import type { MeshFormat } from "../mesh/mesh_file";
 import type { DatasetInfo } from "../protocol/messages";
 import { FieldColors } from "../scene/field_colors";
 import type { Stage } from "../scene/stage";
-import { maxTriangles, Surface } from "../scene/surface";
+import { Surface } from "../scene/surface";
 import { hiddenPartsOf } from "../state/hidden_parts";
 import { noProgress, type Progress, type ServedProgress, type SurfaceSize, type SurfacesStatus } from "../state/progress";
 import { isSameData, nameOfLabel } from "../state/series";
@@ -113,7 +113,10 @@ export class SurfaceSet {
     const list = settings.surfaces;
     const wanted = this.members.flatMap((member, at) => (infos[at] && list[at]?.visible ? [{ member, at }] : []));
     this.requested = infos[0];
-    this.shareBudget(wanted.reduce((sum, { at }) => sum + shareOfLabel(infos[at]!), 0));
+    this.shareBudget(
+      settings.drawableTriangles,
+      wanted.reduce((sum, { at }) => sum + shareOfLabel(infos[at]!), 0),
+    );
     const steps = stepsToRequest(wanted.length, isDragging);
     for (const { member, at } of wanted) {
       member.client.request(infos[at]!, settingsOf(settings, at), view, { time, scalars, isDragging, steps });
@@ -258,9 +261,10 @@ export class SurfaceSet {
   }
 
   // Divides memory and the triangles that need no confirmation.
-  private shareBudget(among: number): void {
+  private shareBudget(drawable: number, among: number): void {
     for (const { surface, client } of this.members) {
-      surface.budget = maxTriangles / Math.max(1, among);
+      surface.drawable = drawable;
+      surface.budget = drawable / Math.max(1, among);
       client.sizes.surfaceCount = among;
     }
   }

@@ -70,6 +70,7 @@ export class TileStream implements ConnectionUser, PreviewClient {
       },
       priority: isPrefetch ? Priority.BACKGROUND : undefined,
       trianglesPerSecond: () => speed.trianglesPerSecond,
+      drawableTriangles: () => surface.drawable,
     });
   }
 
