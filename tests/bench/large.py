@@ -4,8 +4,11 @@
     /usr/bin/python3 tests/bench/large.py --programs build/release/bin --size 2048  half an hour, 30 GB
 
 Each row is a process: its seconds, CPU seconds of all threads, and the most memory it had, apart from the pages of the dataset,
-which the system can take back. The dataset has no errors yet, as when `serve head.nrrd` has read the file. The last row is an
-error of a pixel in a picture of 1080 lines that shows the whole head.
+which the system can take back. The dataset has no errors yet, as when `serve head.nrrd` has read the file. The last row of these is
+an error of a pixel in a picture of 1080 lines that shows the whole head.
+
+Then the steps of a stream at error 0.5 to a client that keeps no mesh and draws 60 million triangles: seconds from the request
+to checked arrays in Python (in the folder python beside that of the programs), of a stream after another; the server's memory.
 """
 
 import argparse
@@ -14,6 +17,7 @@ import os
 import pathlib
 import re
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -52,6 +56,27 @@ def row(name, *command):
     print(f"| {name} | {time.monotonic() - began:.1f} | {used.ru_utime + used.ru_stime:.1f} | {peak.mebibytes:.0f} | {triangles} |", flush=True)
 
 
+def drawn(server, dataset, log):
+    sys.path.insert(0, str(server.parent.parent / "python"))
+    import multitetra
+
+    with open(log, "w") as errors:
+        serving = subprocess.Popen([server, "serve", dataset, "--tcp", "127.0.0.1:0", "--http", "off"], stderr=errors)
+    peak = Peak(serving.pid)
+    while not (address := re.search(r"listening on (tcp://[0-9.:]+)", log.read_text())):
+        time.sleep(0.05)
+    with multitetra.connect(address[1]) as connection:
+        name = connection.datasets()[0].name
+        for is_measured, isovalue in enumerate((ISOVALUE + 1, ISOVALUE)):
+            began = time.monotonic()
+            for step in connection.steps(name, isovalue, error=0.5, display=True, drawable_triangles=60_000_000):
+                kind, triangles = "certified" if step.is_final else "preview", len(step.mesh.faces)
+                if is_measured:
+                    print(f"| {kind}, {step.payload_bytes / 1e6:.2f} MB | {time.monotonic() - began:.2f} | | {peak.mebibytes:.0f} | {triangles:,} |", flush=True)
+    serving.terminate()
+    serving.wait()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--programs", type=pathlib.Path, required=True, help="folder of multitetra-server")
@@ -70,6 +95,7 @@ def main():
         for what, *options in (("error 0.5", "--error", "0.5"), ("error 1", "--error", "1"), ("error 4", "--error", "4"),
                                ("one pixel of the whole", "--view", view)):
             row(what, server, "extract", dataset, "--isovalue", str(ISOVALUE), *options, "-o", folder / "head.ply", "--json")
+        drawn(server, dataset, folder / "log")
 
 
 if __name__ == "__main__":
