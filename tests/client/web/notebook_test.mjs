@@ -105,7 +105,8 @@ const lab = {
   save: () => jupyterapp.commands.execute("docmanager:save"),
 };
 
-async function test(name, front, address) {
+// `check` throws if there is no use in waiting.
+async function test(name, front, address, check) {
   const page = await browser.newPage({ viewport: { width: 1000, height: 900 } });
   page.setDefaultTimeout(patience);
   const others = [];
@@ -120,6 +121,7 @@ async function test(name, front, address) {
   const untilShown = async (expected) => {
     let text = "";
     for (const end = Date.now() + patience; Date.now() < end; await page.waitForTimeout(500)) {
+      check();
       text = await page.evaluate(front.ask, shown);
       if (text.trim() === expected) return;
     }
@@ -139,6 +141,7 @@ async function test(name, front, address) {
     let outputs = [];
     const hasPicture = () => outputs.some((data) => (data["image/png"] ?? "").length > 5000);
     for (const end = Date.now() + patience; !hasPicture() && Date.now() < end; ) {
+      check();
       await page.evaluate(front.save);
       await page.waitForTimeout(1000);
       const { cells } = JSON.parse(readFileSync(path.join(scratch, "view.ipynb"), "utf8"));
@@ -156,7 +159,11 @@ async function test(name, front, address) {
   }
 }
 
-// Runs `python -m MODULE` with a new notebook, and tests its page.
+// Notebook 6 with jupyter_client 8, as in Debian 13, writes to one socket from two threads, and says so when messages are lost.
+const hasLostMessages = (log) => /iostream.py.*\n.*advance[^]*AssertionError/.test(log);
+
+// Runs `python -m MODULE` with a new notebook, and tests its page. Returns "passed", "failed", or "lost": messages that the
+// server lost by its own fault.
 async function testServer(module, page, front) {
   writeNotebook();
   const port = await freePort();
@@ -172,23 +179,26 @@ async function testServer(module, page, front) {
       assert(Date.now() < end && server.exitCode === null, log);
       await new Promise((resolve) => setTimeout(resolve, 100));
     }
-    await test(module, front, `http://127.0.0.1:${port}/${page}`);
+    await test(module, front, `http://127.0.0.1:${port}/${page}`, () => assert(!hasLostMessages(log), "The server has lost messages."));
   } catch (problem) {
     console.error(problem);
     console.error(log.split("\n").slice(-15).join("\n"));
-    return false;
+    return hasLostMessages(log) ? "lost" : "failed";
   } finally {
     server.kill();
   }
-  return true;
+  return "passed";
 }
 
-let isRight = true;
+const results = [];
 if (Number(version) < 7) {
-  isRight = await testServer("notebook", "notebooks/view.ipynb", classic);
+  let result;
+  for (let tries = 0; tries < 3 && (tries === 0 || result === "lost"); ++tries) result = await testServer("notebook", "notebooks/view.ipynb", classic);
+  results.push(result);
 } else {
-  isRight = await testServer("notebook", "notebooks/view.ipynb", lab);
-  isRight = (await testServer("jupyterlab", "lab/tree/view.ipynb", lab)) && isRight;
+  results.push(await testServer("notebook", "notebooks/view.ipynb", lab));
+  results.push(await testServer("jupyterlab", "lab/tree/view.ipynb", lab));
 }
 await browser.close();
-process.exit(isRight ? 0 : 1);
+if (results.includes("lost")) skip("This notebook server loses messages (Notebook 6 with jupyter_client 8)");
+process.exit(results.every((result) => result === "passed") ? 0 : 1);
