@@ -77,10 +77,29 @@ std::uint64_t make_infinite_void(std::span<float> samples) {
 
 // ---- SampleConversion
 
+namespace {
+
+// Files state numbers that mean void with other digits than samples of 32 bits have.
+double rounded_to_float(double number) {
+  constexpr double kMax = std::numeric_limits<float>::max();
+  if (std::abs(number) <= kMax) return static_cast<float>(number);
+  // Infinite from half a step beyond.
+  return std::abs(number) < 0x1.ffffffp127 ? std::copysign(kMax, number)
+                                           : number * std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
 SampleConversion::SampleConversion(std::filesystem::path file, const ImageHeader& header,
                                    ComponentChoice choice)
     : file_(std::move(file)), header_(header), choice_(choice) {
   using Kind = ComponentChoice::Kind;
+  if (header_.type == StoredType::kF32) {
+    for (double& number : header_.missing) number = rounded_to_float(number);
+    if (header_.valid_range) {
+      for (double& end : *header_.valid_range) end = rounded_to_float(end);
+    }
+  }
   const std::int64_t components = header_.components;
   const std::string description = "each sample has " + std::to_string(components) + " components";
   if (components == 1) choice_ = {.kind = Kind::kOnlyOne};

@@ -82,7 +82,13 @@ StoredVolume open_cube(const fs::path& path) {
   }
   std::int64_t components = grid->components;
   if (grid->atoms < 0) {  // Number of orbitals, followed by their numbers.
-    const std::vector<double> orbitals = finite_numbers(std::string(take_line(rest)));
+    std::vector<double> orbitals = finite_numbers(std::string(take_line(rest)));
+    while (!orbitals.empty() && orbitals[0] <= kMaxComponents &&
+           static_cast<double>(orbitals.size()) < orbitals[0] + 1) {  // Ten to a line.
+      const std::vector<double> more = finite_numbers(std::string(take_line(rest)));
+      if (more.empty()) break;
+      orbitals.insert(orbitals.end(), more.begin(), more.end());
+    }
     if (orbitals.empty() || orbitals[0] < 1 || orbitals[0] > kMaxComponents ||
         orbitals.size() != static_cast<std::size_t>(orbitals[0]) + 1) {
       fail_reading(path, "the line of its orbitals is invalid", "Write one orbital to a file");

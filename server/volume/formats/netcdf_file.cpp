@@ -330,15 +330,16 @@ class NetcdfReader : public ArrayReader {
   NetcdfObject variable_;
 };
 
-// Samples that were never written have the value that fills variables of this type. Bytes have
-// none, and small integers may have that value for another reason, which is told.
+// Samples that were never written have _FillValue, or else the value that fills variables of this
+// type, whatever else is missing. Bytes have none, and small integers may have that value for
+// another reason, which is told.
 void set_default_fill(const NetcdfContainer& file, const std::string& array, StoredVolume& volume,
                       VolumeInArray& place) {
   const NetcdfObject variable = file.object(array);
   std::array<std::byte, 8> fill{};
   int is_unfilled = 0;
   const StoredType type = *file.type(array);
-  if (!volume.header.missing.empty() || bytes_of(type) == 1) return;
+  if (!file.numbers(array, "_FillValue").empty() || bytes_of(type) == 1) return;
   if (nc_inq_var_fill(variable.group, variable.variable, &is_unfilled, fill.data()) != NC_NOERR ||
       is_unfilled != 0)
     return;
@@ -351,6 +352,20 @@ void set_default_fill(const NetcdfContainer& file, const std::string& array, Sto
   } else {
     volume.header.missing.push_back(value);
   }
+}
+
+// Returns our reader of HDF5, which checks chunks more than libhdf5 does. Returns none for a
+// variable that has not all records of its unlimited dimensions: the library fills them.
+std::unique_ptr<ArrayReader> checked_reader(const fs::path& path, const std::string& array,
+                                            const std::vector<std::int64_t>& shape,
+                                            const VolumeChoice& choice,
+                                            std::vector<std::string>& notices) {
+  Hdf5Id file = open_hdf5_file(path);
+  if (Hdf5Container(path, file.get(), choice.allow_external_files).shape(array) != shape) return {};
+  const std::string unwritten =
+      unwritten_notice(path, file.get(), array, choice.allow_external_files);
+  if (!unwritten.empty()) notices.push_back(unwritten);
+  return hdf5_reader(path, std::move(file), array, choice.allow_external_files);
 }
 
 }  // namespace
@@ -382,14 +397,13 @@ StoredVolume open_netcdf(const fs::path& path, const VolumeChoice& choice) {
                                          /*has_components=*/true, place);
   if (is_plain) set_default_fill(*file, array, volume, place);
   if (choice.first) list_arrays(*file, array, volume.contents);
-  // libhdf5 checks chunks less than our reader of HDF5.
   std::unique_ptr<ArrayReader> reader;
   if (is_hdf5) {
     file.reset();  // libhdf5 opens no file twice with different properties.
-    reader = hdf5_reader(path, open_hdf5_file(path), array, choice.allow_external_files);
-  } else {
-    reader = std::make_unique<NetcdfReader>(std::move(file), array);
+    reader = checked_reader(path, array, shape, choice, volume.notices);
+    if (!reader) file = std::make_unique<NetcdfContainer>(path);
   }
+  if (!reader) reader = std::make_unique<NetcdfReader>(std::move(file), array);
   volume.slices = array_slices(std::move(reader), shape, std::move(place));
   return volume;
 }

@@ -198,7 +198,7 @@ Axes axes_of_qform(const NiftiHeader& header) {
       Vec3{2 * (b * d + a * c), 2 * (c * d - a * b), a * a + d * d - b * b - c * c}};
   Axes axes{.steps = {}, .origin = {x, y, z}};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    double step = header.pixdim[axis + 1];
+    double step = std::abs(header.pixdim[axis + 1]);  // Only pixdim[0] mirrors, as niftilib has it.
     if (axis == 2 && header.pixdim[0] < 0) step = -step;
     for (std::size_t row = 0; row < 3; ++row) axes.steps[axis][row] = columns[axis][row] * step;
   }
@@ -238,6 +238,11 @@ void note_disagreement(const NiftiHeader& nifti, bool is_sform_used, ImageHeader
   }
 }
 
+bool has_steps(const Axes& axes) {
+  return std::all_of(axes.steps.begin(), axes.steps.end(),
+                     [](const Vec3& step) { return length(step) > 0; });
+}
+
 // A sheared sform, as from registration, gives way to the qform, unless the grid is `resampled`.
 void place(const NiftiHeader& nifti, bool resampled, ImageHeader& header) {
   const int unit = nifti.units & 7;
@@ -253,6 +258,12 @@ void place(const NiftiHeader& nifti, bool resampled, ImageHeader& header) {
     ras_to_lps(axes.steps, axes.origin);
     set_axes(header, axes.steps, stated(axes.origin));
   };
+  const bool is_empty = nifti.sform > 0 && nifti.qform > 0 && !has_steps(axes_of_sform(nifti));
+  if (is_empty) {
+    header.contradictions.push_back(
+        {Fact::kAxes, "its sform has an axis without length; the qform is used"});
+    return set(axes_of_qform(nifti));
+  }
   if (nifti.sform > 0) set(axes_of_sform(nifti));
   const bool is_usable = nifti.sform > 0 && (resampled || has_right_angles(header));
   if (nifti.qform > 0 && !is_usable) set(axes_of_qform(nifti));

@@ -1,5 +1,6 @@
 """Writes volumes in the conventions of communities for HDF5, NetCDF, Zarr and N5, most of them by other programs than ours, and prints
 what is right for each (see odd_volumes_test.cpp)."""
+import base64
 import json
 import pathlib
 import shutil
@@ -295,6 +296,74 @@ def dream3d():
     read("dream3d", folder / "cells.dream3d", volume, **PLACE)
 
 
+def netcdf_axes():
+    """Axes that attributes of coordinates name (CF conventions), and coordinates that are packed or rounded."""
+    import netCDF4
+
+    def variable(name, dimensions, data, **more):
+        """`dimensions`: name, coordinates, and attributes of these."""
+        with netCDF4.Dataset(folder / name, "w", format="NETCDF3_CLASSIC") as file:
+            for axis, values, attributes in dimensions:
+                file.createDimension(axis, len(values))
+                along = file.createVariable(axis, attributes.pop("type_", "f8"), (axis,))
+                along.set_auto_maskandscale(False)
+                along[:] = values
+                along.setncatts(attributes)
+            file.createVariable("v", "i2", [axis for axis, *_ in dimensions])[:] = data
+        return folder / name
+
+    place = {"unit": "m", **PLACE}
+    (xs, _), (ys, _), (zs, _) = (AXES[axis] for axis in "xyz")
+    xyz = [("n1", xs, {"axis": "X", "units": "m"}), ("n2", ys, {"axis": "Y", "units": "m"}), ("n3", zs, {"axis": "Z", "units": "m"})]
+    read("netcdf-axis-attributes", variable("axis.nc", xyz, volume.transpose()), volume, **place)
+    # Longitudes, latitudes and levels in any order; times by their unit.
+    earth = {"lon": ("a", xs, {"units": "degrees_east"}), "lat": ("b", ys, {"standard_name": "latitude"}), "lev": ("lev", zs, {"positive": "up"}),
+             "time": ("when", [0, 1], {"units": "days since 2000-01-01"})}
+    for order in ("time lev lat lon", "lev time lat lon", "time lon lat lev"):
+        plain = numpy.stack([volume + 1000, volume])  # time, lev, lat, lon
+        data = plain.transpose([("time", "lev", "lat", "lon").index(name) for name in order.split()])
+        path = variable(f"earth-{order.replace(' ', '-')}.nc", [(n, v, dict(a)) for n, v, a in (earth[name] for name in order.split())], data)
+        read(f"netcdf-{order}", path, volume, options="time=1", unit="degrees_east", **PLACE)
+    packed = [("z", numpy.arange(5), {"units": "m", "type_": "i2", "scale_factor": 2.0, "add_offset": 3.0}), ("y", ys, {"units": "m"}),
+              ("x", numpy.arange(8), {"units": "m", "type_": "i2", "scale_factor": 0.5, "add_offset": 1.0})]
+    read("netcdf-packed-coordinates", variable("packed-coordinates.nc", packed, volume), volume, **place)
+    fine = [("z", zs, {"units": "m"}), ("y", ys, {"units": "m"}), ("x", 170 + 0.005 * numpy.arange(8), {"units": "m", "type_": "f4"})]
+    read("netcdf-rounded-coordinates", variable("rounded.nc", fine, volume), volume, notice="!evenly", unit="m", origin=(170, 2, 3),
+         steps=diagonal(0.005, 1.5, 2))
+    uneven = [("z", zs, {"units": "m"}), ("y", ys, {"units": "m"}), ("x", numpy.array([170, 170.005, 170.02, 170.025, 170.03, 170.035, 170.04, 170.045]), {"units": "m", "type_": "f4"})]
+    read("netcdf-uneven-coordinates", variable("uneven.nc", uneven, volume), volume, notice="not evenly spaced", unit="m", origin=(0, 2, 3), steps=diagonal(1, 1.5, 2))
+
+
+def netcdf_unlimited():
+    """A variable with fewer records than another one."""
+    import netCDF4
+    for kind in ("NETCDF4", "NETCDF3_CLASSIC"):
+        with netCDF4.Dataset(folder / f"short-{kind}.nc", "w", format=kind) as file:
+            for axis, size in (("z", None), ("y", 6), ("x", 8)):
+                file.createDimension(axis, size)
+            v = file.createVariable("v", "f4", ("z", "y", "x"))
+            v[:] = volume
+            file.createVariable("w", "f4", ("z",))[:] = range(6)
+        expected = numpy.concatenate([volume, numpy.full((1, 6, 8), numpy.nan)])
+        read(f"netcdf-short-{kind}", folder / f"short-{kind}.nc", expected, options="array=v")
+
+
+def unwritten():
+    """Samples that no program wrote, and missing values of fewer digits than samples have."""
+    with hdf5_file("stopped.h5") as file:
+        file.create_dataset("v", SHAPE, "f4", chunks=(1, 6, 8), fillvalue=-1)[:3] = volume[:3]
+    expected = volume.astype("f4")
+    expected[3:] = -1
+    read("hdf5-unwritten-chunks", folder / "stopped.h5", expected, notice="2 of 5 chunks were never written")
+    with hdf5_file("empty.h5") as file:
+        file.create_dataset("v", SHAPE, "f4")
+    read("hdf5-unwritten", folder / "empty.h5", 0 * volume, notice="its samples were never written")
+    with hdf5_file("digits.h5") as file:
+        file["v"] = numpy.where(volume == 50, -9999.9, volume).astype("f4")
+        file["v"].attrs.update({"_FillValue": -9999.9, "valid_max": 239.0})
+    read("hdf5-missing-of-more-digits", folder / "digits.h5", numpy.where(volume == 50, numpy.nan, volume))
+
+
 def netcdf():
     import netCDF4
     for kind in ("NETCDF4", "NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA", "NETCDF4_CLASSIC"):
@@ -349,6 +418,13 @@ def netcdf():
             refuse(f"{tag}-cut", write(f"{tag}-cut.nc", packed.read_bytes()[:-8]), "ends too early")
         elif kind == "NETCDF4":
             refuse(f"{tag}-cut", write(f"{tag}-cut.nc", packed.read_bytes()[:-8]), "libhdf5 cannot open it")
+        # Beside missing_value the default fill holds, too.
+        expected = unwritten.copy()
+        expected[4] = numpy.nan
+        expected[volume == 50] = numpy.nan
+        read(f"{tag}-default-fill-and-missing", variable(f"{tag}8.nc", unwritten, type_="f4", missing_value=numpy.float32(50)), expected, **place)
+    netcdf_axes()
+    netcdf_unlimited()
     with netCDF4.Dataset(folder / "records.nc", "w", format="NETCDF3_CLASSIC") as file:
         file.createDimension("time", None)
         for axis, size in zip("zyx", SHAPE):
@@ -397,6 +473,14 @@ def xarray():
         "zarr_format": 3, "node_type": "array", "shape": SHAPE, "data_type": "float32", "fill_value": "0x40490fdb",
         "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": SHAPE}}, "codecs": [{"name": "bytes", "configuration": {"endian": "little"}}],
         "chunk_key_encoding": {"name": "default"}}).encode())
+    # As xarray writes the fill value of floats in Zarr 3.
+    encoded = base64.b64encode(struct.pack("<d", 50)).decode()
+    write("base64.zarr/zarr.json", json.dumps({
+        "zarr_format": 3, "node_type": "array", "shape": SHAPE, "data_type": "float32", "fill_value": 0, "attributes": {"_FillValue": encoded},
+        "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": SHAPE}}, "codecs": [{"name": "bytes", "configuration": {"endian": "little"}}],
+        "chunk_key_encoding": {"name": "default"}}).encode())
+    write("base64.zarr/c/0/0/0", volume.astype("<f4").tobytes())
+    read("zarr-missing-in-base64", folder / "base64.zarr", numpy.where(volume == 50, numpy.nan, volume))
     read("zarr-fill-in-hexadecimal", folder / "hexadecimal.zarr", numpy.full(SHAPE, numpy.pi), notice="1 of 1 chunks are missing")
 
 
@@ -481,7 +565,7 @@ def n5():
     read("n5-only-array", folder / "group.n5", volume, steps=diagonal(0.5, 1.5, 2))
 
 
-run_with_packages(itk, minc, vtkhdf, nexus, emd, openpmd, axistags, big_data_viewer, dream3d, netcdf)
+run_with_packages(itk, minc, vtkhdf, nexus, emd, openpmd, axistags, big_data_viewer, dream3d, netcdf, unwritten)
 xarray()
 ome()
 n5()

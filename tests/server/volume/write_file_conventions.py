@@ -354,6 +354,9 @@ def vtk():
             for apart in (False, True):
                 name = f"vti-{bits}-{inline}-{apart}.vti"
                 read(name, vti(name, bits, inline, apart), volume, **place)
+    flat = b'<VTKFile type="ImageData"><ImageData WholeExtent="0 8 0 6 0 0" Origin="0 0 0" Spacing="1 1 1"><Piece Extent="0 8 0 6 0 0"><CellData>'
+    flat += b'<DataArray type="UInt16" Name="s" format="ascii">' + " ".join(map(str, volume[0].flat)).encode() + b"</DataArray></CellData>"
+    read("vti-flat-cells", write("flat.vti", flat + b"</Piece></ImageData></VTKFile>"), volume[:1], origin=(0.5, 0.5, 0))
     path = vti("padded.vti", 32, True, True)
     data = path.read_bytes()
     at = data.index(b'"binary">\n') + 10 + 8 + 40  # Behind the number of bytes.
@@ -391,6 +394,13 @@ def detached():
         read(f"mhd-text-{name}", write(f"text-{name}.mhd", meta.format("BinaryData = False\n", f"{name}.txt").encode()), volume, notice=notice, **place)
         cube = "a cube\nof a test\n1 0 0 0\n5 0 0 2\n6 0 1.5 0\n8 0.5 0 0\n1 1 0 0 0\n" + numbers + more
         read(f"cube-{name}", write(f"{name}.cube", cube.encode()), volume, notice=notice, unit="bohr", **place)
+    # Twelve orbitals, ten numbers to a line; exponents as Fortran writes them.
+    head = "a cube\nof orbitals\n-1 0 0 0\n5 0 0 2\n6 0 1.5 0\n8 0.5 0 0\n1 1 0 0 0\n12 1 2 3 4 5 6 7 8 9\n10 11 12\n"
+    rows = "".join(" ".join(["0.1D-03", "1.0-101", *[f"{number * 1000}.D-03"] * 10]) + "\n" for number in volume.flat)
+    orbitals = write("orbitals.cube", (head + rows).encode())
+    read("cube-orbitals", orbitals, volume, options="component=3", unit="bohr", **place)
+    read("cube-fortran", orbitals, numpy.full(volume.shape, 1e-4), options="component=0", unit="bohr", **place)
+    read("cube-fortran-of-three-digits", orbitals, 0 * volume, options="component=1", unit="bohr", **place)
     write("longer.hex", (data + b"12").hex().encode())
     read("nhdr-hex-longer", write("hex.nhdr", nrrd.format("hex", "", "longer.hex").encode()), volume, notice="has 2 bytes more", **place)
     write("members.gz", gzip.compress(data[:100]) + gzip.compress(data[100:]) + gzip.compress(b"more"))
@@ -480,6 +490,13 @@ def nifti():
         image.header.set_xyzt_units("mm")
         nibabel.save(image, folder / f"{name}.nii")
         read(f"nifti-{name}", folder / f"{name}.nii", volume, notice=notice, **place)
+    data = bytearray((folder / "same.nii").read_bytes())
+    data[254:256] = struct.pack("<h", 0)
+    data[80:84] = struct.pack("<f", -0.5)  # Only the first of pixdim mirrors.
+    read("nifti-negative-step", write("negative.nii", data), volume, **place)
+    data = bytearray((folder / "same.nii").read_bytes())
+    data[280:328] = bytes(48)
+    read("nifti-empty-sform", write("empty-sform.nii", data), volume, notice="its sform has an axis without length; the qform is used", **place)
     data = bytearray((folder / "same.nii").read_bytes())
     data[112:120] = struct.pack("<2f", 2, math.nan)
     read("nifti-no-intercept", write("intercept.nii", data), 2 * volume, notice="its intercept (scl_inter) is not a number; 0 is used", **place)

@@ -28,12 +28,15 @@ constexpr std::array kConventions = {
 };
 
 // Returns the distance of evenly spaced values; nullopt for others.
-std::optional<double> even_step(const std::vector<double>& values) {
+std::optional<double> even_step(const AxisCoordinates& coordinates) {
+  const std::vector<double>& values = coordinates.values;
   const double step = (values.back() - values.front()) / static_cast<double>(values.size() - 1);
   if (!std::isfinite(step) || step == 0) return std::nullopt;
+  const double tolerance =
+      std::min(1e-3 * std::abs(step) + 2 * coordinates.rounding, 0.25 * std::abs(step));
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double expected = values.front() + step * static_cast<double>(i);
-    if (!(std::abs(values[i] - expected) <= 1e-3 * std::abs(step))) return std::nullopt;
+    if (!(std::abs(values[i] - expected) <= tolerance)) return std::nullopt;
   }
   return step;
 }
@@ -48,17 +51,52 @@ void set_times(const AxisCoordinates& coordinates, SourceTimes& times) {
   times.unit = time_unit_from(coordinates.unit);
 }
 
+// Returns x, y, z or time if the attributes of coordinates say that they are these (CF conventions,
+// chapters 4 and 5); else empty.
+std::string axis_said_by(const ArrayContainer& file, const std::string& along) {
+  const std::string axis = lower_case(file.text(along, "axis"));
+  if (axis == "t") return "time";
+  if (axis == "x" || axis == "y" || axis == "z") return axis;
+  const std::string unit = file.text(along, "units");
+  const std::string name = file.text(along, "standard_name");
+  const auto is_of = [&](std::string_view direction, std::string_view line, std::string_view side) {
+    return (unit.starts_with("degree") && unit.ends_with(direction)) || name.ends_with(line) ||
+           name == "projection_" + std::string(side) + "_coordinate";
+  };
+  if (is_of("east", "longitude", "x") || unit == "degree_E" || unit == "degrees_E") return "x";
+  if (is_of("north", "latitude", "y") || unit == "degree_N" || unit == "degrees_N") return "y";
+  if (name == "time" || unit.find(" since ") != std::string::npos) return "time";
+  return file.text(along, "positive").empty() ? std::string() : "z";
+}
+
+// Returns the roles that attributes of coordinates and names of dimensions say; empty if they do
+// not say which are x and y.
+std::vector<DimensionRole> stated_roles(const ArrayContainer& file, const std::string& array) {
+  const std::vector<std::string> names = file.dimension_names(array);
+  std::vector<std::string> said = names;
+  for (std::size_t d = 0; d < names.size(); ++d) {
+    const std::string name = lower_case(names[d]);
+    if (name == "lon" || name == "longitude") said[d] = "x";
+    if (name == "lat" || name == "latitude") said[d] = "y";
+    const std::string along = file.coordinates(array, d);
+    if (along.empty()) continue;
+    if (const std::string axis = axis_said_by(file, along); !axis.empty()) said[d] = axis;
+  }
+  std::vector<DimensionRole> roles = roles_from(said);
+  return roles.empty() ? roles_from(names) : roles;
+}
+
 // The conventions of NetCDF, which others use too: coordinates of dimensions, packing attributes.
 void describe_plainly(const ArrayContainer& file, const std::string& array, ArrayMeaning& meaning) {
   const std::vector<std::int64_t> shape = file.shape(array);
-  meaning.roles = roles_from(file.dimension_names(array));
+  meaning.roles = stated_roles(file, array);
   meaning.are_roles_by_place = meaning.roles.empty();
   if (meaning.roles.empty()) meaning.roles = roles_by_place(shape);
   std::vector<AxisCoordinates> coordinates(shape.size());
   for (std::size_t d = 0; d < shape.size(); ++d) {
     const std::string along = file.coordinates(array, d);
     if (along.empty()) continue;
-    coordinates[d] = {.values = file.values(along), .unit = file.text(along, "units")};
+    coordinates[d] = coordinates_in(file, along);
     if (std::ssize(coordinates[d].values) != shape[d]) coordinates[d] = {};
   }
   place_by_coordinates(coordinates, meaning);
@@ -129,6 +167,21 @@ void name_z(std::vector<DimensionRole>& roles) {
 
 }  // namespace
 
+AxisCoordinates coordinates_in(const ArrayContainer& file, const std::string& along) {
+  AxisCoordinates coordinates{.values = file.values(along), .unit = file.text(along, "units")};
+  const double factor = file.number(along, "scale_factor", 1);
+  const double offset = file.number(along, "add_offset", 0);
+  double largest = 0;
+  for (double& value : coordinates.values) {
+    value = factor * value + offset;
+    largest = std::max(largest, std::abs(value));
+  }
+  if (!coordinates.values.empty() && file.type(along) == StoredType::kF32) {
+    coordinates.rounding = std::ldexp(largest, -24);
+  }
+  return coordinates;
+}
+
 std::vector<DimensionRole> roles_from(const std::vector<std::string>& names) {
   std::vector<DimensionRole> roles;
   roles.reserve(names.size());
@@ -168,14 +221,14 @@ void place_by_coordinates(const std::vector<AxisCoordinates>& coordinates, Array
   StatedNumbers steps = kNotStated;
   std::array<std::string, 3> units;
   for (std::size_t d = 0; d < coordinates.size(); ++d) {
-    const auto& [values, unit] = coordinates[d];
+    const auto& [values, unit, rounding] = coordinates[d];
     if (meaning.roles[d] == DimensionRole::kTime) set_times(coordinates[d], meaning.times);
     if (values.empty() || meaning.roles[d] > DimensionRole::kZ) continue;
     const auto axis = static_cast<std::size_t>(meaning.roles[d]);
     origin[axis] = values.front();
     units[axis] = unit;
     if (values.size() < 2) continue;
-    steps[axis] = even_step(values);
+    steps[axis] = even_step(coordinates[d]);
     if (steps[axis]) continue;
     origin[axis].reset();
     units[axis].clear();

@@ -67,7 +67,11 @@ struct ArrayConvention {
 struct AxisCoordinates {
   std::vector<double> values = {};
   std::string unit = {};
+  double rounding = 0;  // By how much each value may be rounded.
 };
+
+// Returns the coordinates in an array of one dimension, unpacked by scale_factor and add_offset.
+[[nodiscard]] AxisCoordinates coordinates_in(const ArrayContainer& file, const std::string& along);
 
 // Returns the roles of dimensions that are named x, y, z (or t, time, c, channel; other names are
 // kOther); empty unless x and y occur once each, and z at most once. Without a z, the other name

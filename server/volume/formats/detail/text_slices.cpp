@@ -33,6 +33,25 @@ Number rounded_out_of_range(std::string_view word) {
   return word.starts_with('-') ? -kInfinity : kInfinity;
 }
 
+// Fortran writes 0.12D-03, and an exponent of three digits without its letter: 1.23456-101. Returns
+// such a number as others write it; empty for all others.
+std::string without_fortran(std::string_view word) {
+  const std::size_t letter = word.find_first_of("dD");
+  const std::size_t sign = word.find_last_of("+-");
+  const bool has_no_letter = word.find_first_of("eE") == std::string_view::npos &&
+                             sign != std::string_view::npos && sign > 0 &&
+                             sign + 4 == word.size() && word.find('.') < sign;
+  std::string plain(word);
+  if (letter != std::string_view::npos) {
+    plain[letter] = 'e';
+  } else if (has_no_letter) {
+    plain.insert(sign, "e");
+  } else {
+    return {};
+  }
+  return plain;
+}
+
 class TextSlices : public StoredSlices {
  public:
   TextSlices(NumbersInText numbers, const ImageHeader& header)
@@ -129,6 +148,10 @@ class TextSlices : public StoredSlices {
         number = rounded_out_of_range<Number>(digits);
         is_number = true;
       }
+    }
+    if constexpr (std::is_floating_point_v<Number>) {
+      const std::string plain = is_number ? std::string() : without_fortran(digits);
+      if (!plain.empty()) return store_as<Number>(plain, into);
     }
     if (!is_number) {
       fail_reading(file_.path(),

@@ -54,6 +54,9 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   StoredVolume volume = described_volume(container, array, std::move(meaning), choice,
                                          /*has_components=*/true, place);
   if (choice.first) list_arrays(container, array, volume.contents);
+  const std::string unwritten =
+      unwritten_notice(path, file.get(), array, choice.allow_external_files);
+  if (!unwritten.empty()) volume.notices.push_back(unwritten);
   std::vector<std::int64_t> shape = container.shape(array);
   for (std::size_t axis = 0; axis < 3; ++axis) {  // Without padding.
     if (place.axes[axis]) shape[*place.axes[axis]] = volume.header.dims[axis];

@@ -127,6 +127,10 @@ StoredVolume open_pvti(const fs::path& path, const VolumeChoice& choice) {
   std::vector<PlacedPiece> pieces;
   StoredVolume volume{.header = {.values = kNumbersAsStored}};  // Replaced by the first piece.
   bool of_cells = false;
+  const auto side_of_all = [&](std::size_t axis) {
+    const std::int64_t cells = parsed->extent[2 * axis + 1] - parsed->extent[2 * axis];
+    return of_cells ? std::max<std::int64_t>(cells, 1) : cells + 1;  // Cells of a flat image, too.
+  };
   for (const std::string& source : parsed->pieces) {
     const fs::path piece_file = named_data_file(path, source, choice.allow_external_files);
     VtiPiece piece = open_vti_piece(piece_file, choice);
@@ -143,15 +147,14 @@ StoredVolume open_pvti(const fs::path& path, const VolumeChoice& choice) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       placed.at[axis] = piece.extent[2 * axis] - parsed->extent[2 * axis];
       placed.dims[axis] = (pieces.size() == 1 ? volume.header : header).dims[axis];
-      const std::int64_t all = parsed->extent[2 * axis + 1] - parsed->extent[2 * axis] + !of_cells;
-      if (placed.at[axis] < 0 || placed.at[axis] + placed.dims[axis] > all) {
+      if (placed.at[axis] < 0 || placed.at[axis] + placed.dims[axis] > side_of_all(axis)) {
         fail_reading(piece_file, "it is outside the whole extent", "Save it again");
       }
     }
   }
   ImageHeader& header = volume.header;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    header.dims[axis] = parsed->extent[2 * axis + 1] - parsed->extent[2 * axis] + !of_cells;
+    header.dims[axis] = side_of_all(axis);
     const Vec3& step = header.geometry.axes[axis];
     for (std::size_t row = 0; row < 3; ++row) {
       std::optional<double>& origin = header.geometry.origin[row];

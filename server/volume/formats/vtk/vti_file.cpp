@@ -64,8 +64,9 @@ VtiPiece open_vti_piece(const fs::path& path, const VolumeChoice& choice) {
   Vec3 origin = vti.origin.value_or(Vec3{});
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::int64_t low = vti.piece[2 * axis];
-    header.dims[axis] = vti.piece[2 * axis + 1] - low + (array.of_cells ? 0 : 1);
-    const double first = static_cast<double>(low) + (array.of_cells ? 0.5 : 0.0);
+    const std::int64_t cells = vti.piece[2 * axis + 1] - low;
+    header.dims[axis] = array.of_cells ? std::max<std::int64_t>(cells, 1) : cells + 1;
+    const double first = static_cast<double>(low) + (array.of_cells && cells > 0 ? 0.5 : 0.0);
     for (std::size_t row = 0; row < 3; ++row) {
       steps[axis][row] = vti.directions[axis][row] * spacing[axis];
       origin[row] += steps[axis][row] * first;

@@ -49,7 +49,8 @@ bool describe_emd(const ArrayContainer& file, const std::string& array, ArrayMea
   for (std::size_t d = 0; d < shape.size(); ++d) {
     const std::string along = group + "/dim" + std::to_string(first + d);
     names[d] = file.text(along, "name");
-    coordinates[d] = {.values = file.values(along), .unit = plain_unit(file.text(along, "units"))};
+    coordinates[d] = coordinates_in(file, along);
+    coordinates[d].unit = plain_unit(coordinates[d].unit);
     std::vector<double>& values = coordinates[d].values;
     if (values.size() == 2) {
       for (std::int64_t i = 2; i < std::min<std::int64_t>(shape[d], kMaxSide); ++i) {

@@ -79,7 +79,7 @@ bool describe_nexus(const ArrayContainer& file, const std::string& array, ArrayM
   std::vector<AxisCoordinates> coordinates(shape.size());
   for (std::size_t d = 0; d < axes.size() && axes.size() == shape.size(); ++d) {
     const std::string along = group + "/" + axes[d];
-    coordinates[d] = {.values = file.values(along), .unit = file.text(along, "units")};
+    coordinates[d] = coordinates_in(file, along);
     std::vector<double>& values = coordinates[d].values;
     if (std::ssize(values) == shape[d] + 1) {  // Edges of bins.
       for (std::size_t i = 0; i + 1 < values.size(); ++i)

@@ -202,6 +202,30 @@ std::string Hdf5Container::coordinates(const std::string& array, std::size_t dim
   return has_values ? scale : std::string();
 }
 
+std::string unwritten_notice(const fs::path& path, hid_t file, const std::string& dataset,
+                             bool allow_external_files) {
+  const std::optional<Hdf5Id> found = open_hdf5_dataset(path, file, dataset, allow_external_files);
+  if (!found || is_elsewhere(found->get())) return {};
+  const Hdf5Id creation(H5Dget_create_plist(found->get()), &H5Pclose);
+  const H5D_layout_t layout = H5Pget_layout(creation.get());
+  const std::string name = "'" + path.string() + "': ";
+  if (layout == H5D_CONTIGUOUS && H5Dget_storage_size(found->get()) == 0)
+    return name + "its samples were never written; they have the dataset's fill value.";
+  if (layout != H5D_CHUNKED) return {};
+  const std::vector<hsize_t> dims = hdf5_dims(found->get());
+  std::vector<hsize_t> chunk(dims.size());
+  H5Pget_chunk(creation.get(), static_cast<int>(chunk.size()), chunk.data());
+  hsize_t all = 1;
+  for (std::size_t d = 0; d < dims.size(); ++d) {
+    if (__builtin_mul_overflow(all, (dims[d] + chunk[d] - 1) / chunk[d], &all)) return {};
+  }
+  const Hdf5Id space(H5Dget_space(found->get()), &H5Sclose);
+  hsize_t written = 0;
+  if (H5Dget_num_chunks(found->get(), space.get(), &written) < 0 || written >= all) return {};
+  return name + std::to_string(all - written) + " of " + std::to_string(all) +
+         " chunks were never written; their samples have the dataset's fill value.";
+}
+
 std::unique_ptr<ArrayReader> hdf5_reader(const fs::path& path, Hdf5Id file,
                                          const std::string& dataset, bool allow_external_files) {
   std::optional<Hdf5Id> found = open_hdf5_dataset(path, file.get(), dataset, allow_external_files);

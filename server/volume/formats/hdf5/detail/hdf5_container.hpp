@@ -48,4 +48,9 @@ class Hdf5Container : public ArrayContainer {
                                                        Hdf5Id file, const std::string& dataset,
                                                        bool allow_external_files);
 
+// Returns a notice that samples of a dataset were never written, so that they have its fill value,
+// empty if all were.
+[[nodiscard]] std::string unwritten_notice(const std::filesystem::path& path, hid_t file,
+                                           const std::string& dataset, bool allow_external_files);
+
 }  // namespace multitetra

@@ -33,6 +33,22 @@ std::optional<double> number_of(const Json& value) {
   return std::nullopt;
 }
 
+// xarray writes the float that fills an array of Zarr 3 as base64 of the eight bytes of a double.
+std::optional<double> number_in_base64(const Json& value) {
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  constexpr std::size_t kCount = 11;
+  const std::string text = value.is_string() ? value.get<std::string>() : std::string();
+  if (text.size() != kCount + 1 || text.back() != '=') return std::nullopt;
+  std::array<std::byte, 9> bytes{};
+  for (std::size_t bit = 0; bit < 6 * kCount; ++bit) {
+    const std::size_t digit = kDigits.find(text[bit / 6]);
+    if (digit == std::string_view::npos) return std::nullopt;
+    bytes[bit / 8] |= static_cast<std::byte>((digit >> (5 - bit % 6) & 1) << (7 - bit % 8));
+  }
+  return number_from(StoredType::kF64, bytes.data());
+}
+
 }  // namespace
 
 std::string key_prefix_of(const std::string& path) {
@@ -173,6 +189,9 @@ std::vector<double> ZarrContainer::numbers(const std::string& object, const char
   const Json value = all.is_object() ? all.value(attribute, Json()) : Json();
   std::vector<double> numbers;
   if (const auto number = number_of(value)) return {*number};
+  if (std::string_view(attribute) == "_FillValue") {
+    if (const auto number = number_in_base64(value)) return {*number};
+  }
   if (!value.is_array()) return {};
   for (const Json& element : value) {
     const auto number = number_of(element);
