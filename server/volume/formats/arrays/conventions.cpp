@@ -59,12 +59,13 @@ std::string axis_said_by(const ArrayContainer& file, const std::string& along) {
   if (axis == "x" || axis == "y" || axis == "z") return axis;
   const std::string unit = file.text(along, "units");
   const std::string name = file.text(along, "standard_name");
-  const auto is_of = [&](std::string_view direction, std::string_view line, std::string_view side) {
-    return (unit.starts_with("degree") && unit.ends_with(direction)) || name.ends_with(line) ||
-           name == "projection_" + std::string(side) + "_coordinate";
+  const auto is_degrees = [&](std::string_view word, char letter) {
+    return unit.starts_with("degree") && (unit.ends_with(word) || unit.ends_with(letter));
   };
-  if (is_of("east", "longitude", "x") || unit == "degree_E" || unit == "degrees_E") return "x";
-  if (is_of("north", "latitude", "y") || unit == "degree_N" || unit == "degrees_N") return "y";
+  if (name.ends_with("longitude") || name == "projection_x_coordinate" || is_degrees("east", 'E'))
+    return "x";
+  if (name.ends_with("latitude") || name == "projection_y_coordinate" || is_degrees("north", 'N'))
+    return "y";
   if (name == "time" || unit.find(" since ") != std::string::npos) return "time";
   return file.text(along, "positive").empty() ? std::string() : "z";
 }
