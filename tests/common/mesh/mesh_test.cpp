@@ -178,6 +178,8 @@ TEST(Topology, FindsTheBorderOnEachOfTheSixFaces) {
     const auto [low, high] = faces[static_cast<std::size_t>(axis)];
     EXPECT_TRUE(border.contains_edge(with(a, axis, low), with(b, axis, low)));
     EXPECT_TRUE(border.contains_edge(with(a, axis, high), with(b, axis, high)));
+    EXPECT_FALSE(border.contains_edge(with(a, axis, low + 1), with(b, axis, low + 1)));
+    EXPECT_FALSE(border.contains_edge(with(a, axis, high - 1), with(b, axis, high - 1)));
     EXPECT_FALSE(border.contains_edge(with(a, axis, low), with(b, axis, high)));
     EXPECT_FALSE(border.contains_edge(with(a, axis, low), b));
   }
@@ -214,12 +216,15 @@ TEST(Topology, CountsTheEdgesOfAnyFan) {
 }
 
 TEST(Topology, CountsDegenerateTrianglesWithoutTheirEdges) {
-  LatticeMesh mesh = surfaces::torus(5, 24, 12, 0.2, 1);
-  mesh.triangles.push_back({3, 3, 9});
-  const MeshTopology found = topology(mesh, kNoBorder);
-  EXPECT_EQ(found.degenerate_triangles, 1);
-  EXPECT_EQ(found.open_edges, 0);
-  EXPECT_FALSE(found.is_sound());
+  for (const TriangleIndices& degenerate :
+       {TriangleIndices{3, 3, 9}, TriangleIndices{9, 3, 3}, TriangleIndices{3, 9, 3}}) {
+    LatticeMesh mesh = surfaces::torus(5, 24, 12, 0.2, 1);
+    mesh.triangles.push_back(degenerate);
+    const MeshTopology found = topology(mesh, kNoBorder);
+    EXPECT_EQ(found.degenerate_triangles, 1);
+    EXPECT_EQ(found.open_edges, 0);
+    EXPECT_FALSE(found.is_sound());
+  }
 }
 
 TEST(Topology, IsZeroAndValidForAnEmptyMesh) {
