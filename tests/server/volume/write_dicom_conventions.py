@@ -42,6 +42,62 @@ def slices(name, change=None, syntax="1.2.840.10008.1.2.1", pixels=volume):
     return folder / name
 
 
+def moments():
+    """Several images at each position: what tells them apart is not their numbers and files."""
+    def series(name, count, change, places=lambda i, t: 30 + 2 * i):
+        for t in range(count):
+            for i in range(SHAPE[0]):
+                data = image(i + 1)
+                data.PixelSpacing, data.SliceThickness = [1.5, 0.5], 2
+                data.ImagePositionPatient, data.ImageOrientationPatient = [10, 20, places(i, t)], [1, 0, 0, 0, 1, 0]
+                data.PixelData = (volume[i] + 1000 * t).tobytes()
+                data.SOPInstanceUID = data.file_meta.MediaStorageSOPInstanceUID = f"1.2.3.{t}.{i}"
+                if change(i, t, data) != "none":
+                    save(data, name, f"{(7 * i + 3 * t) % 11:02}-{i}-{t}.dcm")  # In no order.
+        return folder / name
+
+    def acquisitions(i, t, data):
+        data.AcquisitionNumber = t + 1
+
+    def identified(i, t, data):
+        data.TemporalPositionIdentifier, data.InstanceNumber = t + 1, (1 - t if i == 2 else t) * SHAPE[0] + i + 1
+
+    def echoes(i, t, data):
+        data.EchoTime, data.InstanceNumber = [10, 20][t], (1 - t) * SHAPE[0] + i + 1
+
+    def incomplete(i, t, data):
+        data.AcquisitionNumber = 2 - t
+        return "none" if t == 1 and i == 3 else ""
+
+    for name, change in (("restarted", acquisitions), ("identified", identified)):
+        path = series(f"moments-{name}", 2, change)
+        for t in range(2):
+            read(f"moments-{name}-{t}", path, volume + 1000 * t, options=f"time={t}", **PLACE)
+    # In the order of their numbers.
+    read("moments-echoes", series("moments-echoes", 2, echoes), volume + 1000, options="time=0", **PLACE)
+    read("moments-incomplete", series("moments-incomplete", 2, incomplete), volume, notice="skipped slices at duplicate positions", **PLACE)
+    between = series("moments-between", 2, acquisitions, lambda i, t: 30 + 2 * i + t)
+    both = numpy.stack([volume, volume + 1000], axis=1).reshape(10, *SHAPE[1:])
+    read("moments-between", between, both, notice="its slices alternate between 2 values of AcquisitionNumber",
+         **{**PLACE, "steps": diagonal(0.5, 1.5, 1)})
+
+    # An enhanced file whose frames alternate, the later time first.
+    def enhanced(data):
+        frames = []
+        for i in range(SHAPE[0]):
+            for t in (1, 0):
+                frames.append(items(PlanePositionSequence=items(ImagePositionPatient=[10, 20, 30 + 2 * i]),
+                                    FrameContentSequence=items(TemporalPositionIndex=t + 1))[0])
+        from pydicom.sequence import Sequence
+        data.SharedFunctionalGroupsSequence = items(PixelMeasuresSequence=items(PixelSpacing=[1.5, 0.5], SliceThickness=2),
+                                                    PlaneOrientationSequence=items(ImageOrientationPatient=[1, 0, 0, 0, 1, 0]))
+        data.PerFrameFunctionalGroupsSequence = Sequence(frames)
+
+    pixels = numpy.stack([volume + 1000, volume], axis=1).reshape(10, *SHAPE[1:])
+    path = one_file("moments-enhanced", enhanced, kind="1.2.840.10008.5.1.4.1.1.2.1", pixels=pixels)
+    read("moments-enhanced", path, volume, options="time=0", **PLACE)
+
+
 def spacing():
     def table(_, data):
         data.ModalityLUTSequence = items(LUTDescriptor=[240, 0, 16], ModalityLUTType="HU", LUTData=bytes(480))
@@ -590,4 +646,4 @@ def compressed():
     read("j2k-unsigned", path, numbers, **PLACE)
 
 
-run_with_packages(spacing, bits, values, places, colors, ultrasound, mosaics, without_preamble, segmentations, parametric_maps, compressed)
+run_with_packages(moments, spacing, bits, values, places, colors, ultrasound, mosaics, without_preamble, segmentations, parametric_maps, compressed)

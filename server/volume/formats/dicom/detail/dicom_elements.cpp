@@ -47,6 +47,7 @@ std::vector<Number> binary_at(const gdcm::DataSet& data, const gdcm::Tag& tag) {
 }
 
 template std::vector<std::uint16_t> binary_at(const gdcm::DataSet&, const gdcm::Tag&);
+template std::vector<std::uint32_t> binary_at(const gdcm::DataSet&, const gdcm::Tag&);
 template std::vector<double> binary_at(const gdcm::DataSet&, const gdcm::Tag&);
 
 DicomSequence sequence_at(const gdcm::DataSet& data, const gdcm::Tag& tag) {

@@ -24,7 +24,7 @@ using DicomSequence = gdcm::SmartPointer<gdcm::SequenceOfItems>;
 [[nodiscard]] std::vector<double> numbers_at(const gdcm::DataSet& data, const gdcm::Tag& tag,
                                              std::size_t most = 64);
 
-// Returns the little-endian values of a binary element of unsigned 16-bit integers, of floats or of
+// Returns the little-endian values of a binary element of unsigned integers of 16 or 32 bits, or of
 // doubles.
 template <typename Number>
 [[nodiscard]] std::vector<Number> binary_at(const gdcm::DataSet& data, const gdcm::Tag& tag);

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "server/volume/formats/dicom/detail/dicom_elements.hpp"
+#include "server/volume/formats/dicom/detail/dicom_moments.hpp"
 
 namespace multitetra {
 namespace {
@@ -163,6 +164,7 @@ void apply_groups(const gdcm::DataSet& item, const gdcm::DataSet& file, bool has
     const auto numbers = binary_at<std::uint16_t>(identified, Tag(0x0062, 0x000B));
     if (!numbers.empty()) image.segment = numbers[0];
   });
+  set_moment_of_frame(item, image);
   apply_mapping(item, has_real_values, image);
 }
 

@@ -20,6 +20,7 @@
 #include "server/volume/formats/dicom/detail/dicom_elements.hpp"
 #include "server/volume/formats/dicom/detail/dicom_geometry.hpp"
 #include "server/volume/formats/dicom/detail/dicom_meta.hpp"
+#include "server/volume/formats/dicom/detail/dicom_moments.hpp"
 #include "server/volume/formats/dicom/detail/dicom_pixels.hpp"
 
 namespace multitetra {
@@ -300,6 +301,7 @@ void complete(DicomHeader& header, DicomImage& image) {
   if (!number.empty() && std::abs(number[0]) < 1e15) {
     image.number = static_cast<std::int64_t>(number[0]);
   }
+  set_moment(data, image);
   check_pixels(header, bits, image);
 }
 

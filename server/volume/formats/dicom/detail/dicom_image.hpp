@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,6 +38,14 @@ enum class SpacingSource {
   kBetweenSlices,   // SpacingBetweenSlices of slices without positions.
   kSliceThickness,  // SliceThickness of slices without positions.
 };
+
+// Numbers of elements that tell images at one position apart (dicom_moments.hpp).
+inline constexpr std::size_t kDicomMoments = 6;
+inline constexpr std::array<double, kDicomMoments> kNoMoment = [] {
+  std::array<double, kDicomMoments> none{};
+  none.fill(-std::numeric_limits<double>::infinity());
+  return none;
+}();
 
 struct DicomImage {
   std::filesystem::path file;
@@ -86,6 +95,7 @@ struct DicomImage {
   double intercept = 0;
   std::int64_t number = 0;  // Number in the series.
   double along = 0;         // Position along the normal of the plane.
+  std::array<double, kDicomMoments> moment = kNoMoment;
 
   // ---- pixels
   std::uint16_t element = 0x0010;  // Of group 7FE0; 0x0008 has floats, 0x0009 doubles.

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 #include <utility>
 
 #include "common/base/number_text.hpp"
 #include "common/base/vec3.hpp"
+#include "server/volume/formats/dicom/detail/dicom_moments.hpp"
 
 namespace multitetra {
 namespace {
@@ -190,7 +192,7 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
     return std::tie(a.along, a.number, a.file, a.frame) <
            std::tie(b.along, b.number, b.file, b.frame);
   });
-  std::vector<std::vector<DicomImage>> positions;
+  DicomPositions positions;
   for (DicomImage& image : images) {
     constexpr double kSamePlace = 1e-3;  // mm
     if (positions.empty() || image.along - positions.back().front().along > kSamePlace)
@@ -201,7 +203,9 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
   const bool evenly = std::all_of(positions.begin(), positions.end(),
                                   [&](const auto& at) { return at.size() == copies; });
   std::size_t time = 0;
+  std::optional<std::vector<DicomImage>> of_one_moment;
   if (evenly && copies > 1 && positions.size() > 1) {
+    order_by_moment(positions);
     times.count = static_cast<std::int64_t>(copies);
     const FileEntries at_each = {.count = times.count,
                                  .several = "it has " + std::to_string(copies) +
@@ -209,6 +213,7 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
                                  .remedy = kChooseTime};
     time = static_cast<std::size_t>(chosen_entry(place, at_each, choice.time, choice.first));
   } else if (!evenly || copies > 1) {
+    of_one_moment = images_of_one_moment(positions);
     std::string names;
     for (const auto& at : positions) {
       for (std::size_t i = 1; i < at.size() && names.size() < 200; ++i) {
@@ -218,8 +223,11 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
     notices.push_back("'" + place.string() + "': skipped slices at duplicate positions: " + names +
                       ".");
   }
+  if (of_one_moment) return *std::move(of_one_moment);
   std::vector<DicomImage> stack;
   for (auto& at : positions) stack.push_back(std::move(at[time]));
+  const std::string alternation = alternation_in(stack);
+  if (!alternation.empty()) notices.push_back("'" + place.string() + "': " + alternation + ".");
   return stack;
 }
 
