@@ -99,8 +99,11 @@ TiffDescription description_of(const fs::path& file, const std::string& text, co
   const auto pages = static_cast<std::int64_t>(tiff.count());
   const TiffDescription plain = plain_pages(pages == 1 ? tiff.images_in_first() : pages);
   if (const auto shaped = parse_shape(text, {header.dims[0], header.dims[1]}, header.components)) {
-    const bool has_all = pages == 1 || shaped->pages.size() == tiff.count();
-    return has_all ? *shaped : plain;
+    const std::size_t described = shaped->pages.size();
+    // It is that of the first of several series; those of one page each are a stack.
+    const bool has_series =
+        described == tiff.count() || (described > 1 && described < tiff.count());
+    return pages == 1 || has_series ? *shaped : plain;
   }
   const bool is_imagej = text.starts_with("ImageJ=");
   if (!is_imagej && text.find("<OME") == std::string::npos) return plain;

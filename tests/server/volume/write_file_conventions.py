@@ -133,6 +133,32 @@ def tiff():
     read("tiff-bytes-behind", path, volume[:1], notice="behind its samples are not read")
 
 
+def tiff_series():
+    """What says less, or more, than all pages."""
+    import tifffile
+    with tifffile.TiffWriter(folder / "mask.tif") as file:
+        file.write(volume, photometric="minisblack")
+        file.write((volume[:3] > 50).astype(volume.dtype), photometric="minisblack")
+    read("tiff-second-series", folder / "mask.tif", volume, notice="skipped 3 pages that its description omits")
+    with tifffile.TiffWriter(folder / "each.tif") as file:
+        for page in volume:
+            file.write(page, photometric="minisblack")
+    read("tiff-series-of-pages", folder / "each.tif", volume)
+    text = "ImageJ=1.53t\nimages=5\nslices=5\nunit=micron\nyunit=mm\nzunit=nm\nspacing=200.0\n"
+    tifffile.imwrite(folder / "units.tif", volume, metadata=None, resolution=(2, 4000), resolutionunit=1, description=text)
+    read("tiff-imagej-units", folder / "units.tif", volume, steps=diagonal(0.5, 0.25, 0.2), unit="µm")
+    blocks = "".join(f'<TiffData FirstZ="{z}" IFD="{i}" PlaneCount="1"/>' for i, z in enumerate((0, 2, 4)))
+    ome = ('<OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06"><Image ID="Image:0"><Pixels ID="Pixels:0" DimensionOrder="XYZCT" '
+           f'Type="int16" SizeX="8" SizeY="6" SizeZ="5" SizeC="1" SizeT="1">{blocks}</Pixels></Image></OME>')
+    tifffile.imwrite(folder / "stopped.ome.tif", volume, metadata=None, description=ome)
+    refuse("tiff-stopped", folder / "stopped.ome.tif", "it has pages for only 3 of the 5 slices that it describes")
+    for name, tag, value, notice in (("mirrored", 274, 2, "turned or mirrored (Orientation 2)"), ("upright", 274, 1, "!Orientation")):
+        tifffile.imwrite(folder / f"{name}.tif", volume, metadata=None, photometric="minisblack", extratags=[(tag, "H", 1, value, True)])
+        read(f"tiff-{name}", folder / f"{name}.tif", volume, notice=notice)
+    tifffile.imwrite(folder / "white.tif", volume, metadata=None, photometric="miniswhite")
+    read("tiff-white", folder / "white.tif", volume, notice="WhiteIsZero")
+
+
 def ome_sets():
     """The pages of two channels in several files, each of which has the description, or whose description is elsewhere."""
     import tifffile
@@ -511,4 +537,4 @@ detached()
 further_fields()
 described()
 vtk()
-run_with_packages(tiff, json_shape, mrc, nifti, numbered_images)
+run_with_packages(tiff, tiff_series, json_shape, mrc, nifti, numbered_images)

@@ -103,6 +103,7 @@ Result<void> place_blocks(const XmlElement& pixels, std::size_t first_page,
   for (std::size_t i = 0; i < ordered.size(); ++i) place_of[ordered[i]] = i;
   for (std::size_t& page : description.pages) page += first_page;
   const std::vector<const XmlElement*> blocks = pixels.all("TiffData");
+  std::vector<bool> is_placed(ordered.size());
   for (const XmlElement* const element : blocks) {
     const Values& block = element->attributes;
     const XmlElement* const uuid = element->child("UUID");
@@ -129,8 +130,16 @@ Result<void> place_blocks(const XmlElement& pixels, std::size_t first_page,
       if (ordered[first] + i >= ordered.size()) break;
       const std::size_t place = place_of[ordered[first] + i];
       description.pages[place] = static_cast<std::size_t>(page) + i;
+      is_placed[place] = true;
       if (is_in_set) description.file_of_page[place] = file;
     }
+  }
+  // Several blocks that say where their pages are, but not all: an acquisition was stopped.
+  const auto placed = std::ranges::count(is_placed, true);
+  if (description.files.empty() && blocks.size() > 1 && placed > 0 &&
+      placed < std::ssize(is_placed)) {
+    return no_description("it has pages for only " + std::to_string(placed) + " of the " +
+                          std::to_string(is_placed.size()) + " slices that it describes");
   }
   if (std::ranges::find(description.file_of_page, kNoFile) == description.file_of_page.end()) {
     return {};
@@ -244,7 +253,11 @@ Result<TiffDescription> parse_imagej_description(std::string_view text) {
       even_times(frames, 0, length_of(values, "finterval").value_or(0),
                  text_of_value(values, "tunit").empty() ? "s" : text_of_value(values, "tunit"));
   description.times.count = frames;
-  description.units.fill(imagej_unit(text_of_value(values, "unit")));
+  constexpr std::array<std::string_view, 3> kUnits = {"unit", "yunit", "zunit"};
+  for (std::size_t axis = 0; axis < 3; ++axis) {  // Those along y and z only if they differ.
+    const std::string own = text_of_value(values, kUnits[axis]);
+    description.units[axis] = imagej_unit(own.empty() ? text_of_value(values, "unit") : own);
+  }
   description.resolution_is_spacing = true;
   // ImageJ uses the absolute value.
   const std::optional<double> spacing = finite_number(text_of_value(values, "spacing"));

@@ -233,6 +233,16 @@ ImageHeader TiffPages::header(std::size_t page) const {
   if (format.kind != SAMPLEFORMAT_IEEEFP) header.stored_bits = format.bits;
   const auto color = tiff_field<std::uint16_t>(reader_->tiff, TIFFTAG_PHOTOMETRIC, 1);
   if (color == PHOTOMETRIC_PALETTE) note_palette(header);
+  if (color == PHOTOMETRIC_MINISWHITE) {
+    header.contradictions.push_back(
+        {Fact::kScaling, "its small numbers are white (WhiteIsZero); they are read as stored"});
+  }
+  const auto orientation = tiff_field<std::uint16_t>(reader_->tiff, TIFFTAG_ORIENTATION, 1);
+  if (orientation != ORIENTATION_TOPLEFT && orientation != ORIENTATION_BOTLEFT) {
+    header.contradictions.push_back(
+        {Fact::kAxes, "its pages are to be turned or mirrored (Orientation " +
+                          std::to_string(orientation) + "); they are read as stored"});
+  }
   return header;
 }
 

@@ -15,9 +15,12 @@ namespace {
 
 using gdcm::Tag;
 
-constexpr std::array<const char*, kDicomMoments> kNames = {
-    "TemporalPositionIdentifier", "AcquisitionNumber", "TriggerTime", "EchoTime",
-    "AcquisitionTime",            "ContentTime"};
+constexpr std::array<const char*, kDicomMoments> kNames = {"TemporalPositionIdentifier",
+                                                           "AcquisitionNumber",
+                                                           "TriggerTime",
+                                                           "EchoTime",
+                                                           "AcquisitionTime",
+                                                           "ContentTime"};
 constexpr std::size_t kTemporalPosition = 0, kAcquisition = 1, kTrigger = 2, kEcho = 3;
 
 using Elements = std::vector<std::size_t>;
@@ -45,9 +48,12 @@ bool are_everywhere(const DicomPositions& positions, const Elements& elements) {
 }  // namespace
 
 void set_moment(const gdcm::DataSet& file, DicomImage& image) {
-  constexpr std::array<std::array<std::uint16_t, 2>, kDicomMoments> kTags = {
-      {{0x0020, 0x0100}, {0x0020, 0x0012}, {0x0018, 0x1060}, {0x0018, 0x0081},
-       {0x0008, 0x0032}, {0x0008, 0x0033}}};
+  constexpr std::array<std::array<std::uint16_t, 2>, kDicomMoments> kTags = {{{0x0020, 0x0100},
+                                                                              {0x0020, 0x0012},
+                                                                              {0x0018, 0x1060},
+                                                                              {0x0018, 0x0081},
+                                                                              {0x0008, 0x0032},
+                                                                              {0x0008, 0x0033}}};
   for (std::size_t i = 0; i < kDicomMoments; ++i) {
     const std::vector<double> values = numbers_at(file, Tag(kTags[i][0], kTags[i][1]));
     if (!values.empty()) image.moment[i] = values[0];
