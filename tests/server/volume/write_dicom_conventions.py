@@ -52,8 +52,8 @@ def moments():
                 data.ImagePositionPatient, data.ImageOrientationPatient = [10, 20, places(i, t)], [1, 0, 0, 0, 1, 0]
                 data.PixelData = (volume[i] + 1000 * t).tobytes()
                 data.SOPInstanceUID = data.file_meta.MediaStorageSOPInstanceUID = f"1.2.3.{t}.{i}"
-                if change(i, t, data) != "none":
-                    save(data, name, f"{(7 * i + 3 * t) % 11:02}-{i}-{t}.dcm")  # In no order.
+                if change(i, t, data) != "none":  # Names in no order, where something else says the time.
+                    save(data, name, f"{t if name == 'moments-none' else (7 * i + 3 * t) % 11:02}-{i}-{t}.dcm")
         return folder / name
 
     def acquisitions(i, t, data):
@@ -73,6 +73,7 @@ def moments():
         path = series(f"moments-{name}", 2, change)
         for t in range(2):
             read(f"moments-{name}-{t}", path, volume + 1000 * t, options=f"time={t}", **PLACE)
+    read("moments-none", series("moments-none", 2, lambda i, t, data: ""), volume, options="time=0", **PLACE, notice="no number or time tells '")
     # In the order of their numbers.
     read("moments-echoes", series("moments-echoes", 2, echoes), volume + 1000, options="time=0", **PLACE)
     read("moments-incomplete", series("moments-incomplete", 2, incomplete), volume, notice="skipped slices at duplicate positions", **PLACE)

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
+#include <iterator>
 #include <map>
 #include <tuple>
 
@@ -78,7 +78,7 @@ void set_moment_of_frame(const gdcm::DataSet& groups, DicomImage& image) {
   });
 }
 
-void order_by_moment(DicomPositions& positions) {
+std::string order_by_moment(DicomPositions& positions) {
   Elements elements;
   for (std::size_t element = 0; element < kDicomMoments; ++element) {
     elements.push_back(element);
@@ -98,10 +98,20 @@ void order_by_moment(DicomPositions& positions) {
     return std::tuple(has_temporal_position ? values[0] : 0, least_number.at(values), values,
                       image.number, image.file, image.frame);
   };
+  std::string same;
   for (auto& images : positions) {
     std::sort(images.begin(), images.end(),
               [&](const DicomImage& a, const DicomImage& b) { return rank(a) < rank(b); });
+    const auto alike = std::adjacent_find(
+        images.begin(), images.end(), [&](const DicomImage& a, const DicomImage& b) {
+          return a.number == b.number && a.moment == b.moment && a.file != b.file;
+        });
+    if (alike == images.end()) continue;
+    same = "no number or time tells '" + alike->file.filename().string() + "' and '" +
+           std::next(alike)->file.filename().string() +
+           "' apart, which are at one position; they are taken in the order of their names";
   }
+  return same;
 }
 
 std::optional<std::vector<DicomImage>> images_of_one_moment(const DicomPositions& positions) {

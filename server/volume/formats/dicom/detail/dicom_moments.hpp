@@ -19,8 +19,9 @@ void set_moment_of_frame(const gdcm::DataSet& groups, DicomImage& image);
 using DicomPositions = std::vector<std::vector<DicomImage>>;
 
 // Orders the images at each position, of which there are equally many everywhere, so that those of
-// one rank are of one moment wherever elements say so; otherwise by number, file and frame.
-void order_by_moment(DicomPositions& positions);
+// one rank are of one moment wherever elements say so; otherwise by number, file and frame. Returns
+// a sentence if only names of files tell some apart, else an empty one.
+[[nodiscard]] std::string order_by_moment(DicomPositions& positions);
 
 // Returns one image at each position if some element has a value that exactly one image has
 // everywhere; for series in which not all positions have equally many images.

@@ -205,7 +205,8 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
   std::size_t time = 0;
   std::optional<std::vector<DicomImage>> of_one_moment;
   if (evenly && copies > 1 && positions.size() > 1) {
-    order_by_moment(positions);
+    const std::string same = order_by_moment(positions);
+    if (!same.empty()) notices.push_back("'" + place.string() + "': " + same + ".");
     times.count = static_cast<std::int64_t>(copies);
     const FileEntries at_each = {.count = times.count,
                                  .several = "it has " + std::to_string(copies) +
