@@ -13,6 +13,7 @@
 #include "common/cli/output_files.hpp"
 #include "common/request/painted_mesh.hpp"
 #include "common/request/request_notices.hpp"
+#include "common/wire/scene_file.hpp"
 
 namespace multitetra {
 
@@ -113,12 +114,15 @@ void finish(OutputPart& part, const LatticeMesh& mesh, const SurfaceArguments& a
     part.add_notices({empty_surface_text(report.request, info)});
   }
   part.notices->add(request_notices(report.request, info));
+  part.surface = output_surface(mesh, arguments, info);
   if (output.has_report()) {
     measure(report, mesh, info, arguments.query.min_component);
+    if (report.distance_bound && arguments.query.codec == MeshCodec::kMeshopt) {
+      *report.distance_bound += position_rounding(part.surface.mesh);
+    }
     part.add_notices(volume_notice(*report.measures, report.distance_bound));
   }
   part.add_notices(missing_values_notice(mesh.scalars, report.color_by));
-  part.surface = output_surface(mesh, arguments, info);
   paint(part.surface.mesh, report.colors, arguments.query.colors);
   if (const auto format = mesh_format_from(std::filesystem::path(part.file).extension().string())) {
     part.add_notices(left_out_notices(part.surface.mesh, *format));

@@ -137,6 +137,14 @@ class GlbReader {
     const json& node = element(document_, "nodes", number);
     const Affine map = composed(parent, node_map(node));
     if (node.contains("mesh")) {
+      // These place a mesh elsewhere, even if the file does not require that readers know them.
+      const bool has_instances =
+          node.contains("extensions") && node["extensions"].contains("EXT_mesh_gpu_instancing");
+      if (node.contains("skin") || has_instances) {
+        throw MeshFileError(has_instances ? "a node has instances (EXT_mesh_gpu_instancing), which "
+                                            "are not supported"
+                                          : "a mesh has a skin, which is not supported");
+      }
       const json& mesh = element(document_, "meshes", whole(node["mesh"]));
       const MeshParts& parts = parts_of(mesh);
       announced_.add(parts.count);
@@ -163,6 +171,9 @@ class GlbReader {
     };
     for (const json& primitive : mesh["primitives"]) {
       if (!has_triangles(primitive)) continue;
+      if (primitive.contains("targets")) {
+        throw MeshFileError("a mesh has morph targets, which are not supported");
+      }
       const std::size_t vertices = size_of(primitive["attributes"]["POSITION"]);
       const std::size_t corners =
           primitive.contains("indices") ? size_of(primitive["indices"]) : vertices;

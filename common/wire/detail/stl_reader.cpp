@@ -71,8 +71,9 @@ TriangleMesh read_stl(std::string_view file) {
     MeshBytes bytes(file);
     bytes.take(kStlHeaderBytes);
     const auto count = bytes.take_number<std::uint32_t>();
-    // Some programs append bytes.
-    const bool has_more = !is_text && count > 0 && bytes.size() > kStlTriangleBytes * count;
+    // Some programs append bytes, but not those of triangles.
+    const bool has_more = !is_text && count > 0 && bytes.size() > kStlTriangleBytes * count &&
+                          bytes.size() < kStlTriangleBytes * (std::size_t{count} + 1);
     if (bytes.size() == kStlTriangleBytes * count || has_more) return read_binary(bytes, count);
     if (!is_text) {
       throw MeshFileError(

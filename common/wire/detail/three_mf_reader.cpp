@@ -45,6 +45,9 @@ class ModelReader {
       object_->triangles.push_back(
           {index_from(number("v1")), index_from(number("v2")), index_from(number("v3"))});
     } else if (name == "item") {
+      const bool is_elsewhere = std::any_of(attributes.begin(), attributes.end(),
+                                            [](auto& one) { return one.first.ends_with(":path"); });
+      if (is_elsewhere) fail("an item is in another model (p:path), which is not read");
       const auto transform = attributes.find("transform");
       build(std::string(number("objectid")),
             transform == attributes.end() ? std::string_view() : transform->second);
@@ -148,6 +151,7 @@ std::string three_mf_model(std::string_view file) {
     throw MeshFileError("it is not a complete zip archive", kGetCompleteCopy);
   }
   const zip_int64_t count = zip_get_num_entries(archive.get(), 0);
+  std::optional<std::string> found;
   for (zip_uint64_t i = 0; i < static_cast<zip_uint64_t>(std::max<zip_int64_t>(count, 0)); ++i) {
     const char* const name = zip_get_name(archive.get(), i, ZIP_FL_ENC_RAW);
     if (name == nullptr || !std::string_view(name).starts_with("3D/") ||
@@ -155,6 +159,7 @@ std::string three_mf_model(std::string_view file) {
         !std::string_view(name).ends_with(".model")) {
       continue;
     }
+    if (found) throw MeshFileError("it has several models in the folder 3D, which are not read");
     zip_stat_t stat{};
     const bool is_known = zip_stat_index(archive.get(), i, 0, &stat) == 0 &&
                           (stat.valid & ZIP_STAT_SIZE) != 0 &&
@@ -169,9 +174,13 @@ std::string three_mf_model(std::string_view file) {
                           zip_fread(opened.get(), model.data(), model.size()) ==
                               static_cast<zip_int64_t>(stat.size) &&
                           zip_fread(opened.get(), &none, 1) == 0;
-    if (is_whole) return model;
+    if (is_whole) {
+      found = std::move(model);
+      continue;
+    }
     throw MeshFileError("its model '" + std::string(name) + "' is damaged", kGetCompleteCopy);
   }
+  if (found) return *std::move(found);
   throw MeshFileError("it is a zip archive without a model of 3MF (3D/3dmodel.model)");
 }
 

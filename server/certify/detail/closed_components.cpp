@@ -9,14 +9,16 @@ namespace multitetra {
 namespace {
 
 Facing facing_of(double volume) {
-  return volume > 0 ? Facing::kOutwards : volume < 0 ? Facing::kInwards : Facing::kOpen;
+  return volume > 0 ? Facing::kOutwards : volume < 0 ? Facing::kInwards : Facing::kUnknown;
 }
 
 }  // namespace
 
 std::vector<Facing> facings_of(std::span<const SurfaceMeasures> measures) {
   std::vector<Facing> facings;
-  for (const SurfaceMeasures& one : measures) facings.push_back(facing_of(one.volume.value_or(0)));
+  for (const SurfaceMeasures& one : measures) {
+    facings.push_back(one.volume ? facing_of(*one.volume) : Facing::kOpen);
+  }
   return facings;
 }
 
@@ -41,7 +43,7 @@ std::vector<Facing> facings_of(const TriangleMesh& mesh, const MeshComponents& c
   for (std::size_t i = 0; i < volumes.size(); ++i) {
     // Rounding changes a volume by at most its distance times the area.
     const bool is_known = std::abs(volumes[i]) > 3 * rounding * areas[i];
-    if (is_open[i] == 0 && is_known) facings[i] = facing_of(volumes[i]);
+    if (is_open[i] == 0) facings[i] = is_known ? facing_of(volumes[i]) : Facing::kUnknown;
   }
   return facings;
 }

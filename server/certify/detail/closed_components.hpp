@@ -11,8 +11,8 @@
 
 namespace multitetra {
 
-// kOpen also stands for closed components whose volume is within the rounding error.
-enum class Facing : signed char { kInwards = -1, kOpen = 0, kOutwards = 1 };
+// kUnknown: closed, with a volume within the rounding error.
+enum class Facing : signed char { kInwards = -1, kOpen = 0, kOutwards = 1, kUnknown = 2 };
 
 // Returns the orientations of components with these measures; those without a volume are open.
 [[nodiscard]] std::vector<Facing> facings_of(std::span<const SurfaceMeasures> measures);

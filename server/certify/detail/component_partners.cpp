@@ -57,14 +57,39 @@ std::vector<std::uint32_t> first_vertices(const SurfaceParts& surface) {
 
 // ---- orientation
 
+bool is_closed(Facing facing) { return facing == Facing::kInwards || facing == Facing::kOutwards; }
+
+std::int64_t count_of(const SurfaceParts& surface, Facing facing) {
+  return std::count(surface.facings.begin(), surface.facings.end(), facing);
+}
+
+// Whether closed components have closed counterparts: as many of all, and of open ones.
+bool are_counterparts_closed(const SurfaceParts& one, const SurfaceParts& other) {
+  return one.facings.size() == other.facings.size() &&
+         count_of(one, Facing::kOpen) == count_of(other, Facing::kOpen);
+}
+
+// Returns how many closed components of `one` have none of `other` left that may face the same way.
+std::int64_t without_counterpart(const SurfaceParts& one, const SurfaceParts& other) {
+  std::int64_t most = 0;
+  for (const Facing facing : {Facing::kInwards, Facing::kOutwards}) {
+    const std::int64_t possible = count_of(other, facing) + count_of(other, Facing::kUnknown);
+    most = std::max(most, count_of(one, facing) - possible);
+  }
+  return most;
+}
+
 // Sets `is_faulty` for the closed components of `one` with a vertex farther than `allowed` from the
-// components of `other` that face the same way (or whose orientation is unknown).
+// components of `other` that face the same way or whose orientation is unknown; these include open
+// ones unless closed components have closed counterparts.
 void find_reversed(const SurfaceParts& one, const SurfaceParts& other, double allowed,
                    std::vector<char>& is_faulty) {
+  const bool may_be_open = !are_counterparts_closed(one, other);
   for (const Facing facing : {Facing::kInwards, Facing::kOutwards}) {
     if (std::find(one.facings.begin(), one.facings.end(), facing) == one.facings.end()) continue;
     const NearestTriangle same(triangles_where(other, [&](std::uint32_t i) {
-      return other.facings[i] == facing || other.facings[i] == Facing::kOpen;
+      return other.facings[i] == facing || other.facings[i] == Facing::kUnknown ||
+             (may_be_open && other.facings[i] == Facing::kOpen);
     }));
     std::vector<char> is_far(one.mesh.vertices.size(), 0);
     in_parallel(is_far.size(), [&](std::size_t v) {
@@ -83,7 +108,7 @@ void find_reversed_sheets(const SurfaceParts& mesh, const SurfaceParts& full,
   constexpr std::size_t kSamples = 256;
   std::map<std::uint32_t, std::vector<SurfaceTriangle>> sheets;
   std::vector<std::uint32_t> owners;
-  const auto is_open = [&](std::uint32_t i) { return mesh.facings[i] == Facing::kOpen; };
+  const auto is_open = [&](std::uint32_t i) { return !is_closed(mesh.facings[i]); };
   const std::vector<SurfaceTriangle> all = triangles_where(mesh, is_open, &owners);
   if (all.empty()) return;
   for (std::size_t i = 0; i < all.size(); ++i) sheets[owners[i]].push_back(all[i]);
@@ -205,7 +230,7 @@ void find_misplaced(const SurfaceParts& mesh, const SurfaceParts& full, double a
   const double steps = allowed / voxel;
   std::vector<char> is_large(mesh.facings.size(), 0);
   for (std::size_t i = 0; i < is_large.size(); ++i) {
-    is_large[i] = mesh.facings[i] != Facing::kOpen && mesh.components.diagonals[i] >= 8 * steps;
+    is_large[i] = is_closed(mesh.facings[i]) && mesh.components.diagonals[i] >= 8 * steps;
   }
   const std::vector<std::vector<std::uint32_t>> vertices = sampled_vertices(mesh);
   const std::vector<std::uint32_t> partner = partners(mesh, full, vertices, is_large);
@@ -286,6 +311,11 @@ ComponentFaults compared_components(const SurfaceParts& mesh, const SurfaceParts
                          .place = place_of_first(mesh, reversed)};
   faults.are_all_reversed = !reversed.empty() && count(reversed) == reversed.size();
   if (!faults.place) faults.place = place_of_first(full, unmatched);
+  if (are_counterparts_closed(mesh, full)) {
+    const std::int64_t surplus =
+        std::max(without_counterpart(mesh, full), without_counterpart(full, mesh));
+    faults.reversed = std::max(faults.reversed, static_cast<std::uint64_t>(surplus));
+  }
   if (faults.reversed > 0) return faults;
   std::vector<char> misplaced(mesh.facings.size(), 0);
   find_misplaced(mesh, full, allowed, voxel, misplaced);

@@ -22,10 +22,11 @@ struct SurfaceParts {
 // converts it to the grid steps of diagonals.
 //
 // Orientation: the closed components that face one way must lie within `allowed` of those of the
-// other surface that face the same way, vertex by vertex and in both directions. Open components
-// must agree with the normals of the nearest triangles. Side: some part of a
-// component must lie inside the same large ones as a component of about its size does there. The
-// error may carry components smaller than twice `allowed` through a wall; these are not compared.
+// other surface that face the same way, vertex by vertex and in both directions, and there must be
+// as many of them (apart from those too small to face one way). Open components must agree with the
+// normals of the nearest triangles. Side: some part of a component must lie inside the same large
+// ones as a component of about its size does there. The error may carry components smaller than
+// twice `allowed` through a wall; these are not compared.
 [[nodiscard]] ComponentFaults compared_components(const SurfaceParts& mesh,
                                                   const SurfaceParts& full, double allowed,
                                                   double voxel);

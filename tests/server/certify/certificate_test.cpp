@@ -397,6 +397,25 @@ TEST_F(CertificateErrors, DetectsAnOpenSurfaceThatIsInsideOut) {
   EXPECT_FALSE(certificate.passes());
 }
 
+// A flat disc above an open sheet, nearer than the error.
+TEST(Certificate, RejectsAComponentThatIsInsideOutNearAnOpenSheet) {
+  const Volume volume = fields::sampled<float>({33, 33, 33}, [](int x, int y, int z) {
+    const double wide = ((x - 16) * (x - 16) + (y - 16) * (y - 16)) / 81.0;
+    const double high = (z - 12) / 0.7;
+    return std::max(10.3 - z, 0.7 * (1 - std::sqrt(wide + high * high)));
+  });
+  TriangleMesh mesh = extracted(make_dataset(volume, "disc"), {.isovalue = 0.0, .error = 0});
+  const CertifyOptions options = {.isovalue = 0, .error = 3, .lattice = 5};
+  EXPECT_TRUE(certified_against(volume, mesh, options).passes());
+  for (TriangleIndices& t : mesh.triangles) {
+    if (mesh.vertices[t[0]][2] > 11) std::swap(t[1], t[2]);
+  }
+  const Certificate turned = certified_against(volume, mesh, options);
+  EXPECT_EQ(turned.closed, (ClosedComponents{.outwards = 0, .inwards = 1}));
+  EXPECT_EQ(turned.faults.reversed, 1U);
+  EXPECT_FALSE(turned.passes());
+}
+
 // ---- allowances and other coordinates
 
 // At this place 32-bit coordinates are half a voxel apart.
@@ -600,6 +619,10 @@ TEST(CertificateReport, StartsWithTheVerdictAndContainsTheNumbers) {
   const Certificate kept = certify(mesh, volume, options);
   EXPECT_TRUE(text_of(kept, files, options).starts_with("Certified: balls.ply"))
       << text_of(kept, files, options);
+  CertifyOptions only_measured = options;
+  only_measured.error.reset();
+  EXPECT_TRUE(text_of(certify(mesh, volume, only_measured), files, only_measured)
+                  .starts_with("Measured, within no error that was required: balls.ply"));
   EXPECT_NE(text_of(kept, files, options)
                 .find("Of the volume as it was read:\n  samples of type f64 become f32.\n"),
             std::string::npos);

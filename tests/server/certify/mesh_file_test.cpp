@@ -273,6 +273,9 @@ TEST_F(MeshFile, ReadsTextStlAndBinaryStlThatStartsLikeText) {
   EXPECT_EQ(read("b.stl", mesh_file(world_mesh(), MeshFormat::kStl) + std::string(7, '\n'))
                 .triangles.size(),
             world_mesh().triangles.size());
+  // But no triangles behind those that the header declares.
+  const std::string whole = mesh_file(world_mesh(), MeshFormat::kStl);
+  EXPECT_NE(complaint("two.stl", whole + whole).find("declares"), std::string::npos);
   EXPECT_EQ(read("a.dat", mesh_file(world_mesh(), MeshFormat::kStl)).triangles.size(),
             world_mesh().triangles.size());
   EXPECT_EQ(read("a.txt", mesh_file(world_mesh(), MeshFormat::kObj)).triangles.size(),
@@ -362,6 +365,17 @@ TEST_F(MeshFile, RejectsInvalidGltf) {
           .find("'EXT_texture_webp'"),
       std::string::npos);
   EXPECT_NE(complaint("a.glb", glb("{", "")).find("JSON"), std::string::npos);
+  // What places a mesh elsewhere, also if the file does not require readers to know it.
+  EXPECT_NE(complaint("a.glb", nested_glb(R"([{"mesh":0,"skin":0}])")).find("skin"),
+            std::string::npos);
+  EXPECT_NE(
+      complaint("a.glb", nested_glb(R"([{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{}}}])"))
+          .find("instances"),
+      std::string::npos);
+  std::string morphed = nested_glb(R"([{"mesh":0}])");
+  const std::size_t at = morphed.find(R"("indices":1)");
+  morphed.replace(at, 11, R"("targets":1)");
+  EXPECT_NE(complaint("a.glb", morphed).find("morph targets"), std::string::npos);
 }
 
 // A million instances of ten thousand primitives without triangles: of points, or of no vertices.
@@ -547,6 +561,9 @@ TEST(ThreeMfModel, SaysWhatItDoesNotRead) {
   };
   EXPECT_NE(problem(model_with("<m:item objectid=\"8\"/>")).find("object 8"), std::string::npos);
   EXPECT_NE(problem(model_with("<m:item/>")).find("<item> is incomplete"), std::string::npos);
+  EXPECT_NE(problem(model_with("<m:item objectid=\"7\" p:path=\"/3D/Objects/z.model\"/>"))
+                .find("in another model"),
+            std::string::npos);
   EXPECT_NE(problem(model_with("<m:components/>")).find("composed of parts"), std::string::npos);
   EXPECT_NE(problem(model_with("<m:item objectid=\"7\"")).find("damaged"), std::string::npos);
   EXPECT_NE(problem(model_with("", "<!DOCTYPE m [<!ENTITY a \"b\">]>")).find("entities"),
