@@ -297,7 +297,7 @@ Json box_json(const CertifyOptions& options) {
 const char* headline(const Certificate& certificate) {
   if (!certificate.passes()) return "NOT certified: ";
   if (certificate.error == ErrorVerdict::kNotRequested) {
-    return "Measured, within no error that was required: ";
+    return "Measured only: ";
   }
   return certificate.error == ErrorVerdict::kUndecided ? "Kept where measured, not proven between: "
                                                        : "Certified: ";
