@@ -36,7 +36,7 @@ WIDGETS = int(ipywidgets.__version__.split(".")[0])
 
 # Documented in client/web/src/state/settings.ts.
 SETTINGS = frozenset(
-    "dataset isovalue error bound topologyRule topologyTolerance region followView pixels maxTriangles simplify surfaces color opacity "
+    "dataset isovalue error bound topologyRule topologyTolerance region followView pixels maxTriangles drawableTriangles simplify surfaces color opacity "
     "visible minComponent shading wireframe coloring clip clipAt clipNormal clipFlipped crop filled slice sliceAt sliceColors level hiddenParts "
     "windowWidth axes projection occlusion colorBy colors fieldLevel fieldWindow fieldLog noValueColor samplesLog logScale "
     "theme eye target up t playing speed loop places samplesOf transparentAir volume opacities volumeShading volumeLabels layout cross material labels labelNames gestures".split()
