@@ -214,10 +214,12 @@ std::string unwritten_notice(const fs::path& path, hid_t file, const std::string
   if (layout != H5D_CHUNKED) return {};
   const std::vector<hsize_t> dims = hdf5_dims(found->get());
   std::vector<hsize_t> chunk(dims.size());
-  H5Pget_chunk(creation.get(), static_cast<int>(chunk.size()), chunk.data());
+  const int rank = H5Pget_chunk(creation.get(), static_cast<int>(chunk.size()), chunk.data());
+  if (rank != static_cast<int>(dims.size())) return {};
   hsize_t all = 1;
   for (std::size_t d = 0; d < dims.size(); ++d) {
-    if (__builtin_mul_overflow(all, (dims[d] + chunk[d] - 1) / chunk[d], &all)) return {};
+    if (chunk[d] == 0 || __builtin_mul_overflow(all, (dims[d] + chunk[d] - 1) / chunk[d], &all))
+      return {};
   }
   const Hdf5Id space(H5Dget_space(found->get()), &H5Sclose);
   hsize_t written = 0;
