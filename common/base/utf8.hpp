@@ -25,12 +25,14 @@ namespace multitetra {
 }
 
 // Returns whether the well-formed sequence at the start of `text` could control a terminal or the
-// display order: control characters, marks of writing direction, and line separators.
+// display order, or cannot be in XML: control characters, marks of writing direction, line
+// separators and two noncharacters.
 [[nodiscard]] inline bool is_control_character(std::string_view text) {
   const auto byte = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   if (byte(0) < 0x20 || byte(0) == 0x7F) return true;
   if (byte(0) == 0xC2) return byte(1) < 0xA0;
-  if (byte(0) == 0xD8) return byte(1) == 0x9C;  // U+061C
+  if (byte(0) == 0xD8) return byte(1) == 0x9C;                     // U+061C
+  if (byte(0) == 0xEF) return byte(1) == 0xBF && byte(2) >= 0xBE;  // U+FFFE, U+FFFF: not in XML
   if (byte(0) != 0xE2 || (byte(1) != 0x80 && byte(1) != 0x81)) return false;
   if (byte(1) == 0x81) return byte(2) >= 0xA6 && byte(2) <= 0xA9;  // U+2066 to U+2069
   return byte(2) == 0x8E || byte(2) == 0x8F || (byte(2) >= 0xA8 && byte(2) <= 0xAE);

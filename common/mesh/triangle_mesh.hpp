@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/base/vec3.hpp"
@@ -20,6 +21,8 @@ struct TriangleMesh {
   bool has_floats = false;
   // According to the file, components with a smaller bounding-box diagonal (samples) were removed.
   double min_component = 0;
+  // The unit of the coordinates that the file states, such as "mm"; empty if it states none.
+  std::string length_unit = {};
 };
 
 struct WeldedMesh {

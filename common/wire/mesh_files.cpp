@@ -136,7 +136,9 @@ void append_lines(std::string& file, std::string_view name,
 
 std::string obj(const PositionedMesh& mesh, const std::string& title, const std::string& name) {
   std::string file = "# " + title + "\n";
-  if (!name.empty()) file += "o " + name + "\n";
+  // A backslash at the end of a line continues it.
+  const std::size_t name_length = name.find_last_not_of("\\ ") + 1;
+  if (name_length > 0) file += "o " + name.substr(0, name_length) + "\n";
   file.reserve(file.size() + 40 * (mesh.positions.size() + mesh.normals.size()) +
                (mesh.normals.empty() ? 30 : 60) * mesh.triangles.size());
   if (fits_in_floats(mesh)) {

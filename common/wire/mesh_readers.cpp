@@ -28,6 +28,14 @@ std::string_view MeshBytes::take_word() {
   return word;
 }
 
+std::string_view MeshBytes::take_text_line() {
+  const std::size_t end = std::min(rest_.find_first_of("\r\n"), rest_.size());
+  const std::string_view line = rest_.substr(0, end);
+  rest_.remove_prefix(end);
+  rest_.remove_prefix(rest_.starts_with("\r\n") ? 2 : std::min<std::size_t>(1, rest_.size()));
+  return line;
+}
+
 double MeshBytes::take_decimal() {
   const std::string_view word = take_word();
   if (word.empty()) throw MeshFileError("it ends too early", kGetCompleteCopy);

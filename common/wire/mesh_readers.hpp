@@ -34,8 +34,8 @@ inline constexpr std::size_t kMaxMeshElements = std::size_t{1} << 28;
 // The most corners of a polygon.
 inline constexpr std::size_t kMaxPolygonCorners = 65'536;
 
-// Read all triangles, in the file's coordinates. Cut polygons into fans; ignore everything that is
-// not a surface.
+// Read all triangles, in the file's coordinates. Cut polygons into triangles (see
+// polygon_sink.hpp); ignore everything that is not a surface.
 [[nodiscard]] TriangleMesh read_ply(std::string_view file);
 [[nodiscard]] TriangleMesh read_stl(std::string_view file);
 [[nodiscard]] TriangleMesh read_obj(std::string_view file);

@@ -18,7 +18,8 @@
 namespace multitetra {
 namespace {
 
-// In voxels: the gap between the bounds of a maximum, and the distance that counts as the border.
+// In voxels: the gap between the bounds of a maximum, and the distance that counts as the border,
+// apart from the allowed rounding.
 constexpr double kTolerance = 0.01;
 
 // Without an allowed error: the distance in voxels within which a component of the full surface
@@ -29,8 +30,10 @@ constexpr double kMissingComponentVoxels = 1;
 // The places where the mesh may be open: near the border of the data and near void samples.
 class OpenPlaces {
  public:
-  OpenPlaces(const Field& field, const DatasetInfo& grid)
+  // `moved`: vertices may have moved by this, in world units.
+  OpenPlaces(const Field& field, const DatasetInfo& grid, double moved)
       : field_(field),
+        tolerance_(kTolerance + moved / voxel_length(grid)),
         has_void_(grid.void_samples > 0),
         to_grid_(inverse(grid_to_world(grid))),
         border_(data_border(grid, /*lattice_resolution=*/0, /*topology_tolerance=*/0)) {}
@@ -41,7 +44,7 @@ class OpenPlaces {
     const std::array<std::int32_t, 3> low = {border_.low.x, border_.low.y, border_.low.z};
     const std::array<std::int32_t, 3> high = {border_.high.x, border_.high.y, border_.high.z};
     const auto both_are_at = [&](std::size_t axis, std::int32_t side) {
-      return std::max(std::abs(p[axis] - side), std::abs(q[axis] - side)) <= kTolerance;
+      return std::max(std::abs(p[axis] - side), std::abs(q[axis] - side)) <= tolerance_;
     };
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (both_are_at(axis, low[axis]) || both_are_at(axis, high[axis])) return true;
@@ -68,6 +71,7 @@ class OpenPlaces {
   }
 
   const Field& field_;
+  double tolerance_;  // In grid steps.
   bool has_void_;
   Affine to_grid_;
   DataBorder border_;
@@ -180,7 +184,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   begin("topology");
   certificate.degenerate_triangles = own.degenerate_triangles;
   certificate.vertices_beyond_data = vertices_beyond_data(own.mesh, volume);
-  const OpenPlaces open_places(field, certificate.grid);
+  const OpenPlaces open_places(field, certificate.grid, certificate.rounding_allowance);
   std::vector<char> is_open(components.diagonals.size(), 0);
   certificate.mesh =
       topology(own.mesh.vertices.size(), own.mesh.triangles, [&](std::uint32_t a, std::uint32_t b) {

@@ -314,10 +314,10 @@ std::string digests_text(const CertifiedFiles& files) {
   return rows.empty() ? "" : "\n" + text_table(rows);
 }
 
-// Distances are to the surface of the samples as they were read.
-std::string volume_notices_text(const CertifiedFiles& files) {
-  std::string text = files.volume_notices.empty() ? "" : "\nOf the volume as it was read:\n";
-  for (const std::string& notice : files.volume_notices) {
+// Distances are between the surfaces as they were read.
+std::string notices_text(const char* of, const std::vector<std::string>& notices) {
+  std::string text = notices.empty() ? "" : std::string("\nOf the ") + of + " as it was read:\n";
+  for (const std::string& notice : notices) {
     text += "  " + printable(notice, /*keeps_lines=*/false) + "\n";
   }
   return text;
@@ -344,7 +344,8 @@ std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
   return std::string(headline(certificate)) + printable(files.mesh) + ", for the surface of " +
          printable(files.volume) + " at isovalue " + shortest_text(options.isovalue) + ".\n" +
          text_table(rows) + "\n" + distances_text(certificate, lengths) + "\n" +
-         topology_text(certificate) + digests_text(files) + volume_notices_text(files) +
+         topology_text(certificate) + digests_text(files) +
+         notices_text("mesh", files.mesh_notices) + notices_text("volume", files.volume_notices) +
          left_out_text(certificate, options) + hint(certificate, options, lengths);
 }
 
@@ -367,6 +368,7 @@ Json json_of(const Certificate& certificate, const CertifiedFiles& files,
       {"volume_sha256", digest_json(files.volume_sha256)},
       {"isovalue", options.isovalue},
       {"geometry", geometry_json(certificate.grid.meaning)},
+      {"mesh_notices", files.mesh_notices},
       {"volume_notices", files.volume_notices},
       {"error", error_json(certificate, options, voxel)},
       {"topology_kept", certificate.keeps_topology()},

@@ -21,6 +21,7 @@ struct CertifiedFiles {
   // What the file of the volume does not state, or loses when it is read, a sentence each: "samples
   // of type f64 become f32, with errors of at most 0.03".
   std::vector<std::string> volume_notices = {};
+  std::vector<std::string> mesh_notices = {};  // What was converted.
 };
 
 // Returns the verdict, followed by the numbers: a table for distances and one for topology.
@@ -33,7 +34,8 @@ struct CertifiedFiles {
 // {world and voxel: {maximum, maximum_at_most, percentile_99, mean}, farthest_point, samples}},
 // mesh and full_surface: the keys of json_report.hpp's topology and nonmanifold_vertices;
 // self_intersections (null: not counted): {triangles, pairs, flat_triangles, place}. Infinite
-// numbers (a surface is empty) become null. volume_notices: as above. Distances in voxels are
+// numbers (a surface is empty) become null. mesh_notices and volume_notices: as
+// above. Distances in voxels are
 // relative to the smallest spacing; places are in world coordinates.
 [[nodiscard]] nlohmann::ordered_json json_of(const Certificate& certificate,
                                              const CertifiedFiles& files,

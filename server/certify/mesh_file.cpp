@@ -8,10 +8,12 @@
 #include <new>
 #include <optional>
 
+#include "common/base/number_text.hpp"
 #include "common/base/open_file.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
 #include "common/base/utf8.hpp"
+#include "common/dataset/length_units.hpp"
 #include "common/mesh/lattice.hpp"
 #include "common/sandbox/packed.hpp"
 #include "common/sandbox/sandbox.hpp"
@@ -166,19 +168,19 @@ void send_all(SandboxChannel& parent, char kind, const std::vector<T>& values) {
   }
 }
 
-const SandboxTask kReadMesh = {"read mesh", [](SandboxChannel& parent, const std::string& file) {
-                                 try {
-                                   const TriangleMesh mesh = read_mesh_here(file);
-                                   send_all(parent, kVertices, mesh.vertices);
-                                   send_all(parent, kTriangles, mesh.triangles);
-                                   parent.send(kFacts,
-                                               packed_values(mesh.lattice, mesh.min_component));
-                                 } catch (const std::bad_alloc&) {
-                                   parent.send(kFailed, {});
-                                 } catch (const std::exception& problem) {
-                                   parent.send(kFailed, problem.what());
-                                 }
-                               }};
+const SandboxTask kReadMesh = {
+    "read mesh", [](SandboxChannel& parent, const std::string& file) {
+      try {
+        const TriangleMesh mesh = read_mesh_here(file);
+        send_all(parent, kVertices, mesh.vertices);
+        send_all(parent, kTriangles, mesh.triangles);
+        parent.send(kFacts, packed_values(mesh.lattice, mesh.min_component, mesh.length_unit));
+      } catch (const std::bad_alloc&) {
+        parent.send(kFailed, {});
+      } catch (const std::exception& problem) {
+        parent.send(kFailed, problem.what());
+      }
+    }};
 
 // Appends the values of a message. Returns false if it has parts of one, or there are too many.
 template <typename T>
@@ -199,7 +201,8 @@ bool is_valid(const TriangleMesh& mesh) {
                      }) &&
          (!mesh.lattice ||
           (*mesh.lattice >= kMinLatticeResolution && *mesh.lattice <= kMaxLatticeResolution)) &&
-         mesh.min_component >= 0 && std::isfinite(mesh.min_component);
+         mesh.min_component >= 0 && std::isfinite(mesh.min_component) &&
+         (mesh.length_unit.empty() || metres_of(mesh.length_unit));
 }
 
 // Returns the mesh that the reader sends. Throws MeshFileError.
@@ -214,11 +217,11 @@ TriangleMesh received(Sandbox& reader) {
                           "Use a machine with more memory, or a coarser mesh");
     }
     if (message.kind == kFailed) throw VolumeFileError(printable(message.bytes));
-    is_whole =
-        message.kind == kVertices ? append(message.bytes, mesh.vertices)
-        : message.kind == kTriangles
-            ? append(message.bytes, mesh.triangles)
-            : message.kind == kFacts && unpack_all(message.bytes, mesh.lattice, mesh.min_component);
+    is_whole = message.kind == kVertices ? append(message.bytes, mesh.vertices)
+               : message.kind == kTriangles
+                   ? append(message.bytes, mesh.triangles)
+                   : message.kind == kFacts && unpack_all(message.bytes, mesh.lattice,
+                                                          mesh.min_component, mesh.length_unit);
   }
   if (!is_whole || !is_valid(mesh)) {
     throw MeshFileError("its reader does not answer as a reader does");
@@ -248,6 +251,18 @@ TriangleMesh read_mesh(const fs::path& file) {
   } catch (const SandboxError& fault) {
     fail_reading(file, fault.what(), "Save it as PLY with triangles alone");
   }
+}
+
+std::vector<std::string> convert_to_unit(TriangleMesh& mesh, const std::string& unit) {
+  const auto own = metres_of(mesh.length_unit);
+  const auto wanted = metres_of(unit);
+  if (!own || !wanted || *own == *wanted) return {};
+  const double factor = *own / *wanted;
+  for (Vec3& vertex : mesh.vertices) vertex = scaled(vertex, factor);
+  const std::string notice = "The mesh file is in " + mesh.length_unit + ", the volume in " + unit +
+                             ": its coordinates were multiplied by " + shortest_text(factor) + '.';
+  mesh.length_unit = unit;
+  return {notice};
 }
 
 }  // namespace multitetra

@@ -42,7 +42,7 @@ struct CertifyArguments {
   std::optional<int> margin;
   std::string coordinates = "world";
   std::string space = "native";
-  double scale = 1;
+  std::optional<double> scale = std::nullopt;  // Absent: 1, or that of the mesh file's unit.
   std::uint64_t samples = CertifyOptions().samples;
   VolumeOptions source;
   int threads = 0;
@@ -60,9 +60,10 @@ Affine mesh_to_world(const CertifyArguments& arguments, const Volume& volume) {
     return volume.index_to_world;
   }
   Affine map;
+  const double scale = arguments.scale.value_or(1);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    map.columns[axis][axis] = arguments.scale;
-    if (!arguments.shift.empty()) map.translation[axis] = -arguments.scale * arguments.shift[axis];
+    map.columns[axis][axis] = scale;
+    if (!arguments.shift.empty()) map.translation[axis] = -scale * arguments.shift[axis];
   }
   if (arguments.space == "native") return map;
   if (volume.meaning.space == WorldSpace::kUnnamed) {
@@ -73,7 +74,7 @@ Affine mesh_to_world(const CertifyArguments& arguments, const Volume& volume) {
     return map;
   }
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    map.columns[axis][axis] = -arguments.scale;
+    map.columns[axis][axis] = -scale;
     map.translation[axis] = -map.translation[axis];
   }
   return map;
@@ -147,7 +148,7 @@ int run_certify(const CertifyArguments& arguments) {
                          .count_self_intersections = arguments.self_intersections,
                          .allow_rounding = arguments.allow_rounding,
                          .is_inside_out = arguments.is_inside_out,
-                         .try_maps = arguments.coordinates == "world" && arguments.scale == 1 &&
+                         .try_maps = arguments.coordinates == "world" && !arguments.scale &&
                                      arguments.space == "native" && arguments.shift.empty(),
                          .samples = arguments.samples};
   Progress progress("certify", arguments.self_intersections ? 6 : 5,
@@ -160,6 +161,10 @@ int run_certify(const CertifyArguments& arguments) {
   progress.begin("volume");
   std::vector<std::string> notices;
   const Volume volume = volume_of(arguments, options, progress, notices);
+  std::vector<std::string> mesh_notices;
+  if (arguments.coordinates == "world" && !arguments.scale) {
+    mesh_notices = convert_to_unit(mesh, volume.meaning.length_unit);
+  }
   const Affine map = mesh_to_world(arguments, volume);
   options.within = box_of(arguments, map);
   for (Vec3& vertex : mesh.vertices) vertex = map(vertex);
@@ -174,7 +179,8 @@ int run_certify(const CertifyArguments& arguments) {
                              .volume = without_password(arguments.volume),
                              .mesh_sha256 = sha256_of_file(arguments.mesh),
                              .volume_sha256 = sha256_of_file(arguments.volume),
-                             .volume_notices = std::move(notices)};
+                             .volume_notices = std::move(notices),
+                             .mesh_notices = std::move(mesh_notices)};
   if (arguments.json) {
     Json report = json_of(certificate, files, options);
     report["seconds"] = progress.seconds();
@@ -267,9 +273,8 @@ void add_certify_command(Command& program, Run& run) {
   command
       ->add_option("--scale", a->scale,
                    "Factor for the mesh's world coordinates, such as 1000 for a mesh in metres and "
-                   "a volume in mm")
-      ->within(1e-9, 1e9)
-      ->capture_default_str();
+                   "a volume in mm [1, or that of the unit that a 3MF file states]")
+      ->within(1e-9, 1e9);
   command
       ->add_option("--shift", a->shift,
                    "The mesh's world coordinates were shifted by this, as by --shift of `extract`")

@@ -73,7 +73,7 @@ CertifyOptions options_of(const CertifyCall& call, const TriangleMesh& mesh,
 }
 
 // Returns the JSON report and the text of `multitetra-server certify`.
-py::tuple certified(const TriangleMesh& mesh, const std::string& name, const PythonVolume& volume,
+py::tuple certified(TriangleMesh& mesh, const std::string& name, const PythonVolume& volume,
                     const CertifyCall& call, int threads, const py::object& progress) {
   const DatasetInfo& info = volume.info();
   CertifyOptions options = options_of(call, mesh, info);
@@ -84,8 +84,10 @@ py::tuple certified(const TriangleMesh& mesh, const std::string& name, const Pyt
     options.on_stage = [&](const char* stage) { state.report(stage, 0); };
     Volume whole = whole_volume(*volume.dataset);
     whole.meaning = info.meaning;
+    const CertifiedFiles files{.mesh = name,
+                               .volume = info.name,
+                               .mesh_notices = convert_to_unit(mesh, info.meaning.length_unit)};
     const Certificate certificate = certify(mesh, whole, options);
-    const CertifiedFiles files{.mesh = name, .volume = info.name};
     report = text_of(json_of(certificate, files, options));
     text = text_of(certificate, files, options);
   });

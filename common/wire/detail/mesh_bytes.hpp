@@ -38,6 +38,8 @@ class MeshBytes {
   }
   // Returns the text up to the end of the line, which is skipped; empty at the end.
   std::string_view take_line() { return multitetra::take_line(rest_); }
+  // The same for text alone, where a carriage return by itself ends a line, too.
+  std::string_view take_text_line();
   // Returns the next word between white space, across lines; empty at the end.
   std::string_view take_word();
   // Reads a word that must be a number.

@@ -152,6 +152,7 @@ void take_lists(const PlyElement& element, PlyValues& values, TriangleMesh& mesh
           (void)values.take(property.type);
         }
       }
+      sink.end();
     }
   }
 }

@@ -35,17 +35,38 @@ TriangleMesh read_binary(MeshBytes bytes, std::uint32_t count) {
   return mesh;
 }
 
+// Skips the name of a solid, which ends with the line, or with its first facet in files of one
+// line.
+void skip_name(MeshBytes& bytes) {
+  MeshBytes name = bytes;
+  const std::string line = lower_case(name.take_text_line());
+  const std::size_t facet = line.find("facet normal");
+  if (facet == std::string::npos) {
+    bytes = name;
+  } else {
+    bytes.take(facet);
+  }
+}
+
 TriangleMesh read_text(MeshBytes bytes) {
   TriangleMesh mesh;
   bool has_end = false;
-  while (!bytes.is_empty()) {
-    MeshBytes line(bytes.take_line());
-    const std::string word = lower_case(line.take_word());
-    if (word == "endsolid") has_end = true;
-    if (word != "vertex") continue;
-    Vec3 place;
-    for (double& coordinate : place) coordinate = line.take_decimal();
-    add_corner(mesh, place);
+  std::size_t facet_began = 0;
+  for (std::string word = lower_case(bytes.take_word()); !word.empty();
+       word = lower_case(bytes.take_word())) {
+    if (word == "vertex") {
+      Vec3 place;
+      for (double& coordinate : place) coordinate = bytes.take_decimal();
+      add_corner(mesh, place);
+    } else if (word == "facet") {
+      facet_began = mesh.vertices.size();
+    } else if (word == "endfacet" && mesh.vertices.size() - facet_began != 3) {
+      throw MeshFileError("a facet has " + std::to_string(mesh.vertices.size() - facet_began) +
+                          " corners, but those of STL are triangles");
+    } else if (word == "solid" || word == "endsolid") {
+      has_end = word == "endsolid";
+      skip_name(bytes);
+    }
   }
   if (!has_end || mesh.vertices.size() % 3 != 0) {
     throw MeshFileError("it ends too early", kGetCompleteCopy);

@@ -13,6 +13,7 @@
 
 #include "common/base/affine.hpp"
 #include "common/base/parse_number.hpp"
+#include "common/dataset/length_units.hpp"
 #include "common/wire/detail/instances.hpp"
 #include "common/wire/detail/mesh_bytes.hpp"
 #include "common/wire/mesh_readers.hpp"
@@ -34,7 +35,10 @@ class ModelReader {
       if (found == attributes.end()) fail("an element <" + std::string(name) + "> is incomplete");
       return found->second;
     };
-    if (name == "object") {
+    if (name == "model") {
+      const auto unit = attributes.find("unit");
+      if (unit != attributes.end() && metres_of(unit->second)) unit_ = unit_from(unit->second);
+    } else if (name == "object") {
       object_ = &objects_[std::string(number("id"))];
     } else if (name == "components") {
       fail("it is composed of parts (<components>), which are not read");
@@ -62,6 +66,7 @@ class ModelReader {
     for (const auto& [object, map] : items_)
       instances.add(object->vertices.size(), object->triangles.size());
     TriangleMesh mesh;
+    mesh.length_unit = unit_;
     for (const auto& [object, map] : items_) {
       for (const TriangleIndices& corners : object->triangles) {
         for (const std::uint32_t corner : corners) {
@@ -105,38 +110,114 @@ class ModelReader {
   }
 
   std::vector<std::size_t>* first_;
+  std::string unit_;
   std::map<std::string, TriangleMesh> objects_;
   TriangleMesh* object_ = nullptr;  // The one whose elements follow.
   std::vector<std::pair<const TriangleMesh*, Affine>> items_;
 };
 
-// Exceptions must not pass through expat.
-struct Parsing {
-  XML_Parser parser;
-  ModelReader reader;
-  std::exception_ptr problem = nullptr;  // No exception may pass through expat.
+// Finds the model of a package among its relationships.
+struct RelationsReader {
+  std::string model;
+
+  void start(std::string_view, const Attributes& attributes) {
+    const auto type = attributes.find("Type");
+    const auto target = attributes.find("Target");
+    const bool is_model = type != attributes.end() && target != attributes.end() &&
+                          type->second.ends_with("/3dmodel");
+    if (!is_model || !model.empty()) return;
+    model = target->second.substr(target->second.starts_with('/') ? 1 : 0);
+  }
 };
 
-void stop(Parsing& parsing, std::exception_ptr problem) {
-  parsing.problem = std::move(problem);
-  XML_StopParser(parsing.parser, XML_FALSE);
-}
+template <typename Reader>
+struct Parsing {
+  XML_Parser parser;
+  Reader reader;
+  std::exception_ptr problem = nullptr;  // No exception may pass through expat.
 
+  void stop(std::exception_ptr fault) {
+    problem = std::move(fault);
+    XML_StopParser(parser, XML_FALSE);
+  }
+};
+
+template <typename Reader>
 void XMLCALL on_start(void* self, const XML_Char* name, const XML_Char** pairs) {
-  auto& parsing = *static_cast<Parsing*>(self);
+  auto& parsing = *static_cast<Parsing<Reader>*>(self);
   try {
     Attributes attributes;
     for (; *pairs != nullptr; pairs += 2) attributes.emplace(pairs[0], pairs[1]);
     parsing.reader.start(name, attributes);
   } catch (...) {
-    stop(parsing, std::current_exception());
+    parsing.stop(std::current_exception());
   }
 }
 
+template <typename Reader>
 void XMLCALL on_entity(void* self, const XML_Char*, int, const XML_Char*, int, const XML_Char*,
                        const XML_Char*, const XML_Char*, const XML_Char*) {
-  stop(*static_cast<Parsing*>(self),
-       std::make_exception_ptr(MeshFileError("its XML declares entities, which are not allowed")));
+  static_cast<Parsing<Reader>*>(self)->stop(
+      std::make_exception_ptr(MeshFileError("its XML declares entities, which are not allowed")));
+}
+
+// Calls `reader.start(name, attributes)` for each element, and returns the reader.
+template <typename Reader>
+Reader parsed(std::string_view xml, const std::string& where, Reader reader) {
+  const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(
+      XML_ParserCreate(nullptr), &XML_ParserFree);
+  Parsing<Reader> parsing{.parser = parser.get(), .reader = std::move(reader)};
+  XML_SetUserData(parser.get(), &parsing);
+  XML_SetStartElementHandler(parser.get(), &on_start<Reader>);
+  XML_SetEntityDeclHandler(parser.get(), &on_entity<Reader>);
+  constexpr std::size_t kPiece = std::size_t{1} << 24;
+  XML_Status status = XML_STATUS_OK;
+  for (std::size_t at = 0; status == XML_STATUS_OK && at < xml.size(); at += kPiece) {
+    const std::string_view piece = xml.substr(at, kPiece);
+    status = XML_Parse(parser.get(), piece.data(), static_cast<int>(piece.size()),
+                       at + piece.size() == xml.size() ? XML_TRUE : XML_FALSE);
+  }
+  if (parsing.problem) std::rethrow_exception(parsing.problem);
+  if (status != XML_STATUS_OK) {
+    throw MeshFileError("the XML of " + where + " is damaged in line " +
+                        std::to_string(XML_GetCurrentLineNumber(parser.get())));
+  }
+  return std::move(parsing.reader);
+}
+
+// Returns the content of a file in an archive of `archive_bytes`; none if there is no such file.
+std::optional<std::string> member(zip_t* archive, const std::string& name,
+                                  std::size_t archive_bytes) {
+  // Names of parts do not depend on case (Open Packaging Conventions, 6.2.2.3).
+  const zip_int64_t index = zip_name_locate(archive, name.c_str(), ZIP_FL_NOCASE);
+  if (index < 0) return std::nullopt;
+  const auto at = static_cast<zip_uint64_t>(index);
+  zip_stat_t stat{};
+  constexpr zip_uint64_t kSizes = ZIP_STAT_SIZE | ZIP_STAT_COMP_SIZE;
+  // Deflate compresses at most about a thousandfold.
+  const bool is_possible = zip_stat_index(archive, at, 0, &stat) == 0 &&
+                           (stat.valid & kSizes) == kSizes && stat.comp_size <= archive_bytes &&
+                           stat.size / 1100 <= stat.comp_size;
+  if (is_possible) {
+    const std::unique_ptr<zip_file_t, decltype(&zip_fclose)> opened(zip_fopen_index(archive, at, 0),
+                                                                    &zip_fclose);
+    std::string content(stat.size, '\0');
+    char none = 0;
+    const bool is_whole = opened != nullptr &&
+                          zip_fread(opened.get(), content.data(), content.size()) ==
+                              static_cast<zip_int64_t>(stat.size) &&
+                          zip_fread(opened.get(), &none, 1) == 0;
+    if (is_whole) return content;
+  }
+  throw MeshFileError("its file '" + name + "' is damaged", kGetCompleteCopy);
+}
+
+constexpr const char* kUsualModel = "3D/3dmodel.model";
+
+// Returns the place of the model according to the relationships of a package; empty if these have
+// none.
+std::string model_named_in(std::string_view relations) {
+  return parsed(relations, "its relationships", RelationsReader()).model;
 }
 
 }  // namespace
@@ -150,61 +231,19 @@ std::string three_mf_model(std::string_view file) {
     zip_source_free(buffer);
     throw MeshFileError("it is not a complete zip archive", kGetCompleteCopy);
   }
-  const zip_int64_t count = zip_get_num_entries(archive.get(), 0);
-  std::optional<std::string> found;
-  for (zip_uint64_t i = 0; i < static_cast<zip_uint64_t>(std::max<zip_int64_t>(count, 0)); ++i) {
-    const char* const name = zip_get_name(archive.get(), i, ZIP_FL_ENC_RAW);
-    if (name == nullptr || !std::string_view(name).starts_with("3D/") ||
-        std::string_view(name).substr(3).find('/') != std::string_view::npos ||
-        !std::string_view(name).ends_with(".model")) {
-      continue;
-    }
-    if (found) throw MeshFileError("it has several models in the folder 3D, which are not read");
-    zip_stat_t stat{};
-    const bool is_known = zip_stat_index(archive.get(), i, 0, &stat) == 0 &&
-                          (stat.valid & ZIP_STAT_SIZE) != 0 &&
-                          (stat.valid & ZIP_STAT_COMP_SIZE) != 0;
-    // Deflate compresses at most about a thousandfold.
-    if (!is_known || stat.comp_size > file.size() || stat.size / 1100 > stat.comp_size) break;
-    const std::unique_ptr<zip_file_t, decltype(&zip_fclose)> opened(
-        zip_fopen_index(archive.get(), i, 0), &zip_fclose);
-    std::string model(stat.size, '\0');
-    char none = 0;
-    const bool is_whole = opened != nullptr &&
-                          zip_fread(opened.get(), model.data(), model.size()) ==
-                              static_cast<zip_int64_t>(stat.size) &&
-                          zip_fread(opened.get(), &none, 1) == 0;
-    if (is_whole) {
-      found = std::move(model);
-      continue;
-    }
-    throw MeshFileError("its model '" + std::string(name) + "' is damaged", kGetCompleteCopy);
+  const std::optional<std::string> relations = member(archive.get(), "_rels/.rels", file.size());
+  const std::string named = relations ? model_named_in(*relations) : std::string();
+  if (auto model = member(archive.get(), named.empty() ? kUsualModel : named, file.size())) {
+    return *std::move(model);
   }
-  if (found) return *std::move(found);
-  throw MeshFileError("it is a zip archive without a model of 3MF (3D/3dmodel.model)");
+  throw MeshFileError("it is a zip archive without " +
+                      (named.empty() ? std::string("a model of 3MF (3D/3dmodel.model)")
+                                     : "the model '" + named + "' that it names"));
 }
 
 TriangleMesh read_three_mf_model(std::string_view model,
                                  std::vector<std::size_t>* first_triangles) {
-  const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(
-      XML_ParserCreate(nullptr), &XML_ParserFree);
-  Parsing parsing{.parser = parser.get(), .reader = ModelReader(first_triangles)};
-  XML_SetUserData(parser.get(), &parsing);
-  XML_SetStartElementHandler(parser.get(), &on_start);
-  XML_SetEntityDeclHandler(parser.get(), &on_entity);
-  constexpr std::size_t kPiece = std::size_t{1} << 24;
-  XML_Status status = XML_STATUS_OK;
-  for (std::size_t at = 0; status == XML_STATUS_OK && at < model.size(); at += kPiece) {
-    const std::string_view piece = model.substr(at, kPiece);
-    status = XML_Parse(parser.get(), piece.data(), static_cast<int>(piece.size()),
-                       at + piece.size() == model.size() ? XML_TRUE : XML_FALSE);
-  }
-  if (parsing.problem) std::rethrow_exception(parsing.problem);
-  if (status != XML_STATUS_OK) {
-    throw MeshFileError("the XML of its model is damaged in line " +
-                        std::to_string(XML_GetCurrentLineNumber(parser.get())));
-  }
-  return parsing.reader.read();
+  return parsed(model, "its model", ModelReader(first_triangles)).read();
 }
 
 }  // namespace multitetra

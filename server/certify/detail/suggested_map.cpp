@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,9 @@ namespace multitetra {
 namespace {
 
 constexpr std::size_t kSamples = 300;
+
+// A map is worth telling if it leaves at most this part of the distance.
+constexpr double kMinImprovement = 0.5;
 
 struct Candidate {
   std::string option;
@@ -67,8 +71,14 @@ TriangleMesh mapped(TriangleMesh mesh, const Affine& map) {
 std::optional<MapSuggestion> suggested_map(const TriangleMesh& mesh, const TriangleMesh& full,
                                            const DatasetInfo& grid, double allowed) {
   if (mesh.triangles.empty() || full.triangles.empty()) return std::nullopt;
-  double least = allowed + voxel_length(grid);
   const NearestTriangle to_full(triangles_of(full));
+  // Better than as it is, by as much as tells: a map may be nearly none.
+  const auto distance_as_it_is = [&] {
+    const double there = sampled_distance(mesh, {}, to_full, HUGE_VAL);
+    return std::max(there,
+                    sampled_distance(full, {}, NearestTriangle(triangles_of(mesh)), HUGE_VAL));
+  };
+  double least = std::min(allowed + voxel_length(grid), kMinImprovement * distance_as_it_is());
   std::optional<MapSuggestion> best;
   for (const Candidate& candidate : candidates(grid)) {
     double distance = sampled_distance(mesh, candidate.map, to_full, least);

@@ -57,10 +57,10 @@ const VtiArray& array_of(const VtiHeader& header, std::string_view section, std:
   throw MeshFileError("its " + std::string(section) + " have no array '" + std::string(name) + "'");
 }
 
-// Calls `begin()` for each cell of a section and `add(vertex)` for each of its vertices.
-template <typename Begin, typename Add>
+// Calls `begin()` for each cell of a section, `add(vertex)` for each of its vertices and `end()`.
+template <typename Begin, typename Add, typename End>
 void visit_cells(const VtkArrays& arrays, std::string_view section, std::uint64_t cells,
-                 const Begin& begin, const Add& add) {
+                 const Begin& begin, const Add& add, const End& end_cell) {
   if (cells == 0) return;
   const VtiArray& offsets = array_of(arrays.header(), section, "offsets");
   std::vector<std::int64_t> ends;
@@ -76,6 +76,7 @@ void visit_cells(const VtkArrays& arrays, std::string_view section, std::uint64_
   for (const std::int64_t end : ends) {
     begin();
     for (; at < end; ++at) add(vertices.take_index());
+    end_cell();
   }
 }
 
@@ -97,7 +98,7 @@ TriangleMesh read_vtp(const std::filesystem::path& file) {
   PolygonSink sink(mesh);
   const auto add = [&](std::int64_t vertex) { sink.add(vertex); };
   visit_cells(
-      arrays, "Polys", header.polys, [&] { sink.begin(); }, add);
+      arrays, "Polys", header.polys, [&] { sink.begin(); }, add, [&] { sink.end(); });
   std::vector<std::int64_t> strip;
   visit_cells(
       arrays, "Strips", header.strips, [&] { strip.clear(); },
@@ -111,7 +112,9 @@ TriangleMesh read_vtp(const std::filesystem::path& file) {
         for (const std::size_t i : {is_even ? n - 3 : n - 2, is_even ? n - 2 : n - 3, n - 1}) {
           sink.add(strip[i]);
         }
-      });
+        sink.end();
+      },
+      [] {});
   return mesh;
 }
 

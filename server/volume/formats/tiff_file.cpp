@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -93,17 +94,55 @@ TiffDescription plain_pages(std::int64_t count) {
   return pages;
 }
 
+// Returns one of the images that tifffile wrote to a file; nothing if each is one page, as of a
+// stack that was written page by page.
+std::optional<TiffDescription> image_of_tifffile(const fs::path& file, const TiffPages& tiff,
+                                                 const std::string& series) {
+  const std::vector<TiffPages::Shape>& shapes = tiff.shapes();
+  if (shapes.size() < 2 || shapes.size() == tiff.count() || shapes[0].page != 0) {
+    return std::nullopt;
+  }
+  std::vector<std::string> images;
+  std::size_t chosen = series.empty() ? 0 : shapes.size();
+  const auto end_of = [&](std::size_t image) {
+    return image + 1 < shapes.size() ? shapes[image + 1].page : tiff.count();
+  };
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    images.push_back("pages " + std::to_string(shapes[i].page + 1) + " to " +
+                     std::to_string(end_of(i)));
+    if (series == std::to_string(i + 1) || series == images.back()) chosen = i;
+  }
+  if (chosen == shapes.size()) {
+    fail_reading(file, "it has no image " + series,
+                 "Choose an image with --series, from 1 to " + std::to_string(shapes.size()));
+  }
+  const std::size_t begin = shapes[chosen].page;
+  const std::size_t pages = end_of(chosen) - begin;
+  const ImageHeader header = tiff.header(begin);
+  const auto shaped =
+      parse_shape(shapes[chosen].text, {header.dims[0], header.dims[1]}, header.components);
+  if (shaped && pages == 1 && shaped->pages.size() > 1) {
+    fail_reading(file, "its page " + std::to_string(begin + 1) + " has several images",
+                 "Save it with a page for each image");
+  }
+  TiffDescription description = shaped && shaped->pages.size() == pages
+                                    ? *shaped
+                                    : plain_pages(static_cast<std::int64_t>(pages));
+  for (std::size_t& page : description.pages) page += begin;
+  description.images = std::move(images);
+  description.image = chosen;
+  return description;
+}
+
 TiffDescription description_of(const fs::path& file, const std::string& text, const TiffPages& tiff,
                                const ImageHeader& header, const std::string& series, bool is_slice,
                                std::vector<std::string>& notices) {
   const auto pages = static_cast<std::int64_t>(tiff.count());
   const TiffDescription plain = plain_pages(pages == 1 ? tiff.images_in_first() : pages);
+  if (auto image = is_slice ? std::nullopt : image_of_tifffile(file, tiff, series)) return *image;
   if (const auto shaped = parse_shape(text, {header.dims[0], header.dims[1]}, header.components)) {
-    const std::size_t described = shaped->pages.size();
-    // It is that of the first of several series; those of one page each are a stack.
-    const bool has_series =
-        described == tiff.count() || (described > 1 && described < tiff.count());
-    return pages == 1 || has_series ? *shaped : plain;
+    const bool has_all = pages == 1 || shaped->pages.size() == tiff.count();
+    return has_all ? *shaped : plain;
   }
   const bool is_imagej = text.starts_with("ImageJ=");
   if (!is_imagej && text.find("<OME") == std::string::npos) return plain;
@@ -292,7 +331,8 @@ StoredVolume open_pages(const fs::path& path, DescriptionText described, const V
     if (!tiff.plain_offset()) {
       fail_reading(
           path,
-          "its only page has " + std::to_string(all) + " images, which are compressed or in tiles",
+          "its only page has " + std::to_string(all) +
+              " images, which are compressed, in tiles or not stored as they are to be read",
           "Save it with a page for each image, or without compression");
     }
     volume.slices = images_in_one_directory(path, tiff, pages, header);

@@ -301,6 +301,14 @@ TEST(Assembler, RejectsTilesMissingFromTheManifest) {
   expect_fault(stream, "tile 2 was sent, but the number of tiles is 2");
 }
 
+TEST(Assembler, RejectsStepsOfOtherNumbers) {
+  Messages stream = two_steps();  // Steps 0 and 2.
+  at<StepBegin>(stream, 4).step = 2;
+  at<Tile>(stream, 5).step = 2;
+  at<StepEnd>(stream, 6).step = 2;
+  expect_fault(stream, "step 1 was expected");
+}
+
 TEST(Assembler, RejectsMessagesOfUnknownRequests) {
   for (const std::size_t index : {0U, 1U, 3U, 7U}) {
     Messages stream = two_steps();
@@ -346,6 +354,27 @@ TEST(Assembler, RejectsTilesWhoseCountsOrDigestsDifferFromTheManifest) {
     Messages stream = two_steps();
     lie(at<StepBegin>(stream, 0).tiles[0]);
     expect_fault(stream, words);
+  }
+}
+
+TEST(Assembler, RejectsHeldTilesThatDifferFromTheManifest) {
+  Assembler first(octahedra_info(), open_stream());
+  ASSERT_TRUE(assemble(two_steps(), first).is_complete);
+  OpenStream open = open_stream();
+  for (const EncodedTile& tile : fine_tiles()) {
+    open.cached_tile_digests.push_back(tile.summary.digest);
+  }
+  const std::vector<std::function<void(TileSummary&)>> lies = {
+      [](TileSummary& t) { ++t.triangles; }, [](TileSummary& t) { ++t.vertices; },
+      [](TileSummary& t) { t.cube.exponent = 3; }};
+  for (const auto& lie : lies) {
+    Messages stream = stream_of({{.tiles = fine_tiles()}}, open.cached_tile_digests);
+    lie(at<StepBegin>(stream, 0).tiles[0]);
+    Assembler second(octahedra_info(), open, first.held());
+    const Outcome outcome = assemble(stream, second);
+    ASSERT_TRUE(outcome.failed_check);
+    EXPECT_NE(outcome.failed_check->text.find("is already held, but"), std::string::npos)
+        << outcome.failed_check->text;
   }
 }
 

@@ -442,6 +442,23 @@ TEST(Certificate, AllowsRoundingOnlyIfAsked) {
       << text_of(allowed, {}, options);
 }
 
+TEST(Certificate, FindsTheBorderOfRoundedMeshesIfAsked) {
+  Volume volume = fields::gyroid(17, 0, 45);
+  volume.index_to_world.translation = {5e5 + 0.3, 5e5 + 0.3, 0};
+  TriangleMesh mesh = extracted(make_dataset(volume, "gyroid"), {.isovalue = 0.0, .error = 0.25});
+  for (Vec3& vertex : mesh.vertices) {
+    for (double& coordinate : vertex) coordinate = static_cast<double>(float(coordinate));
+  }
+  mesh.has_floats = true;
+  CertifyOptions options = {.isovalue = 0, .error = 0.25, .lattice = 5};
+  EXPECT_GT(certified_against(volume, mesh, options).mesh.open_edges, 0U);
+  options.allow_rounding = true;
+  const Certificate allowed = certified_against(volume, mesh, options);
+  EXPECT_EQ(allowed.mesh.open_edges, 0U);
+  EXPECT_GT(allowed.mesh.border_edges, 0U);
+  EXPECT_TRUE(allowed.passes()) << text_of(allowed, {}, options);
+}
+
 TEST(Certificate, SuggestsUsualMaps) {
   Volume volume = two_balls();
   volume.index_to_world.columns[2] = {0, 0, 1.5};
@@ -466,6 +483,16 @@ TEST(Certificate, SuggestsUsualMaps) {
   EXPECT_EQ(suggested({.translation = volume.index_to_world.translation}),
             "--shift 40,-30,-10 (the first sample as the origin)");
   EXPECT_EQ(suggested({.translation = {3, 7, 50}}), "nothing");
+  // Nor a map that changes nothing, or nothing to the better.
+  volume.index_to_world = {};
+  EXPECT_EQ(suggested({.translation = {100, 0, 0}}), "nothing");
+  const TriangleMesh own =
+      extracted(make_dataset(two_balls(), "own"), {.isovalue = 0.0, .error = 0});
+  TriangleMesh moved = own;
+  for (Vec3& vertex : moved.vertices) vertex[0] += 1.1;
+  const Certificate near = certified_against(two_balls(), moved, options);
+  EXPECT_FALSE(near.passes());
+  EXPECT_FALSE(near.suggestion) << near.suggestion->option;
 }
 
 TEST(ClosedComponents, DoNotCountThoseThatRoundingMayHaveTurned) {

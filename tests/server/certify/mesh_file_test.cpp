@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "common/wire/detail/three_mf_file.hpp"
+#include "common/wire/detail/triangle_normals.hpp"
 #include "common/wire/lattice_glb.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "common/wire/mesh_readers.hpp"
@@ -305,6 +306,102 @@ TEST_F(MeshFile, ReadsNegativeObjIndices) {
             std::string::npos);
 }
 
+TEST_F(MeshFile, ReadsObjOfManyPrograms) {
+  const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+  const std::vector<TriangleIndices> whole = {{0, 1, 2}, {0, 2, 3}};
+  for (const std::string_view faces :
+       {"f 1 2 3 4\n", "fo 1 2 3 4\n", "F 1 2 3 4\n", "f 1 2 \\\n3 \\\n4\n",
+        "# C:\\parts\\\nf 1 2 3 4\n", "o a\\\nf 1 2 3 4\n"}) {
+    EXPECT_EQ(read("a.obj", square + std::string(faces)).triangles, whole) << faces;
+    std::string mac = square + std::string(faces);
+    std::replace(mac.begin(), mac.end(), '\n', '\r');
+    EXPECT_EQ(read("a.obj", mac).triangles, whole) << faces;
+  }
+  EXPECT_NE(complaint("a.obj", square + "surf 0 1 0 1 1 2 3 4\n").find("free-form surfaces"),
+            std::string::npos);
+}
+
+TEST_F(MeshFile, ReadsTextStlWithoutLines) {
+  const std::string facet =
+      "facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet ";
+  const std::string two = facet + facet;
+  for (const std::string& text :
+       {"solid a part " + two + "endsolid a part",
+        "solid vertex of facets\n" + two + "endsolid vertex\n", "solid\r" + two + "\rendsolid\r"}) {
+    const TriangleMesh mesh = read("a.stl", text);
+    EXPECT_EQ(mesh.triangles.size(), 2U) << text;
+    EXPECT_EQ(mesh.vertices[2], (Vec3{0, 1, 0}));
+  }
+  // Quadrilaterals, three of which have as many corners as four triangles.
+  const std::string four =
+      "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\n"
+      "endloop\nendfacet\n";
+  const std::string said = complaint("a.stl", "solid a\n" + four + four + four + "endsolid a\n");
+  EXPECT_NE(said.find("a facet has 4 corners"), std::string::npos) << said;
+}
+
+// ---- polygons
+
+double area_of(const TriangleMesh& mesh, const Vec3& normal) {
+  double area = 0;
+  for (const TriangleIndices& t : mesh.triangles) {
+    const double part =
+        dot(area_vector(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]), normal);
+    EXPECT_GE(part, 0);
+    area += part / 2;
+  }
+  return area;
+}
+
+std::string obj_polygon(const std::vector<Vec3>& corners) {
+  std::string file;
+  std::string face = "f";
+  for (const Vec3& corner : corners) {
+    file += "v " + std::to_string(corner[0]) + ' ' + std::to_string(corner[1]) + ' ' +
+            std::to_string(corner[2]) + '\n';
+    face += ' ' + std::to_string(&corner - corners.data() + 1);
+  }
+  return file + face + '\n';
+}
+
+TEST_F(MeshFile, CutsConcavePolygonsInside) {
+  const std::vector<Vec3> arrow = {{0, 0, 0}, {3, 2, 0}, {0, 4, 0}, {1, 2, 0}};
+  // A comb, whose fan would cover the gaps between its teeth.
+  const std::vector<Vec3> comb = {{0, 0, 0}, {5, 0, 0}, {5, 3, 0}, {4, 3, 0}, {4, 1, 0}, {3, 1, 0},
+                                  {3, 3, 0}, {2, 3, 0}, {2, 1, 0}, {1, 1, 0}, {1, 3, 0}, {0, 3, 0}};
+  // A square with a hole, joined by an edge in both directions.
+  const std::vector<Vec3> ring = {{0, 0, 0}, {3, 0, 0}, {3, 3, 0}, {0, 3, 0}, {0, 0, 0},
+                                  {1, 1, 0}, {1, 2, 0}, {2, 2, 0}, {2, 1, 0}, {1, 1, 0}};
+  for (const auto& [polygon, area] :
+       {std::pair(arrow, 4.0), std::pair(comb, 11.0), std::pair(ring, 8.0)}) {
+    for (std::size_t turns = 0; turns < polygon.size(); ++turns) {  // From each corner.
+      std::vector<Vec3> turned = polygon;
+      std::rotate(turned.begin(), turned.begin() + static_cast<std::ptrdiff_t>(turns),
+                  turned.end());
+      const TriangleMesh flat = read("a.obj", obj_polygon(turned));
+      EXPECT_EQ(flat.triangles.size(), polygon.size() - 2);
+      EXPECT_DOUBLE_EQ(area_of(flat, {0, 0, 1}), area);
+      for (Vec3& corner : turned) corner = {7, -corner[1], corner[0]};
+      EXPECT_DOUBLE_EQ(area_of(read("a.obj", obj_polygon(turned)), {1, 0, 0}), area);
+      std::reverse(turned.begin(), turned.end());
+      EXPECT_DOUBLE_EQ(area_of(read("a.obj", obj_polygon(turned)), {-1, 0, 0}), area);
+    }
+  }
+}
+
+TEST_F(MeshFile, SaysThatAPolygonCrossesItself) {
+  std::vector<Vec3> star;
+  for (int i = 0; i < 5; ++i) star.push_back({std::cos(i * 2.513274), std::sin(i * 2.513274), 0});
+  EXPECT_NE(complaint("a.obj", obj_polygon(star)).find("a face of 5 corners crosses itself"),
+            std::string::npos);
+  // A warped quadrilateral may look crossed, and has two triangles all the same.
+  const std::vector<Vec3> bow = {{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}};
+  EXPECT_EQ(read("a.obj", obj_polygon(bow)).triangles.size(), 2U);
+  // On a line: no area, but nothing is lost or refused.
+  const std::vector<Vec3> line = {{0, 0, 0}, {2, 0, 0}, {4, 0, 0}, {3, 0, 0}, {1, 0, 0}};
+  EXPECT_EQ(read("a.obj", obj_polygon(line)).triangles.size(), 3U);
+}
+
 // ---- glTF
 
 std::string glb(std::string json, std::string binary) {
@@ -569,6 +666,83 @@ TEST(ThreeMfModel, SaysWhatItDoesNotRead) {
   EXPECT_NE(problem(model_with("", "<!DOCTYPE m [<!ENTITY a \"b\">]>")).find("entities"),
             std::string::npos);
   EXPECT_THROW((void)three_mf_model("PK\3\4"), MeshFileError);
+}
+
+// A zip archive whose files are not compressed.
+std::string stored_zip(const std::vector<std::pair<std::string, std::string>>& files) {
+  std::string bytes;
+  std::string directory;
+  const auto number = [](std::string& into, std::uint64_t value, int size) {
+    for (int i = 0; i < size; ++i) into += static_cast<char>(value >> (8 * i));
+  };
+  for (const auto& [name, content] : files) {
+    const std::size_t place = bytes.size();
+    std::string header;
+    for (const int zero : {20, 0, 0, 0, 0}) number(header, static_cast<unsigned>(zero), 2);
+    number(
+        header,
+        crc32(0, reinterpret_cast<const Bytef*>(content.data()), static_cast<uInt>(content.size())),
+        4);
+    number(header, content.size(), 4);
+    number(header, content.size(), 4);
+    number(header, name.size(), 2);
+    number(header, 0, 2);
+    bytes += "PK\3\4" + header + name + content;
+    directory += "PK\1\2";
+    number(directory, 20, 2);
+    directory += header + std::string(10, '\0');
+    number(directory, place, 4);
+    directory += name;
+  }
+  const std::size_t begin = bytes.size();
+  bytes += directory + "PK\5\6" + std::string(4, '\0');
+  number(bytes, files.size(), 2);
+  number(bytes, files.size(), 2);
+  number(bytes, directory.size(), 4);
+  number(bytes, begin, 4);
+  number(bytes, 0, 2);
+  return bytes;
+}
+
+TEST_F(MeshFile, ReadsTheModelThatA3mfFileNames) {
+  const std::string model = model_with("<m:item objectid=\"7\"/>");
+  const auto relations = [](const std::string& target) {
+    return "<Relationships><Relationship Target=\"/Metadata/plate.png\" "
+           "Type=\"http://x/thumbnail\"/>"
+           "<Relationship Target=\"" +
+           target +
+           "\" Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/>"
+           "</Relationships>";
+  };
+  EXPECT_EQ(read("a.3mf", stored_zip({{"_rels/.rels", relations("/model/part.xml")},
+                                      {"3D/3dmodel.model", "not it"},
+                                      {"Model/Part.xml", model}}))
+                .triangles.size(),
+            1U);
+  EXPECT_EQ(read("a.3mf", stored_zip({{"3D/3dmodel.model", model}})).triangles.size(), 1U);
+  EXPECT_NE(complaint("a.3mf", stored_zip({{"_rels/.rels", relations("/3D/none.model")},
+                                           {"3D/3dmodel.model", model}}))
+                .find("without the model '3D/none.model' that it names"),
+            std::string::npos);
+}
+
+TEST_F(MeshFile, ConvertsTheUnitOfA3mfFile) {
+  const PositionedMesh torus = positioned(surfaces::torus(5, 5, 4, 0.2, 1), Affine{});
+  TriangleMesh mesh =
+      read("a.3mf", mesh_file(torus, MeshFormat::k3mf, {.world = {.length_unit = "mm"}}));
+  EXPECT_EQ(mesh.length_unit, "mm");
+  const TriangleMesh as_written = mesh;
+  EXPECT_TRUE(convert_to_unit(mesh, "").empty());
+  EXPECT_TRUE(convert_to_unit(mesh, "mm").empty());
+  EXPECT_EQ(mesh.vertices, as_written.vertices);
+  const auto said = convert_to_unit(mesh, "µm");
+  ASSERT_EQ(said.size(), 1U);
+  EXPECT_NE(said[0].find("is in mm, the volume in µm"), std::string::npos);
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    EXPECT_DOUBLE_EQ(mesh.vertices[i][0], 1000 * as_written.vertices[i][0]);
+  }
+  EXPECT_TRUE(convert_to_unit(mesh, "µm").empty());
+  EXPECT_TRUE(read("b.3mf", mesh_file(torus, MeshFormat::k3mf)).length_unit.empty());
 }
 
 TEST(ThreeMfModel, HasUnitNameAndColorOfEachSurface) {

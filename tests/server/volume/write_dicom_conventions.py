@@ -83,12 +83,12 @@ def moments():
          **{**PLACE, "steps": diagonal(0.5, 1.5, 1)})
 
     # An enhanced file whose frames alternate, the later time first.
-    def enhanced(data):
+    def enhanced(data, content=lambda i, t: items(TemporalPositionIndex=t + 1)):
         frames = []
         for i in range(SHAPE[0]):
             for t in (1, 0):
                 frames.append(items(PlanePositionSequence=items(ImagePositionPatient=[10, 20, 30 + 2 * i]),
-                                    FrameContentSequence=items(TemporalPositionIndex=t + 1))[0])
+                                    FrameContentSequence=content(i, t))[0])
         from pydicom.sequence import Sequence
         data.SharedFunctionalGroupsSequence = items(PixelMeasuresSequence=items(PixelSpacing=[1.5, 0.5], SliceThickness=2),
                                                     PlaneOrientationSequence=items(ImageOrientationPatient=[1, 0, 0, 0, 1, 0]))
@@ -97,6 +97,10 @@ def moments():
     pixels = numpy.stack([volume + 1000, volume], axis=1).reshape(10, *SHAPE[1:])
     path = one_file("moments-enhanced", enhanced, kind="1.2.840.10008.5.1.4.1.1.2.1", pixels=pixels)
     read("moments-enhanced", path, volume, options="time=0", **PLACE)
+    def by_dimension(i, t):  # As of diffusion: stack, b-value, slice.
+        return items(DimensionIndexValues=[1, t + 1, i + 1])
+    path = one_file("moments-dimension", lambda data: enhanced(data, by_dimension), kind="1.2.840.10008.5.1.4.1.1.2.1", pixels=pixels)
+    read("moments-dimension", path, volume, options="time=0", **PLACE)
 
 
 def spacing():

@@ -109,7 +109,7 @@ def tiff():
     read("image-depth", folder / "depth.tif", volume)
     tifffile.imwrite(folder / "depth-tiles.tif", numpy.zeros((16, 32, 32), "u1"), volumetric=True, tile=(16, 16, 16), compression="zlib",
                      metadata=None, photometric="minisblack")
-    refuse("image-depth-tiles", folder / "depth-tiles.tif", "compressed or in tiles")
+    refuse("image-depth-tiles", folder / "depth-tiles.tif", "compressed, in tiles or")
     for name, distances in (("from-first", (0, 2)), ("from-last", (2, 0))):
         read(f"metamorph-{name}", stk(f"{name}.stk.tif", volume, distances=distances), volume, steps=diagonal(0.5, 1.5, 2), unit="µm")
     read("metamorph-pixels", stk("pixels.stk.tif", volume, unit="pixel", distances=(0, 0)), volume, notice="states no spacing along x, y and z")
@@ -136,10 +136,19 @@ def tiff():
 def tiff_series():
     """What says less, or more, than all pages."""
     import tifffile
-    with tifffile.TiffWriter(folder / "mask.tif") as file:
-        file.write(volume, photometric="minisblack")
-        file.write((volume[:3] > 50).astype(volume.dtype), photometric="minisblack")
-    read("tiff-second-series", folder / "mask.tif", volume, notice="skipped 3 pages that its description omits")
+    small = (second[:3, :4] > 50).astype("u1")
+    for name, other in (("mask", second), ("smaller", small)):  # A mask and the like behind the image.
+        with tifffile.TiffWriter(folder / f"with-{name}.tif") as file:
+            file.write(volume, photometric="minisblack")
+            file.write(other, photometric="minisblack")
+        path = folder / f"with-{name}.tif"
+        read(f"tiff-before-{name}", path, volume, notice="of its 2 images, pages 1 to 5 is used")
+        read(f"tiff-{name}", path, other, options="series=2", notice="!is used")
+        refuse(f"tiff-{name}-none", path, "it has no image 3", options="series=3", remedy="series=1")
+    colors = numpy.stack([volume, second, volume], axis=1).astype("u1")  # Z, C, Y, X
+    for name, data in (("planes", colors), ("planar", colors[:1])):
+        tifffile.imwrite(folder / f"{name}.tif", data, photometric="rgb", planarconfig="separate")
+        read(f"tiff-{name}", folder / f"{name}.tif", data[:, 1], options="component=1")
     with tifffile.TiffWriter(folder / "each.tif") as file:
         for page in volume:
             file.write(page, photometric="minisblack")

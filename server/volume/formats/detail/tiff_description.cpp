@@ -338,11 +338,14 @@ std::optional<TiffDescription> parse_shape(std::string_view text,
     axes = named->get<std::string>();
   }
   if (axes.size() != shape.size()) axes.assign(shape.size(), 'Q');
-  if (components > 1 && !shape.empty() && shape.back() == components) shape.pop_back();
-  const std::size_t before = shape.size() < 2 ? 0 : shape.size() - 2;
-  if (shape.size() < 2 || shape[before] != image_size[1] || shape[before + 1] != image_size[0]) {
-    return std::nullopt;
-  }
+  const auto ends_with = [&](const std::vector<std::int64_t>& end) {
+    return shape.size() >= end.size() && std::equal(end.rbegin(), end.rend(), shape.rbegin());
+  };
+  const auto [columns, rows] = image_size;
+  const bool has_components = components > 1 && (ends_with({rows, columns, components}) ||
+                                                 ends_with({components, rows, columns}));
+  if (!has_components && !ends_with({rows, columns})) return std::nullopt;
+  const std::size_t before = shape.size() - (has_components ? 3 : 2);
   TiffDescription description;
   std::int64_t times = 1;
   for (std::size_t i = 0; i < before; ++i) {

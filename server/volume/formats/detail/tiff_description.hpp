@@ -72,8 +72,9 @@ struct OmeSet {
                                                             std::string_view wanted = {});
 
 // Parses the shape that tifffile writes: {"shape": [5, 6, 8]}, slowest first, with `components`
-// last if there are several. The slices come last; axes before them are times, unless "axes" names
-// them C. Returns nothing for other text, or if an image has another size (columns and rows).
+// last, or before rows and columns, if there are several. The slices come last; axes before them
+// are times, unless "axes" names them C. Returns nothing for other text, or if an image has another
+// size (columns and rows).
 [[nodiscard]] std::optional<TiffDescription> parse_shape(std::string_view text,
                                                          std::array<std::int64_t, 2> image_size,
                                                          std::int64_t components);

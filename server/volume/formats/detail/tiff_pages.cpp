@@ -12,6 +12,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "common/base/text.hpp"
@@ -163,6 +164,11 @@ TiffPages::TiffPages(std::filesystem::path file) : file_(std::move(file)) {
   while (true) {
     const auto kind = tiff_field<std::uint32_t>(tiff, TIFFTAG_SUBFILETYPE, 0);
     if ((kind & FILETYPE_REDUCEDIMAGE) == 0) {
+      const char* text = nullptr;
+      if (TIFFGetField(tiff, TIFFTAG_IMAGEDESCRIPTION, &text) == 1 && text != nullptr &&
+          std::string_view(text).starts_with(R"({"shape":)")) {
+        shapes_.push_back({.page = pages_.size(), .text = text});
+      }
       pages_.push_back(TIFFCurrentDirOffset(tiff));
     } else {
       has_other_directories_ = true;

@@ -30,6 +30,12 @@ class TiffPages {
   [[nodiscard]] ImageHeader header(std::size_t page) const;
   // ImageDescription and resolution (pixels per unit) of the first page.
   [[nodiscard]] const std::string& description() const { return description_; }
+  // The descriptions that begin images of tifffile, each of one or several pages.
+  struct Shape {
+    std::size_t page = 0;
+    std::string text;
+  };
+  [[nodiscard]] const std::vector<Shape>& shapes() const { return shapes_; }
   struct Resolution {
     // 0 if unknown.
     double x = 0;
@@ -74,6 +80,7 @@ class TiffPages {
   std::unique_ptr<Reader> reader_;
   std::vector<std::uint64_t> pages_;  // Offsets of their directories.
   std::string description_;
+  std::vector<Shape> shapes_;
   Resolution resolution_;
   Placement placement_;
   Scaling scaling_;

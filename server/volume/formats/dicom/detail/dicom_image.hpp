@@ -40,7 +40,7 @@ enum class SpacingSource {
 };
 
 // Numbers of elements that tell images at one position apart (dicom_moments.hpp).
-inline constexpr std::size_t kDicomMoments = 6;
+inline constexpr std::size_t kDicomMoments = 10;
 inline constexpr std::array<double, kDicomMoments> kNoMoment = [] {
   std::array<double, kDicomMoments> none{};
   none.fill(-std::numeric_limits<double>::infinity());

@@ -15,12 +15,16 @@ namespace {
 
 using gdcm::Tag;
 
-constexpr std::array<const char*, kDicomMoments> kNames = {"TemporalPositionIdentifier",
-                                                           "AcquisitionNumber",
-                                                           "TriggerTime",
-                                                           "EchoTime",
-                                                           "AcquisitionTime",
-                                                           "ContentTime"};
+// The elements of files, followed by the first DimensionIndexValues of frames: of stacks, b-values
+// and whatever else the file declares as a dimension (PS3.3 C.7.6.17).
+constexpr std::array<std::array<std::uint16_t, 2>, 6> kTags = {{{0x0020, 0x0100},
+                                                                {0x0020, 0x0012},
+                                                                {0x0018, 0x1060},
+                                                                {0x0018, 0x0081},
+                                                                {0x0008, 0x0032},
+                                                                {0x0008, 0x0033}}};
+constexpr std::array<const char*, 4> kNames = {"TemporalPositionIdentifier", "AcquisitionNumber",
+                                               "TriggerTime", "EchoTime"};
 constexpr std::size_t kTemporalPosition = 0, kAcquisition = 1, kTrigger = 2, kEcho = 3;
 
 using Elements = std::vector<std::size_t>;
@@ -48,13 +52,7 @@ bool are_everywhere(const DicomPositions& positions, const Elements& elements) {
 }  // namespace
 
 void set_moment(const gdcm::DataSet& file, DicomImage& image) {
-  constexpr std::array<std::array<std::uint16_t, 2>, kDicomMoments> kTags = {{{0x0020, 0x0100},
-                                                                              {0x0020, 0x0012},
-                                                                              {0x0018, 0x1060},
-                                                                              {0x0018, 0x0081},
-                                                                              {0x0008, 0x0032},
-                                                                              {0x0008, 0x0033}}};
-  for (std::size_t i = 0; i < kDicomMoments; ++i) {
+  for (std::size_t i = 0; i < kTags.size(); ++i) {
     const std::vector<double> values = numbers_at(file, Tag(kTags[i][0], kTags[i][1]));
     if (!values.empty()) image.moment[i] = values[0];
   }
@@ -69,6 +67,11 @@ void set_moment_of_frame(const gdcm::DataSet& groups, DicomImage& image) {
   with_item(groups, Tag(0x0020, 0x9111), [&](const gdcm::DataSet& content) {
     set(kTemporalPosition, binary_at<std::uint32_t>(content, Tag(0x0020, 0x9128)));
     set(kAcquisition, binary_at<std::uint16_t>(content, Tag(0x0020, 0x9156)));
+    const std::vector<std::uint32_t> indices =
+        binary_at<std::uint32_t>(content, Tag(0x0020, 0x9157));
+    for (std::size_t i = 0; i < indices.size() && kTags.size() + i < kDicomMoments; ++i) {
+      image.moment[kTags.size() + i] = indices[i];
+    }
   });
   with_item(groups, Tag(0x0018, 0x9118), [&](const gdcm::DataSet& heart) {
     set(kTrigger, binary_at<double>(heart, Tag(0x0020, 0x9153)));
