@@ -90,8 +90,8 @@ std::vector<Triple> fan(std::size_t corners) {
   return triangles;
 }
 
-// Returns triangles of corners. A polygon without an area becomes a fan, and so does a quadrilateral
-// without an ear: warped ones of other programs may look crossed.
+// Returns triangles of corners. A polygon without an area becomes a fan, and so does a
+// quadrilateral without an ear: warped ones of other programs may look crossed.
 std::vector<Triple> cut(const FlatPolygon& polygon, std::size_t count) {
   std::vector<std::uint32_t> left(count);
   for (std::uint32_t i = 0; i < count; ++i) left[i] = i;

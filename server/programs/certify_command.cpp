@@ -42,7 +42,7 @@ struct CertifyArguments {
   std::optional<int> margin;
   std::string coordinates = "world";
   std::string space = "native";
-  std::optional<double> scale = std::nullopt;  // Absent: 1, or that of the mesh file's unit.
+  double scale = 1;
   std::uint64_t samples = CertifyOptions().samples;
   VolumeOptions source;
   int threads = 0;
@@ -60,10 +60,9 @@ Affine mesh_to_world(const CertifyArguments& arguments, const Volume& volume) {
     return volume.index_to_world;
   }
   Affine map;
-  const double scale = arguments.scale.value_or(1);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    map.columns[axis][axis] = scale;
-    if (!arguments.shift.empty()) map.translation[axis] = -scale * arguments.shift[axis];
+    map.columns[axis][axis] = arguments.scale;
+    if (!arguments.shift.empty()) map.translation[axis] = -arguments.scale * arguments.shift[axis];
   }
   if (arguments.space == "native") return map;
   if (volume.meaning.space == WorldSpace::kUnnamed) {
@@ -74,7 +73,7 @@ Affine mesh_to_world(const CertifyArguments& arguments, const Volume& volume) {
     return map;
   }
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    map.columns[axis][axis] = -scale;
+    map.columns[axis][axis] = -arguments.scale;
     map.translation[axis] = -map.translation[axis];
   }
   return map;
@@ -148,7 +147,7 @@ int run_certify(const CertifyArguments& arguments) {
                          .count_self_intersections = arguments.self_intersections,
                          .allow_rounding = arguments.allow_rounding,
                          .is_inside_out = arguments.is_inside_out,
-                         .try_maps = arguments.coordinates == "world" && !arguments.scale &&
+                         .try_maps = arguments.coordinates == "world" && arguments.scale == 1 &&
                                      arguments.space == "native" && arguments.shift.empty(),
                          .samples = arguments.samples};
   Progress progress("certify", arguments.self_intersections ? 6 : 5,
@@ -162,7 +161,7 @@ int run_certify(const CertifyArguments& arguments) {
   std::vector<std::string> notices;
   const Volume volume = volume_of(arguments, options, progress, notices);
   std::vector<std::string> mesh_notices;
-  if (arguments.coordinates == "world" && !arguments.scale) {
+  if (arguments.coordinates == "world") {
     mesh_notices = convert_to_unit(mesh, volume.meaning.length_unit);
   }
   const Affine map = mesh_to_world(arguments, volume);
@@ -273,8 +272,9 @@ void add_certify_command(Command& program, Run& run) {
   command
       ->add_option("--scale", a->scale,
                    "Factor for the mesh's world coordinates, such as 1000 for a mesh in metres and "
-                   "a volume in mm [1, or that of the unit that a 3MF file states]")
-      ->within(1e-9, 1e9);
+                   "a volume in mm; those of 3MF files are in the volume's unit before")
+      ->within(1e-9, 1e9)
+      ->capture_default_str();
   command
       ->add_option("--shift", a->shift,
                    "The mesh's world coordinates were shifted by this, as by --shift of `extract`")
