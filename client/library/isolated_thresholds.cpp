@@ -22,15 +22,19 @@ const SandboxTask kReadThresholds =
     answering("read thresholds", [](const std::string& request) -> std::string {
       fs::path file;
       double elsewhere = 0;
-      if (!unpack_all(request, file, elsewhere)) throw std::logic_error("not a request");
-      const auto grid = read_nrrd_thresholds(file, elsewhere);
+      std::string length_unit;
+      if (!unpack_all(request, file, elsewhere, length_unit)) {
+        throw std::logic_error("not a request");
+      }
+      const auto grid = read_nrrd_thresholds(file, elsewhere, length_unit);
       if (grid) return packed_values(true, *grid);
       return packed_values(false, grid.error().code, grid.error().text);
     });
 
 }  // namespace
 
-Result<ThresholdGrid> read_thresholds_isolated(const fs::path& file, double elsewhere) {
+Result<ThresholdGrid> read_thresholds_isolated(const fs::path& file, double elsewhere,
+                                               const std::string& length_unit) {
   constexpr std::uint64_t kMostMemory = std::uint64_t{12} << 30;  // For the largest images.
   const auto damaged = [&file](const std::string& why) {
     return fail(ErrorCode::kDamagedData, "Cannot read the threshold grid \"" + file.string() +
@@ -41,7 +45,7 @@ Result<ThresholdGrid> read_thresholds_isolated(const fs::path& file, double else
   try {
     const std::string answer = run_in_sandbox(
         kReadThresholds, {.readable = {whole, whole.parent_path()}, .memory_bytes = kMostMemory},
-        packed_values(whole, elsewhere));
+        packed_values(whole, elsewhere, length_unit));
     std::string_view left = answer;
     bool is_read = false;
     ThresholdGrid grid;

@@ -12,6 +12,7 @@ namespace multitetra {
 // crashes, hangs or takes too much memory. The reader sees the file and its folder. Requires
 // enter_sandbox_if_asked() in main().
 [[nodiscard]] Result<ThresholdGrid> read_thresholds_isolated(const std::filesystem::path& file,
-                                                             double elsewhere);
+                                                             double elsewhere,
+                                                             const std::string& length_unit);
 
 }  // namespace multitetra

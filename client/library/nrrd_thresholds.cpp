@@ -16,7 +16,9 @@
 #include "common/base/open_file.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
+#include "common/dataset/length_units.hpp"
 #include "common/image/nrrd_header.hpp"
+#include "common/image/nrrd_placement.hpp"
 #include "common/image/stored_type.hpp"
 #include "common/request/threshold_shrinking.hpp"
 
@@ -103,41 +105,40 @@ std::array<std::int32_t, 3> dims_of(const NrrdHeader& header) {
   return dims;
 }
 
-Affine map_of(const NrrdHeader& header) {
+// Returns the factor from the grid's unit of length to `wanted`; 1 if either is unknown.
+double unit_factor(const std::string& written, const std::string& wanted) {
+  const std::optional<double> own = metres_of(unit_from(written));
+  const std::optional<double> other = metres_of(wanted);
+  return own && other ? *own / *other : 1;
+}
+
+// Maps indices to the world, in which lengths have the unit `length_unit`.
+Affine map_of(const NrrdHeader& header, const std::string& length_unit) {
+  std::vector<std::int64_t> sizes;
+  for (const double size : numbers_of(header, "sizes")) {
+    sizes.push_back(static_cast<std::int64_t>(size));
+  }
+  std::vector<std::size_t> axes;  // As many as dims_of() has, without those at the ends.
+  std::size_t begin = 0;
+  std::size_t end = sizes.size();
+  while (end - begin > 3 && sizes[begin] == 1) ++begin;
+  while (end - begin > 3 && sizes[end - 1] == 1) --end;
+  for (; begin < end; ++begin) axes.push_back(begin);
+  const auto placement = nrrd_placement(header, sizes, axes);
+  if (!placement) {
+    throw NrrdFault(placement.error().text,
+                    "use left-posterior-superior, right-anterior-superior or "
+                    "left-anterior-superior");
+  }
+  const std::string unit = placement->unit.empty() && placement->signs ? "mm" : placement->unit;
   Affine map;
-  const auto misplaced = [] { return NrrdFault("its position in the world is invalid"); };
-  const std::vector<double> directions = numbers_of(header, "space directions");
-  const std::vector<double> spacings = numbers_of(header, "spacings");
-  const std::vector<double> origin =
-      numbers_of(header, directions.empty() ? "axis mins" : "space origin");
-  const std::size_t axes = directions.size() == 4 ? 2 : 3;
-  if (!directions.empty()) {
-    if (directions.size() != axes * axes && directions.size() != 6) throw misplaced();
-    const std::size_t rows = directions.size() == 6 ? 3 : axes;
-    for (std::size_t i = 0; i < directions.size(); ++i) {
-      if (i % rows == 0) map.columns[i / rows] = {0, 0, 0};
-      map.columns[i / rows][i % rows] = directions[i];
-    }
-  } else {
-    if (spacings.size() > 3) throw misplaced();
-    for (std::size_t axis = 0; axis < spacings.size(); ++axis) {
-      if (std::isfinite(spacings[axis])) map.columns[axis][axis] = spacings[axis];
-    }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::string& own = unit.empty() ? placement->units_of_axes[axis] : unit;
+    const double factor = unit_factor(own, length_unit);
+    const bool is_stated = length(placement->steps[axis]) > 0;
+    map.columns[axis] = scaled(is_stated ? placement->steps[axis] : map.columns[axis], factor);
+    map.translation[axis] = factor * placement->first[axis].value_or(0);
   }
-  if (origin.size() > 3) throw misplaced();
-  for (std::size_t axis = 0; axis < origin.size(); ++axis) {
-    if (std::isfinite(origin[axis])) map.translation[axis] = origin[axis];
-  }
-  // The server's world coordinates of patients are LPS.
-  const std::string space = lower_case(header.field("space"));
-  const bool is_right = space == "ras" || space == "right-anterior-superior";
-  const bool is_anterior = is_right || space == "las" || space == "left-anterior-superior";
-  const auto turn = [&](std::size_t axis) {
-    for (Vec3& column : map.columns) column[axis] = 0.0 - column[axis];  // No -0.
-    map.translation[axis] = 0.0 - map.translation[axis];
-  };
-  if (is_right) turn(0);
-  if (is_anterior) turn(1);
   return map;
 }
 
@@ -265,7 +266,8 @@ fs::path data_file_of(const NrrdHeader& header, const fs::path& file) {
 
 }  // namespace
 
-Result<ThresholdGrid> read_nrrd_thresholds(const fs::path& file, double elsewhere) {
+Result<ThresholdGrid> read_nrrd_thresholds(const fs::path& file, double elsewhere,
+                                           const std::string& length_unit) {
   try {
     const std::string bytes = contents_of(file);
     if (!bytes.starts_with("NRRD")) throw NrrdFault("it is not an NRRD file", "give an NRRD file");
@@ -279,8 +281,9 @@ Result<ThresholdGrid> read_nrrd_thresholds(const fs::path& file, double elsewher
         data_file.empty()
             ? read_samples(std::string_view(bytes).substr(header.bytes), header, count)
             : read_samples(contents_of(data_file), header, count);
-    return shrunk({.dims = dims, .index_to_world = map_of(header), .thresholds = samples},
-                  elsewhere);
+    return shrunk(
+        {.dims = dims, .index_to_world = map_of(header, length_unit), .thresholds = samples},
+        elsewhere);
   } catch (const NrrdFault& fault) {
     return fail(fault.code(),
                 "Cannot read the threshold grid \"" + file.string() + "\": " + fault.what());

@@ -9,13 +9,15 @@
 namespace multitetra {
 
 // Reads scalars of any type in two or three dimensions, encoded as raw, gzip or ascii, after the
-// header or in a file in the header's folder. The first sample lies at the space origin; RAS and
-// LAS are converted to LPS. Images too large for a request are reduced by taking minima
-// (threshold_shrinking.hpp). Where the image has no threshold (NaN), `elsewhere` applies.
+// header or in a file in the header's folder. Samples lie where volume readers have them
+// (nrrd_placement.hpp), in the unit `length_unit` if both units are known. Images too large for a
+// request are reduced by taking minima (threshold_shrinking.hpp). Where the image has no threshold
+// (NaN), `elsewhere` applies.
 //
 // Returns kInvalidArgument, with the file's name, if the file cannot be read or is not such an
 // image; kLimitExceeded above 2^29 samples. Does not check the thresholds: `validated` does.
 [[nodiscard]] Result<ThresholdGrid> read_nrrd_thresholds(const std::filesystem::path& file,
-                                                         double elsewhere);
+                                                         double elsewhere,
+                                                         const std::string& length_unit = {});
 
 }  // namespace multitetra

@@ -179,6 +179,21 @@ std::string checks_table(const std::vector<FetchedStep>& steps) {
   return table;
 }
 
+namespace {
+
+// Returns the range of the values of all members, which must be of one field.
+std::string values_of(const std::vector<const DatasetInfo*>& members) {
+  DatasetInfo all = *members.front();
+  for (const DatasetInfo* const info : members) {
+    if (info->member->field != all.member->field) return "of several fields";
+    all.min = std::min(all.min, info->min);
+    all.max = std::max(all.max, info->max);
+  }
+  return human_value(all.min, all) + " to " + human_value(all.max, all);
+}
+
+}  // namespace
+
 std::string text_list(const std::vector<DatasetInfo>& datasets, const std::string& series) {
   const auto series_of = [](const DatasetInfo& info) {
     return info.member ? info.member->series : std::string();
@@ -198,7 +213,8 @@ std::string text_list(const std::vector<DatasetInfo>& datasets, const std::strin
     const bool is_series = series.empty() && !in.empty();
     rows.push_back({printable(is_series ? in : info.name), sides_text(info.dims),
                     std::string(name(info.type)),
-                    human_value(info.min, info) + " to " + human_value(info.max, info),
+                    is_series ? values_of(members[in])
+                              : human_value(info.min, info) + " to " + human_value(info.max, info),
                     human_suggestions(info)});
     if (!has_series) continue;
     rows.back().push_back(is_series        ? summary_of(members[in])

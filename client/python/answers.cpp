@@ -56,9 +56,10 @@ void define_answers(py::module_& module) {
   py::class_<FetchedSurface>(module, "Step", "A complete surface that passed all checks.")
       .def_property_readonly("number", of_begin(&StepBegin::step))
       .def_property_readonly("is_final", of_begin(&StepBegin::is_final))
-      .def_property_readonly(
-          "error_bound_world", of_begin(&StepBegin::error_bound_world),
-          "The bound of the distance to the full-resolution surface, if spacing is 1.")
+      .def_property_readonly("error_bound_world", of_begin(&StepBegin::error_bound_world),
+                             "The bound of the distance to the full-resolution surface before the "
+                             "rounding of vertices, "
+                             "if spacing is 1; that of the mesh includes it.")
       .def_property_readonly("spacing", of_begin(&StepBegin::finest_spacing),
                              "1, or the sample spacing of a preview, which has no error bound.")
       .def_readonly("mesh", &FetchedSurface::mesh)

@@ -46,7 +46,7 @@ typename Answer::value_type PythonConnection::run_query(const Query& query) {
   return value_of(unlocked([&]() -> Answer {
     if (auto free = free_client(); !free) return tl::unexpected(free.error());
     Answer answer = query(*client_);
-    if (!answer) is_lost_ |= answer.error().source != ErrorSource::kServer;
+    if (!answer) note_failure(answer.error().source);
     return answer;
   }));
 }
@@ -80,6 +80,7 @@ std::vector<DatasetInfo> PythonConnection::datasets() {
 }
 
 DatasetInfo PythonConnection::info(const std::string& name) {
+  if (may_have_changed_.exchange(false)) infos_.clear();
   const auto find = [this, &name] {
     return std::find_if(infos_.begin(), infos_.end(),
                         [&name](const DatasetInfo& info) { return info.name == name; });
@@ -139,7 +140,7 @@ std::optional<FetchedSurface> PythonConnection::next(std::uint64_t stream) {
     }
     if (!fetch_) return std::nullopt;
     auto next = fetch_->next();
-    if (!next) is_lost_ |= next.error().source != ErrorSource::kServer;
+    if (!next) note_failure(next.error().source);
     if (!next || !*next) fetch_.reset();
     return next;
   }));
@@ -148,6 +149,8 @@ std::optional<FetchedSurface> PythonConnection::next(std::uint64_t stream) {
   std::string empty_text;
   if (made.mesh.triangles.empty()) empty_text = empty_surface_text(open_request_, open_info_);
   const SurfaceFacts facts = {
+      .length_unit = open_info_.meaning.length_unit,
+      .space = std::string(name(open_info_.meaning.space)),
       .topology = made.topology,
       .digest = made.end.digest,
       .error_bound = mesh_distance_bound(made.begin, open_info_),
@@ -173,6 +176,11 @@ void PythonConnection::disconnect() {
   });
 }
 
+void PythonConnection::note_failure(ErrorSource source) {
+  is_lost_ |= source != ErrorSource::kServer;
+  may_have_changed_ = true;
+}
+
 void PythonConnection::stop_stream() {
   if (!fetch_) return;
   is_lost_ |= !fetch_->cancel().has_value();
@@ -186,6 +194,7 @@ ClientResult<void> PythonConnection::free_client() {
   ++streams_;
   stop_stream();
   if (!is_lost_) return {};
+  may_have_changed_ = true;
   auto connected = client_->reconnect();
   is_lost_ = !connected.has_value();
   return connected;

@@ -4,6 +4,7 @@
 
 #include <pybind11/pybind11.h>
 
+#include <atomic>
 #include <cstdint>
 #include <mutex>
 #include <optional>
@@ -57,12 +58,15 @@ class PythonConnection {
   template <typename Query, typename Answer = std::invoke_result_t<const Query&, Client&>>
   typename Answer::value_type run_query(const Query& query);
   void disconnect();
+  void note_failure(ErrorSource source);
   void stop_stream();
   // Ends a running stream, and reconnects if the connection was lost.
   ClientResult<void> free_client();
 
   const Endpoint server_;
   std::vector<DatasetInfo> infos_;
+  // Whether the server may have other datasets than these: it refused a request, or was lost.
+  std::atomic<bool> may_have_changed_ = false;
   // The dataset of the last stream.
   DatasetInfo open_info_;
   IsosurfaceRequest open_request_;

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "client/python/errors.hpp"
+#include "common/dataset/length_units.hpp"
 #include "common/python/arrays.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "common/wire/written_mesh.hpp"
@@ -36,10 +37,13 @@ Vec3 rounding_limits(const PositionedMesh& mesh) {
           kMaxVertexRounding * shortest};
 }
 
+using Scalars = py::array_t<float, py::array::c_style | py::array::forcecast>;
+
 // The path's suffix determines the format.
 void save_mesh(const std::string& path, const Rows<double>& vertices,
                const Rows<std::uint32_t>& faces, const std::optional<Rows<float>>& normals,
-               const std::optional<py::array_t<float, py::array::forcecast>>& scalars) {
+               const std::optional<Scalars>& scalars, const std::string& unit,
+               const std::string& space, std::optional<int> lattice) {
   const auto format = mesh_format_from(std::filesystem::path(path).extension().string());
   if (!format) {
     raise(PyExc_ValueError, "\"" + path +
@@ -57,7 +61,18 @@ void save_mesh(const std::string& path, const Rows<double>& vertices,
       }
     }
   }
+  for (const Vec3& vertex : mesh.positions) {
+    if (std::isfinite(vertex[0]) && std::isfinite(vertex[1]) && std::isfinite(vertex[2])) continue;
+    raise(PyExc_ValueError, "A vertex has a coordinate that is not finite.");
+  }
+  if (mesh.triangles.empty() && *format == MeshFormat::kDrc) {
+    raise(PyExc_ValueError, "Draco files cannot hold a mesh without triangles; save it as .ply.");
+  }
   if (normals) mesh.normals = rows_from(*normals, "Normals");
+  if (scalars && scalars->ndim() != 1) {
+    raise(PyExc_ValueError,
+          "Scalars have one axis; these have " + std::to_string(scalars->ndim()) + ".");
+  }
   if (scalars) mesh.scalars.assign(scalars->data(), scalars->data() + scalars->size());
   const std::size_t count = mesh.positions.size();
   if ((normals && mesh.normals.size() != count) || (scalars && mesh.scalars.size() != count)) {
@@ -68,7 +83,11 @@ void save_mesh(const std::string& path, const Rows<double>& vertices,
     if (PyErr_WarnEx(PyExc_UserWarning, notice.c_str(), 1) != 0) throw py::error_already_set();
   }
   try {
-    const std::string bytes = mesh_file(mesh, *format);
+    const MeshFileFacts facts{
+        .lattice = lattice,
+        .world = {.space = world_space_from(space).value_or(WorldSpace::kUnnamed),
+                  .length_unit = unit_from(unit)}};
+    const std::string bytes = mesh_file(mesh, *format, facts);
     if (!mesh.triangles.empty()) {
       require_same(read_back(bytes, *format).front(), welded_topology(mesh));
     }

@@ -1,8 +1,10 @@
 #include "common/base/parse_number.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -49,6 +51,34 @@ std::optional<std::uint64_t> parse_bytes(std::string_view text) {
     return std::nullopt;
   }
   return scaled(number, std::uint64_t{1} << (10 * (power + 1)));
+}
+
+std::vector<std::string> words_of(const std::string& text) {
+  std::istringstream in(text);
+  std::vector<std::string> words;
+  for (std::string word; in >> word;) words.push_back(word);
+  return words;
+}
+
+std::optional<std::int64_t> integer(std::string_view text) {
+  return parse_number<std::int64_t>(text);
+}
+
+std::optional<double> finite_number(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  return parse_finite<double>(text);
+}
+
+std::vector<double> finite_numbers(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == ',' || c == '(' || c == ')'; }, ' ');
+  std::vector<double> numbers;
+  for (const std::string& word : words_of(text)) {
+    const std::optional<double> number = finite_number(word);
+    if (!number) return {};
+    numbers.push_back(*number);
+  }
+  return numbers;
 }
 
 }  // namespace multitetra

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <system_error>
 #include <vector>
@@ -71,5 +72,14 @@ template <typename Number>
 // "2M"; B, K, KB, KiB (1 024) and so on up to TiB for bytes such as "500KiB".
 [[nodiscard]] std::optional<std::uint64_t> parse_count(std::string_view text);
 [[nodiscard]] std::optional<std::uint64_t> parse_bytes(std::string_view text);
+
+// Returns the words between white space.
+[[nodiscard]] std::vector<std::string> words_of(const std::string& text);
+
+// Parses the whole text as a number; returns nullopt if it is none.
+[[nodiscard]] std::optional<std::int64_t> integer(std::string_view text);
+[[nodiscard]] std::optional<double> finite_number(std::string_view text);
+// Returns the numbers between white space, commas and brackets; none if a word is no finite number.
+[[nodiscard]] std::vector<double> finite_numbers(std::string text);
 
 }  // namespace multitetra

@@ -98,7 +98,8 @@ Result<std::vector<IsosurfaceRequest>> requests_from(const SurfaceArguments& arg
   }
   if (arguments.threshold_grid.empty()) return requests_for(arguments.query, info);
   SurfaceQuery query = arguments.query;
-  auto grid = arguments.threshold_files.read(arguments.threshold_grid, query.request.error);
+  auto grid = arguments.threshold_files.read(arguments.threshold_grid, query.request.error,
+                                             info.meaning.length_unit);
   if (!grid) return tl::unexpected(grid.error());
   query.request.thresholds.grid = std::make_shared<const ThresholdGrid>(*std::move(grid));
   return requests_for(query, info);
@@ -148,9 +149,7 @@ Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info) {
 OutputSurface output_surface(const LatticeMesh& surface, const SurfaceArguments& arguments,
                              const DatasetInfo& info) {
   return output_surface(surface, arguments.query.min_component,
-                        {.map = output_map(arguments, info),
-                         .world = world_of(arguments, info),
-                         .has_flipped_axes = flips_x_and_y(arguments, info)},
+                        {.map = output_map(arguments, info), .world = world_of(arguments, info)},
                         info);
 }
 

@@ -23,9 +23,11 @@ namespace multitetra {
 struct ThresholdFiles {
   std::string formats = {};  // For --help: "A NRRD file".
   // Reads an image of thresholds and shrinks it until it fits into a request; `elsewhere` is the
-  // threshold where the image has none. Need not validate the thresholds.
-  std::function<Result<ThresholdGrid>(const std::filesystem::path& file, double elsewhere)> read =
-      {};
+  // threshold where the image has none, and `length_unit` that of the world, to which the image's
+  // is converted. Need not validate the thresholds.
+  std::function<Result<ThresholdGrid>(const std::filesystem::path& file, double elsewhere,
+                                      const std::string& length_unit)>
+      read = {};
 };
 
 struct SurfaceArguments {

@@ -84,7 +84,7 @@ struct DatasetInfo {
   std::int32_t grid_exponent = 1;
   Histogram histogram;
   std::vector<double> suggested_isovalues;  // Best first.
-  // Equal if and only if samples and stored errors are equal, and so replies; 0: unknown.
+  // Equal only if description, samples and stored errors are equal, and so replies; 0: unknown.
   std::uint64_t content_id = 0;
   std::optional<SeriesMember> member = std::nullopt;  // Absent if it belongs to no series.
   // The extent of the member's label; absent: unknown.

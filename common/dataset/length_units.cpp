@@ -39,6 +39,8 @@ const LengthUnit* length_unit(std::string_view word) {
 }
 
 const LengthUnit* length_unit_of(std::string_view text) {
+  if (const LengthUnit* const unit = length_unit(text)) return unit;
+  if (text.size() < 4) return nullptr;  // Symbols depend on case: "Mm" is no millimetre.
   std::string word(text);
   std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) {
     return c < 0x80 ? static_cast<char>(std::tolower(c)) : static_cast<char>(c);

@@ -73,7 +73,7 @@ py::object mesh_of(LatticeMesh mesh, WorldVertices vertices, const Affine& grid_
       .attr("Mesh")(rows_of<double>(std::move(vertices)),
                     rows_of<std::uint32_t>(std::move(mesh.triangles)), normals, scalars,
                     facts.error_bound, facts.is_full_resolution,
-                    certificate_of(facts, mesh.resolution));
+                    certificate_of(facts, mesh.resolution), facts.length_unit, facts.space);
 }
 
 }  // namespace multitetra

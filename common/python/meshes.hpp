@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "common/base/affine.hpp"
 #include "common/mesh/content_digest.hpp"
@@ -16,6 +17,8 @@ namespace multitetra {
 
 // What is certain of a mesh.
 struct SurfaceFacts {
+  std::string length_unit;  // Of the vertices; empty: unknown.
+  std::string space;        // Their axes: "LPS", "RAS" or "".
   MeshTopology topology;
   ContentDigest digest;
   // Bounds the distance to the full-resolution surface, rounding included; absent: no bound.

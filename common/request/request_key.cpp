@@ -29,6 +29,14 @@ class Key {
     for (const Item& item : items) add(item);
   }
   void add(const Affine& map) { add_all(map.columns, map.translation); }
+  void add(const std::string& text) {
+    add(text.size());
+    bytes_ += text;
+  }
+  void add(const PhysicalMeaning& meaning) {
+    add_all(meaning.space, meaning.length_unit, meaning.value_unit, meaning.geometry,
+            meaning.assumed, meaning.rounding);
+  }
   void add(const BoxShape& box) { add_all(box.low, box.high); }
   void add(const BallShape& ball) { add_all(ball.center, ball.radius); }
   void add(const HalfSpaceShape& half_space) { add_all(half_space.normal, half_space.offset); }
@@ -88,11 +96,11 @@ std::string key_of(const IsosurfaceRequest& request) {
 }
 
 std::string key_of(const DatasetInfo& info) {
-  const SurfaceName name = surface_name(info);  // Mesh files contain it.
+  const SurfaceName name = surface_name(info);  // Mesh files contain it, as the meaning.
   Key key;
   key.add_all(info.content_id, info.dims, info.index_to_world, info.spacing, info.outside,
-              info.margin, name.label, name.color, name.text.size());
-  return key.take() + name.text + info.name;
+              info.margin, info.meaning, name.label, name.color, name.text);
+  return key.take() + info.name;
 }
 
 }  // namespace multitetra

@@ -100,6 +100,9 @@ bool is_outside_values(const IsosurfaceRequest& request, const DatasetInfo& info
 }
 
 std::string values_text(const DatasetInfo& info) {
+  std::uint64_t samples = 1;
+  for (const std::int32_t side : info.dims) samples *= static_cast<std::uint64_t>(side);
+  if (info.void_samples == samples) return "all samples of \"" + info.name + "\" are void";
   return "values of \"" + info.name + "\" range from " + shortest_text(info.min) + " to " +
          shortest_text(info.max);
 }

@@ -179,7 +179,7 @@ constexpr std::array kFields = {
       "Color by this dataset's values (same coordinates and unit)", set_color_by},
     F{"color_range", "LOW,HIGH", "", kColors, kRare, kOnce,
       "Values that the colors span (default: those of the dataset); values beyond get the end "
-      "colors",
+      "colors, and the end values in files",
       set_color_range},
     F{"color_anyway", "", "off", kColors, kRare, kOnce,
       "Also color by a dataset with other world axes, another unit of length, or another position",

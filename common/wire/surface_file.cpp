@@ -8,6 +8,22 @@
 
 namespace multitetra {
 
+namespace {
+
+// Turns normals, which are gradients: with the transpose of the map back, `to_world`.
+void turn_normals(std::vector<UnitVector>& normals, const Affine& to_world) {
+  for (UnitVector& normal : normals) {
+    const Vec3 old = {normal[0], normal[1], normal[2]};
+    Vec3 turned;
+    for (std::size_t axis = 0; axis < 3; ++axis) turned[axis] = dot(to_world.columns[axis], old);
+    if (!(length(turned) > 0)) continue;
+    turned = scaled(turned, length(old) / length(turned));
+    for (std::size_t axis = 0; axis < 3; ++axis) normal[axis] = static_cast<float>(turned[axis]);
+  }
+}
+
+}  // namespace
+
 OutputSurface output_surface(const LatticeMesh& surface, double min_component,
                              const OutputSpace& space, const DatasetInfo& info) {
   const LatticeMesh mesh = in_canonical_order(surface);
@@ -35,8 +51,8 @@ OutputSurface output_surface(const LatticeMesh& surface, double min_component,
     if (diagonal >= output.longest_diagonal / 8) output.large.push_back(number);
     ++number;
   }
-  if (space.has_flipped_axes) {
-    for (UnitVector& normal : output.mesh.normals) normal = {-normal[0], -normal[1], normal[2]};
+  if (const Affine to_world = grid_to_world(info); space.map != to_world) {
+    turn_normals(output.mesh.normals, composed(to_world, inverse(space.map)));
   }
   return output;
 }

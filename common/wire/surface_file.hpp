@@ -25,9 +25,8 @@ namespace multitetra {
 
 // The coordinates of a file.
 struct OutputSpace {
-  Affine map = {};                // From grid coordinates.
-  PhysicalMeaning world = {};     // Their meaning; empty for sample indices.
-  bool has_flipped_axes = false;  // x and y point opposite to the dataset's.
+  Affine map = {};             // From grid coordinates.
+  PhysicalMeaning world = {};  // Their meaning; empty for sample indices.
 };
 
 // A surface in a file's coordinates, with normals, without components that are too small. Its order

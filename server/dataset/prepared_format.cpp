@@ -210,9 +210,9 @@ std::uint64_t ranges_bytes(const DatasetInfo& info) {
 
 std::uint64_t content_id_of(const SectionTable& sections) {
   const bool has_errors = find_section(sections, kSpectrum) != nullptr;
-  const std::array<std::uint64_t, 4> identity = {
-      kPreparedFormatVersion, find_section(sections, kSamples)->checksum,
-      find_section(sections, kSampleIndex)->checksum,
+  const std::array<std::uint64_t, 5> identity = {
+      kPreparedFormatVersion, find_section(sections, kMetadata)->checksum,
+      find_section(sections, kSamples)->checksum, find_section(sections, kSampleIndex)->checksum,
       has_errors ? find_section(sections, kBins)->checksum : 0};
   return checksum(std::as_bytes(std::span(identity)));
 }

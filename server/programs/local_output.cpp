@@ -10,7 +10,9 @@
 #include "common/base/exit_codes.hpp"
 #include "common/base/json.hpp"
 #include "common/base/number_text.hpp"
+#include "common/base/vec3.hpp"
 #include "common/cli/human_units.hpp"
+#include "common/dataset/length_units.hpp"
 #include "common/json/json_report.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/request/lattice_limit.hpp"
@@ -26,10 +28,25 @@ namespace multitetra {
 namespace {
 
 // Reads thresholds from a volume of any format.
-Result<ThresholdGrid> read_volume_of_thresholds(const std::filesystem::path& file,
-                                                double elsewhere) {
+Result<ThresholdGrid> read_volume_of_thresholds(const std::filesystem::path& file, double elsewhere,
+                                                const std::string& length_unit) {
   try {
-    const Volume volume = read_volume(file);
+    bool has_infinite = false;
+    Volume volume = read_volume(file, {.notice = [&](const std::string& sentence) {
+                                  has_infinite |= sentence.find(kInfiniteNotice) != sentence.npos;
+                                }});
+    if (has_infinite) {
+      return fail(ErrorCode::kInvalidArgument,
+                  "Cannot use the threshold grid \"" + file.string() +
+                      "\": it has infinite thresholds; give finite ones, or NaN for none.");
+    }
+    const auto own = metres_of(volume.meaning.length_unit);
+    const auto wanted = metres_of(length_unit);
+    if (own && wanted && *own != *wanted) {
+      const double factor = *own / *wanted;
+      for (Vec3& column : volume.index_to_world.columns) column = scaled(column, factor);
+      volume.index_to_world.translation = scaled(volume.index_to_world.translation, factor);
+    }
     std::vector<float> thresholds(volume.size());
     std::visit(
         [&](const auto& samples) { std::copy(samples.begin(), samples.end(), thresholds.begin()); },

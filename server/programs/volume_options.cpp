@@ -139,8 +139,8 @@ void VolumeOptions::add_to(Command& command) {
 void VolumeOptions::add_space_to(Command& command) {
   command
       .add_option("--space", space,
-                  "Anatomical axes of the file's coordinates, instead of its header's; RAS is "
-                  "converted to LPS")
+                  "Anatomical axes of the coordinates that the file's header has, instead of those "
+                  "that it states; RAS is converted to LPS")
       ->one_of({"LPS", "RAS", "none"});
 }
 

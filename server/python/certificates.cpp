@@ -101,20 +101,29 @@ void define_certificates(py::module_& module) {
   module.def("mesh_of_arrays", &mesh_of_arrays);
   module.def("mesh_of_file", &mesh_of_file);
   py::class_<CertifyCall>(module, "CertifyCall")
-      .def(py::init([](double isovalue, std::optional<double> error, bool is_in_voxels,
-                       bool any_topology, bool self_intersections, bool inside_out,
-                       bool allow_rounding, std::optional<double> min_component) {
-             return CertifyCall{.isovalue = isovalue,
-                                .error = error,
-                                .is_in_voxels = is_in_voxels,
-                                .options = {.any_topology = any_topology,
-                                            .count_self_intersections = self_intersections,
-                                            .allow_rounding = allow_rounding,
-                                            .is_inside_out = inside_out},
-                                .min_component = min_component};
-           }),
-           "isovalue"_a, "error"_a, "is_in_voxels"_a, "any_topology"_a, "self_intersections"_a,
-           "inside_out"_a, "allow_rounding"_a, "min_component"_a);
+      .def(
+          py::init([](double isovalue, std::optional<double> error, bool is_in_voxels,
+                      bool any_topology, bool self_intersections, bool inside_out,
+                      bool allow_rounding, std::optional<double> min_component,
+                      std::optional<int> lattice) {
+            if (lattice && (*lattice < kMinLatticeResolution || *lattice > kMaxLatticeResolution)) {
+              raise(PyExc_ValueError, "lattice is " + std::to_string(*lattice) +
+                                          "; it must be from " +
+                                          std::to_string(kMinLatticeResolution) + " to " +
+                                          std::to_string(kMaxLatticeResolution) + ".");
+            }
+            return CertifyCall{.isovalue = isovalue,
+                               .error = error,
+                               .is_in_voxels = is_in_voxels,
+                               .options = {.lattice = lattice,
+                                           .any_topology = any_topology,
+                                           .count_self_intersections = self_intersections,
+                                           .allow_rounding = allow_rounding,
+                                           .is_inside_out = inside_out},
+                               .min_component = min_component};
+          }),
+          "isovalue"_a, "error"_a, "is_in_voxels"_a, "any_topology"_a, "self_intersections"_a,
+          "inside_out"_a, "allow_rounding"_a, "min_component"_a, "lattice"_a);
   module.def("certify", &certified);
 }
 

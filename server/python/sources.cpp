@@ -14,8 +14,10 @@
 #include <vector>
 
 #include "common/base/address_text.hpp"
+#include "common/dataset/length_units.hpp"
 #include "common/python/raise.hpp"
 #include "server/python/engine_definitions.hpp"
+#include "server/python/engine_errors.hpp"
 #include "server/store/http_options.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 #include "server/volume/volume_files.hpp"
@@ -107,11 +109,21 @@ Parsed parsed(std::optional<Parsed> value, const std::string& option, const std:
   return *std::move(value);
 }
 
+template <typename Value>
+Value as(const py::dict& options, const char* name) {
+  try {
+    return options[name].cast<Value>();
+  } catch (const py::cast_error&) {
+    raise(PyExc_TypeError, std::string(name) + " is " +
+                               py::repr(options[name]).cast<std::string>() +
+                               ", which is not of the right type.");
+  }
+}
+
 VolumeChoice choice_from(const py::dict& options) {
   VolumeChoice choice;
   const auto take = [&](const char* name, auto& into) {
-    using Value = std::decay_t<decltype(into)>;
-    if (options.contains(name)) into = options[name].cast<Value>();
+    if (options.contains(name)) into = as<std::decay_t<decltype(into)>>(options, name);
   };
   take("array", choice.array);
   take("level", choice.level);
@@ -132,13 +144,19 @@ Placement placement_from(const py::dict& options) {
   Placement placement;
   if (options.contains("spacing")) placement.spacing = options["spacing"].cast<Vec3>();
   if (options.contains("origin")) placement.origin = options["origin"].cast<Vec3>();
-  if (options.contains("unit")) placement.length_unit = options["unit"].cast<std::string>();
+  if (options.contains("unit")) {
+    placement.length_unit = as<std::string>(options, "unit");
+    if (!is_unit_text(*placement.length_unit)) {
+      raise(PyExc_ValueError, "unit is no unit: it has control characters, or more than " +
+                                  std::to_string(kMaxUnitBytes) + " bytes.");
+    }
+  }
   if (options.contains("orient")) {
-    const auto text = options["orient"].cast<std::string>();
+    const auto text = as<std::string>(options, "orient");
     placement.orient = parsed(axis_directions_from(text), "orient", text);
   }
   if (options.contains("space")) {
-    const auto text = options["space"].cast<std::string>();
+    const auto text = as<std::string>(options, "space");
     placement.space = parsed(world_space_from(text), "space", text);
   }
   return placement;
@@ -164,8 +182,12 @@ std::unique_ptr<PythonSource> file_source(const std::string& path, const std::st
 
 void define_sources(py::module_& module) {
   py::class_<PythonSource>(module, "Source")
-      .def_property_readonly("notices",
-                             [](const PythonSource& source) { return source.notices->texts(); });
+      .def_property_readonly("notices", [](const PythonSource& source) {
+        std::vector<std::string> texts = source.notices->texts();
+        for (std::string& text : texts) text = with_keywords(text);
+        return texts;
+      });
+  module.def("metres_of", [](const std::string& unit) { return metres_of(unit); });
   module.def("array_source", &array_source, "name"_a, "fill"_a, "shape"_a, "type"_a, "steps"_a,
              "origin"_a, "space"_a, "unit"_a, "value_unit"_a, "subtract"_a, "allow_loss"_a);
   module.def("file_source", &file_source, "path"_a, "name"_a, "options"_a);

@@ -112,6 +112,8 @@ SurfaceFacts facts_of(const CheckedSurface& made, const DatasetInfo& info) {
   const Surface& surface = made.surface;
   const IsosurfaceRequest& request = surface.request;
   SurfaceFacts facts{
+      .length_unit = info.meaning.length_unit,
+      .space = std::string(name(info.meaning.space)),
       .topology = made.topology,
       .digest = surface.digest,
       .preserves_topology = request.topology_tolerance == 0 && surface.finest_spacing == 1,

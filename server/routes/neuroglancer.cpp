@@ -86,14 +86,15 @@ std::size_t bytes_of(const ImageChunk& chunk, SampleType type) {
   return bytes;
 }
 
-// Appends values in the image's type. Void values are 0 if the type has no NaN.
-void append_voxels(std::string& bytes, const std::string& values, SampleType type) {
-  visit_type(type, [&]<typename Voxel>(const Voxel*) {
+// Appends values in the image's type. If it has no NaN, void values are the least of the data,
+// which is background of most.
+void append_voxels(std::string& bytes, const std::string& values, const DatasetInfo& info) {
+  visit_type(info.type, [&]<typename Voxel>(const Voxel*) {
     for (std::size_t at = 0; at < values.size(); at += sizeof(float)) {
       float value = 0;
       std::memcpy(&value, values.data() + at, sizeof value);
       if constexpr (!std::is_floating_point_v<Voxel>) {
-        if (std::isnan(value)) value = 0;
+        if (std::isnan(value)) value = static_cast<float>(info.min);
       }
       const auto voxel = static_cast<Voxel>(value);
       bytes.append(reinterpret_cast<const char*>(&voxel), sizeof voxel);
@@ -218,7 +219,7 @@ class NeuroglancerRoute {
                                .detail = SliceDetail::kFull};
       auto slice = co_await context.service_client->slice(info.name, plane);
       if (!slice) co_return tl::unexpected(slice.error());
-      append_voxels(bytes, *slice->values, info.type);
+      append_voxels(bytes, *slice->values, info);
     }
     co_return shared(std::move(bytes));
   }

@@ -86,7 +86,7 @@ Tileset::Tileset(DatasetInfo info, const TilesetSettings& settings)
     : info_(std::move(info)), settings_(settings) {}
 
 std::string Tileset::id() const {
-  const std::string content = kCellForm + key_of(info_) + '\0' + info_.meaning.length_unit;
+  const std::string content = kCellForm + key_of(info_);
   return hex_text(checksum(std::as_bytes(std::span(content))));
 }
 

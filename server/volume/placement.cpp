@@ -34,7 +34,11 @@ void turn(StatedGeometry& geometry, const AxisDirections& directions) {
 }
 
 // RAS and LPS differ in the signs of their first two axes.
-constexpr AxisDirections kRasToLps = {Vec3{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}};
+constexpr Vec3 kRasToLps = {-1, -1, 1};
+
+AxisDirections axes_with_signs(const Vec3& signs) {
+  return {Vec3{signs[0], 0, 0}, {0, signs[1], 0}, {0, 0, signs[2]}};
+}
 
 // Returns the axes with more than one sample along which `numbers` are not stated: "x and z".
 std::string axes_without(const StatedNumbers& numbers, const ImageHeader& header) {
@@ -93,12 +97,13 @@ std::string nearest_rotations(const AxisDirections& mirror) {
 
 void place(ImageHeader& header, const Placement& placement) {
   StatedGeometry& geometry = header.geometry;
+  if (placement.space) turn(geometry, axes_with_signs(header.turned_by));  // Back to the file's.
   if (placement.spacing) set_spacing(geometry, *placement.spacing);
   if (placement.orient) turn(geometry, *placement.orient);
   if (placement.origin) geometry.origin = stated(*placement.origin);
   if (placement.space) {
     const bool is_turned = *placement.space == WorldSpace::kRas;
-    if (is_turned) turn(geometry, kRasToLps);
+    if (is_turned) turn(geometry, axes_with_signs(kRasToLps));
     header.meaning.space = is_turned ? WorldSpace::kLps : *placement.space;
   }
   if (placement.length_unit) header.meaning.length_unit = *placement.length_unit;

@@ -27,6 +27,9 @@
 
 namespace multitetra {
 
+// What the notice of infinite samples, which become void, contains.
+inline constexpr const char* kInfiniteNotice = "beyond the range of f32";
+
 struct VolumeFileOptions {
   // If present, the file is read as raw bytes.
   std::optional<RawLayout> raw = std::nullopt;

@@ -22,9 +22,10 @@ class Comparison:
     ----------
     kept : bool
     distance : float
-        The largest two-sided distance between the mesh and the surface, in world units, is at most this; infinite if either is empty.
+        The largest two-sided distance between the mesh and the surface, in world units, is at most this; infinite if one of them is empty.
     proven : bool or None
-        Whether the error is proven, not only not exceeded at any measured point. None: no error was given.
+        Whether the error is proven, not only not exceeded at any measured point. None: no error was given. Errors are those before the
+        rounding of vertices to a lattice, which is allowed besides: see `lattice` of `certify`.
     topology_kept, watertight : bool
     report : dict
         All of it, with the keys of ``multitetra-server certify --json``.
@@ -50,7 +51,7 @@ class Comparison:
 def certify(
     mesh: Any, volume: Any, isovalue: float, error: Optional[float] = None, *, unit: str = "voxel", any_topology: bool = False,
     min_component: Optional[float] = None, self_intersections: bool = False, inside_out: bool = False, allow_rounding: bool = False,
-    threads: int = 0, progress: Progress = None,
+    lattice: Optional[int] = None, threads: int = 0, progress: Progress = None,
 ) -> Comparison:  # fmt: skip
     """Compares a mesh from any program with the full-resolution isosurface of a volume.
 
@@ -75,6 +76,8 @@ def certify(
         Triangles face high values, as those of scikit-image do by default.
     allow_rounding : bool, optional
         Also allow for the rounding of 32-bit coordinates.
+    lattice : int, optional
+        Also allow for vertices at multiples of 2**-lattice grid steps. By default what a Mesh or a file of ours says.
 
     Returns
     -------
@@ -93,6 +96,9 @@ def certify(
     """
     if unit not in ("voxel", "world"):
         raise ValueError(f"unit is '{unit}'; it must be 'voxel' or 'world'.")
+    for name, value, least in (("isovalue", isovalue, -np.inf), ("error", error, 0), ("min_component", min_component, 0)):
+        if value is not None and not (np.isfinite(value) and value >= least):
+            raise ValueError(f"{name} is {value}; it must be a finite number{', 0 or greater' if least == 0 else ''}.")
     if not isinstance(volume, Volume):
         volume = Volume(volume, threads=threads, progress=progress)
     name = "mesh"
@@ -101,11 +107,15 @@ def certify(
         use_reader()
         triangles = _engine.mesh_of_file(name)
     else:
-        lattice = mesh.certificate.lattice if isinstance(mesh, Mesh) and mesh.certificate else None
-        triangles = _engine.mesh_of_arrays(*_vertices_and_faces(mesh), lattice)
+        if lattice is None and isinstance(mesh, Mesh) and mesh.certificate:
+            lattice = mesh.certificate.lattice
+        vertices, faces = _vertices_and_faces(mesh)
+        if isinstance(mesh, Mesh) and {mesh.space, volume.info.space or ""} == {"LPS", "RAS"}:
+            vertices = vertices * [-1, -1, 1]
+        triangles = _engine.mesh_of_arrays(vertices, faces, lattice)
     how = _engine.CertifyCall(
         float(isovalue), None if error is None else float(error), unit == "voxel", any_topology, self_intersections, inside_out,
-        allow_rounding, min_component,
+        allow_rounding, min_component, lattice,
     )  # fmt: skip
     with _shown(progress) as report:
         text_of_report, text = _engine.certify(triangles, name, volume._volume, how, threads, report)
@@ -123,14 +133,30 @@ def _number(value):
 
 def _vertices_and_faces(mesh):
     """The arrays of meshes of several libraries."""
-    if hasattr(mesh, "points"):  # pyvista, meshio
-        if hasattr(mesh, "cells_dict"):
-            faces = mesh.cells_dict.get("triangle", np.empty((0, 3), int))
-        else:
-            surface = mesh.triangulate() if hasattr(mesh, "triangulate") else mesh
-            mesh, faces = surface, np.asarray(surface.faces).reshape(-1, 4)[:, 1:]
-        return np.asarray(mesh.points, float), np.asarray(faces, np.int64)
-    if hasattr(mesh, "vertices"):  # Ours, trimesh; open3d's faces are triangles.
-        return np.asarray(mesh.vertices, float), np.asarray(mesh.faces if hasattr(mesh, "faces") else mesh.triangles, np.int64)
-    vertices, faces = mesh[:2]
-    return np.asarray(vertices, float), np.asarray(faces, np.int64)
+    if hasattr(mesh, "points"):
+        vertices, faces = _of_meshio(mesh) if isinstance(getattr(mesh, "cells", None), list) else _of_pyvista(mesh)
+    elif hasattr(mesh, "vertices"):  # Ours, trimesh; open3d's faces are triangles.
+        vertices, faces = mesh.vertices, mesh.faces if hasattr(mesh, "faces") else mesh.triangles
+    else:
+        vertices, faces = mesh[:2]
+    faces = np.asarray(faces)
+    if faces.dtype.kind not in "iu" and not (faces.dtype.kind == "f" and (faces == np.round(faces)).all()):
+        raise TypeError(f"Faces are numbers of vertices; these are of type {faces.dtype}.")
+    return np.asarray(vertices, float), faces.astype(np.int64)
+
+
+def _of_meshio(mesh):
+    parts = {}
+    for block in mesh.cells:
+        parts.setdefault(block.type, []).append(block.data)
+    others = sorted(kind for kind in parts if kind not in ("triangle", "line", "vertex"))
+    if others:
+        raise ValueError(f"The mesh has cells of type {', '.join(others)}; make triangles of them first.")
+    return mesh.points, np.concatenate(parts.get("triangle", [np.empty((0, 3), int)]))
+
+
+def _of_pyvista(mesh):
+    if not hasattr(mesh, "faces"):
+        raise TypeError("Give a surface, such as mesh.extract_surface().")
+    mesh = mesh.triangulate() if hasattr(mesh, "triangulate") else mesh
+    return mesh.points, np.asarray(mesh.faces).reshape(-1, 4)[:, 1:]

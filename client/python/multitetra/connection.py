@@ -94,9 +94,12 @@ class Connection:
         if plane and (axis is not None or at is not None):
             raise ValueError("Specify a slice by axis and at, or by origin, right, down, width and height, not by both.")
         plane = {"coordinates": "world", **plane} if plane else _layer(info, axis, at)
-        words = [plane.pop(name) for name in ("coordinates", "origin", "right", "down", "width", "height")]
-        if plane:
-            raise TypeError(f"A slice has no keyword {', '.join(plane)}.")
+        names = ("coordinates", "origin", "right", "down", "width", "height")
+        if unknown := [name for name in plane if name not in names]:
+            raise TypeError(f"A slice has no keyword {', '.join(unknown)}.")
+        if absent := [name for name in names if name not in plane]:
+            raise TypeError(f"A slice by origin needs {', '.join(absent)} as well.")
+        words = [plane[name] for name in names]
         return self._client.slice(dataset, *words, interpolation, detail)
 
     def samples(self, dataset, box=None):
@@ -114,7 +117,10 @@ class Connection:
     def probe(self, dataset, places, coordinates="world"):
         """The field at places (n, 3): a ProbedPlace for each, with world, index, value and gradient."""
         self._client.info(dataset)
-        return self._client.probe(dataset, np.asarray(places, float).reshape(-1, 3), coordinates)
+        places = np.atleast_2d(np.asarray(places, float))
+        if places.ndim != 2 or places.shape[1] != 3:
+            raise ValueError(f"Places are an array (n, 3), a row each; these have shape {places.shape}.")
+        return self._client.probe(dataset, places, coordinates)
 
     def _request(self, dataset, isovalue, **request):
         """Returns surface_request(). Raises ValueError for colors of another world, unless color_anyway permits them."""
@@ -140,9 +146,14 @@ def _label_value(member):
 
 def _layer(info, axis, at):
     """The samples across an axis, a pixel each: x or y to the right, y or z downwards."""
-    axis = "xyz".index(axis or "z")
+    axis = "z" if axis is None else axis
+    if axis not in ("x", "y", "z"):
+        raise ValueError(f"axis is {axis!r}; it must be 'x', 'y' or 'z'.")
+    axis = "xyz".index(axis)
     right, down = (other for other in range(3) if other != axis)
     unit = np.eye(3)
     at = (info.dims[axis] - 1) // 2 if at is None else at
+    if not 0 <= at <= info.dims[axis] - 1:
+        raise IndexError(f"at is {at}; axis {'xyz'[axis]} has the layers 0 to {info.dims[axis] - 1}.")
     return {"coordinates": "index", "origin": at * unit[axis], "right": unit[right], "down": unit[down],
             "width": info.dims[right], "height": info.dims[down]}  # fmt: skip

@@ -36,11 +36,11 @@ def prepare(client: Any, data: Any, output: Any, *, parts: Optional[int] = None,
         to every worker.
     output : path
         A file in a folder that all workers share, or ``s3://bucket/big.mtd``, whose parts go through the bucket and are merged on
-        one worker's disk. Parts that an earlier, interrupted call has made with the same arguments stay.
+        one worker's disk.
     parts : int, optional
         Two for each worker by default.
     pad_value, pad, **how
-        As of `multitetra.Volume`.
+        As of `multitetra.Volume`: where samples lie and how they are read.
 
     Returns
     -------

@@ -19,6 +19,8 @@ class LocalServer:
     It is a process of `multitetra-server`, which reads the samples from a file in a folder of its own and computes errors behind.
     """
 
+    _is_closed = False
+
     def __init__(self, volume):
         program = server_program()
         if program is None:
@@ -58,7 +60,9 @@ class LocalServer:
 
     def close(self):
         """Ends the server."""
-        atexit.unregister(self.close)
+        self._is_closed = True
+        if atexit is not None:  # At the end of the interpreter modules go first.
+            atexit.unregister(self.close)
         if self._process.poll() is None:
             self._process.terminate()
             self._process.wait()
@@ -66,5 +70,5 @@ class LocalServer:
             self._folder.cleanup()
 
     def __del__(self):
-        if hasattr(self, "_process"):
+        if hasattr(self, "_process") and not self._is_closed:
             self.close()

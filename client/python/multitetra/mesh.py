@@ -1,5 +1,6 @@
 """Surfaces as arrays."""
 
+import os
 from dataclasses import dataclass
 from typing import Optional
 
@@ -78,7 +79,7 @@ class Certificate:
         return self.border_edges == self.open_edges == self.nonmanifold_edges == 0
 
 
-@dataclass
+@dataclass(eq=False)
 class Mesh:
     """An isosurface in world coordinates. Triangles face the side of low values."""
 
@@ -87,8 +88,10 @@ class Mesh:
     normals: Optional[np.ndarray] = None
     scalars: Optional[np.ndarray] = None  # (n,) float32, the values of the color_by dataset; NaN where it has none.
     error_bound: Optional[float] = None  # Bounds the distance to the full-resolution surface, rounding included; None: no bound.
-    is_full_resolution: bool = False  # Whether this is the full-resolution surface, as at error 0; then `area` is exact.
+    is_full_resolution: bool = False  # Whether this is the full-resolution surface, as at error 0, but for the rounding of vertices (`lattice`).
     certificate: Optional[Certificate] = None  # None: the mesh is a part of a surface, or was made otherwise.
+    unit: str = ""  # Of its coordinates, such as "mm"; empty: unknown.
+    space: str = ""  # Their axes: "LPS", "RAS" or those of the volume.
 
     def __repr__(self):
         within = "" if self.error_bound is None else f", within {self.error_bound:.3g}"
@@ -111,7 +114,10 @@ class Mesh:
 
     @property
     def area(self):
-        """The area of this mesh in square world units. If `is_full_resolution` is false, the area of the full-resolution surface differs, and no distance bounds the difference."""
+        """The area of this mesh in square world units. If `is_full_resolution` is false, the area of the full-resolution surface differs, and no distance bounds the difference.
+
+        If it is true, the area differs by the rounding of vertices alone: at `lattice` 5 by some thousandths, at 8 by less.
+        """
         a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
         return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
@@ -160,15 +166,16 @@ class Mesh:
     def _part(self, is_in):
         kept, faces = np.unique(self.faces[is_in], return_inverse=True)
         values = [None if one is None else one[kept] for one in (self.normals, self.scalars)]
-        return Mesh(self.vertices[kept], faces.reshape(-1, 3).astype(np.uint32), *values, self.error_bound, self.is_full_resolution)
+        return Mesh(self.vertices[kept], faces.reshape(-1, 3).astype(np.uint32), *values, self.error_bound, self.is_full_resolution, None, self.unit, self.space)
 
     def save(self, path):
-        """Writes a .ply, .stl, .obj, .glb, .3mf, .drc or .vtp file, in world coordinates.
+        """Writes a .ply, .stl, .obj, .glb, .3mf, .drc or .vtp file, in world coordinates; .glb and .3mf files have their unit.
 
         Coordinates have 64 bits where 32 would move a vertex by more than a hundredth of the shortest edge. STL and Draco files have 32:
         ValueError if these are too coarse; subtract a corner of `bounds` from `vertices` first.
         """
-        _client.save_mesh(str(path), self.vertices, self.faces, self.normals, self.scalars)
+        lattice = self.certificate.lattice if self.certificate else None
+        _client.save_mesh(os.path.expanduser(path), self.vertices, self.faces, self.normals, self.scalars, self.unit, self.space, lattice)
 
     def to_pyvista(self):
         """A pyvista.PolyData; requires pyvista."""

@@ -36,7 +36,12 @@ def layers(address):
     surfaces = []
     for info in infos:
         is_label = info.member is not None and info.member.label is not None
-        isovalue = float(chosen["isovalue"]) if "isovalue" in chosen and not is_label else info.suggested_isovalues[0]
+        if "isovalue" in chosen and not is_label:
+            isovalue = float(chosen["isovalue"])
+        elif len(info.suggested_isovalues) == 0:
+            continue  # All samples are equal: no surface to show.
+        else:
+            isovalue = info.suggested_isovalues[0]
         mesh = server.isosurface(info.name, isovalue, error=error)
         surfaces.append(surface_layer(mesh, label_name(info) if is_label else f"{info.name} at {isovalue:g}"))
     try:
@@ -85,7 +90,7 @@ def labels_of_ranges(text, values):
 
 def label_name(info):
     label = info.member.label
-    return label.name or f"label {label.value:g}"
+    return label.name or f"label {label.value:.0f}"
 
 
 def surface_layer(mesh, name):

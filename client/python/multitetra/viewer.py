@@ -215,6 +215,8 @@ def view(volume, /, **settings):
     from .local_server import LocalServer
 
     checked(settings)
+    if unsaid := [name for name, value in settings.items() if value is not None and in_address(value) is None]:
+        raise ValueError(f"Outside of notebooks the address of the page has the settings, and cannot have {', '.join(unsaid)}; choose it in the page.")
     server = None if is_server(volume) else LocalServer(volume)
     page = page_of(volume if server is None else server.page, settings).replace("?embed", "", 1)
     if server is not None:
@@ -252,7 +254,8 @@ def checked(settings):
 def page_of(server, settings):
     """The address of the page without its panel. What the address can say of the settings is in it."""
     parts = urlsplit(page_address(server))
-    simple = {snake(name): in_address(value) for name, value in settings.items() if isinstance(value, (bool, int, float, str))}
+    said = {snake(name): in_address(value) for name, value in settings.items()}
+    simple = {name: value for name, value in said.items() if value is not None}
     query = urlencode(simple, quote_via=quote)
     return urlunsplit((parts.scheme, parts.netloc, parts.path, "embed", query))
 
@@ -263,9 +266,17 @@ def snake(name):
 
 
 def in_address(value):
+    """As an address has it: numbers, texts, places; None for what an address cannot say."""
+    if hasattr(value, "tolist"):  # Of NumPy.
+        value = value.tolist()
     if isinstance(value, bool):
         return str(value).lower()
-    return value.removeprefix("#") if isinstance(value, str) else value
+    if isinstance(value, (list, tuple)):
+        are_numbers = value and all(isinstance(one, (int, float)) for one in value)
+        return ",".join(map(str, value)) if are_numbers else None
+    if isinstance(value, str):
+        return value.removeprefix("#")
+    return value if isinstance(value, (int, float)) else None
 
 
 def frame_of(page, height):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 import re
 import warnings
@@ -11,10 +12,11 @@ from typing import Any, Callable, Iterator, Optional, Sequence, Union, overload
 import numpy as np
 
 from . import _engine
-from .array_samples import samples_of
+from .array_samples import samples_of, three_coordinates, three_steps
 from .mesh import Mesh
 from .programs import server_program
 from .requests import EmptySurfaceWarning, surface_request, takes_a_request
+from .thresholds import in_memory_order
 
 VolumeError = _engine.VolumeError
 Progress = Union[None, bool, Callable[[str, float], None]]
@@ -99,8 +101,9 @@ class Volume:
     ):  # fmt: skip
         self._threads, self._progress = threads, progress
         place = _path_of(data)
-        if place is not None and place.endswith(".mtd"):
-            given = {"spacing": spacing, "origin": origin, "affine": affine, "unit": unit, "pad_value": pad_value, "pad": pad, **reading}
+        if place is not None and _is_dataset(place):
+            given = {"spacing": spacing, "origin": origin, "affine": affine, "unit": unit, "pad_value": pad_value, "pad": pad, "name": name,
+                     "subtract": subtract or None, "allow_loss": allow_loss or None, **reading}  # fmt: skip
             _require_none(given, "A prepared dataset states this itself")
             self._volume, self._axes = _engine.open(place), (0, 1, 2)
             self._place = place  # Where servers find it, too.
@@ -196,6 +199,10 @@ class Volume:
         unknown = set(request).intersection(_NOT_HERE)
         if unknown:
             raise TypeError(f"{', '.join(sorted(unknown))}: a surface in this process has no colors; a server's has.")
+        if request.get("region_coordinates") == "index":
+            for name in ("regions", "view"):
+                if request.get(name):
+                    request = {**request, name: in_memory_order(request[name], self._axes)}
         return surface_request(float(isovalue), **request)[0]
 
     def _made(self, request):
@@ -267,7 +274,7 @@ def prepare(
     str
         The path of the file.
     """
-    output = os.fspath(output)
+    output = _path_of(os.fspath(output))
     with _shown(progress) as report:
         source, _ = _source(data, spacing, origin, affine, unit, name, subtract, allow_loss, reading)
         _engine.prepare(source, output, samples_only, _call(pad_value, pad, threads, report))
@@ -286,6 +293,16 @@ def _path_of(data):
     return None
 
 
+def _is_dataset(place):
+    if place.endswith(".mtd"):
+        return True
+    try:
+        with open(place, "rb") as file:
+            return file.read(8) == b"\x89MTD1\r\n\x1a"
+    except OSError:  # Its reader says why.
+        return False
+
+
 def _source(data, spacing, origin, affine, unit, name, subtract, allow_loss, reading):
     """The engine's source, and which of its axes x, y, z those of the data are."""
     place = _path_of(data)
@@ -293,6 +310,7 @@ def _source(data, spacing, origin, affine, unit, name, subtract, allow_loss, rea
         _require_none(reading, "An array has no such choice")
         samples = samples_of(data, spacing, origin, affine, unit)
         name = name or samples.name or "array"
+        _warn([samples.notice] if samples.notice else [])
         return _engine.array_source(name=name, subtract=float(subtract), allow_loss=bool(allow_loss), **samples.arguments()), samples.axes_in_memory
     known = ("array", "level", "time", "channel", "series", "component", "resample", "orient", "space")
     unknown = sorted(set(reading).difference(known))
@@ -300,9 +318,11 @@ def _source(data, spacing, origin, affine, unit, name, subtract, allow_loss, rea
         raise TypeError(f"A volume has no keyword {', '.join(unknown)}.")
     if affine is not None:
         raise ValueError("A file has spacing, origin and orient instead of an affine.")
-    options = {**reading, "origin": origin, "unit": unit or None, "subtract": float(subtract), "allow_loss": bool(allow_loss)}
+    options = {**reading, "unit": unit or None, "subtract": float(subtract), "allow_loss": bool(allow_loss)}
     if spacing is not None:
-        options["spacing"] = list(map(float, np.broadcast_to(spacing, 3)))
+        options["spacing"] = three_steps(spacing).tolist()
+    if origin is not None:
+        options["origin"] = three_coordinates(origin).tolist()
     use_reader()
     options = {key: value for key, value in options.items() if value is not None}
     return _engine.file_source(place, name or "", options), (0, 1, 2)
@@ -325,7 +345,7 @@ def _require_none(given, why):
 def _call(pad_value, pad, threads, report):
     if pad is None:
         pad = 0 if pad_value is None else 1
-    return _engine.Call(None if pad_value is None else float(pad_value), int(pad), int(threads), report)
+    return _engine.Call(None if pad_value is None else float(pad_value), operator.index(pad), operator.index(threads), report)
 
 
 # ---- progress and warnings
@@ -359,7 +379,7 @@ class _shown:
 
 def _warn(texts):
     for text in texts:
-        loss = re.search(r"become f32, (?:exactly|.*\((\S+) % of the range\))", text)
+        loss = re.search(r"become f32, (?:exactly|.*\((\S+) % of )", text)
         if loss and float(loss[1] or 0) < 1e-4:
             continue  # What any array of 32-bit floats has lost.
         warnings.warn(text, VolumeWarning, stacklevel=_outside())

@@ -9,9 +9,11 @@
 #include <cstdint>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <system_error>
 #include <utility>
 
+#include "common/dataset/length_units.hpp"
 #include "common/wire/detail/file_positions.hpp"
 #include "common/wire/detail/scene_writer.hpp"
 
@@ -28,8 +30,6 @@ constexpr std::string_view kRelations =
 <Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships"><Relationship Target="/3D/3dmodel.model" Id="rel0" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>
 )";
 
-// ---- writing
-
 constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kUnits = {
     {{"µm", "micron"},
      {"mm", "millimeter"},
@@ -37,6 +37,29 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kUnits = 
      {"in", "inch"},
      {"ft", "foot"},
      {"m", "meter"}}};
+
+// The unit of a model, and the factor from the world's unit: files without a unit are in mm.
+struct ModelUnit {
+  std::string_view name = {};  // Empty: unknown.
+  double factor = 1;
+};
+
+ModelUnit unit_of(const PhysicalMeaning& world) {
+  const auto same =
+      std::ranges::find(kUnits, world.length_unit, [](auto& one) { return one.first; });
+  if (same != kUnits.end()) return {.name = same->second};
+  const std::optional<double> metres = metres_of(world.length_unit);
+  if (!metres) return {};
+  const std::string_view symbol = *metres < 1e-6 ? "µm" : *metres < 1 ? "mm" : "m";
+  const auto found = std::ranges::find(kUnits, symbol, [](auto& one) { return one.first; });
+  return {.name = found->second, .factor = *metres / *metres_of(symbol)};
+}
+
+std::vector<Vec3> scaled_positions(const PositionedMesh& mesh, double factor) {
+  std::vector<Vec3> positions = mesh.positions;
+  for (Vec3& position : positions) position = scaled(position, factor);
+  return positions;
+}
 
 std::string escaped(std::string_view text) {
   std::string result;
@@ -100,12 +123,11 @@ void append_mesh(std::string& xml, const Positions& positions,
 
 std::string model_of(std::span<const ScenePart> parts, const PhysicalMeaning& world,
                      const std::string& title) {
-  const auto unit =
-      std::ranges::find(kUnits, world.length_unit, [](auto& one) { return one.first; });
+  const ModelUnit unit = unit_of(world);
   std::string xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- " + title + "\n -->\n<model";
-  if (unit != kUnits.end()) xml += " unit=\"" + std::string(unit->second) + '"';
+  if (!unit.name.empty()) xml += " unit=\"" + std::string(unit.name) + '"';
   xml += " xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">\n";
-  if (unit == kUnits.end() && !world.length_unit.empty()) {
+  if (unit.name.empty() && !world.length_unit.empty()) {
     xml += "<metadata name=\"Description\">length unit " + escaped(world.length_unit) +
            "</metadata>\n";
   }
@@ -120,7 +142,9 @@ std::string model_of(std::span<const ScenePart> parts, const PhysicalMeaning& wo
     const std::string number = std::to_string(i + 2);
     objects += "<object id=\"" + number + "\" type=\"" + (is_closed(mesh) ? "model" : "surface") +
                "\" name=\"" + name + "\" pid=\"1\" pindex=\"" + std::to_string(i) + "\">";
-    if (fits_in_floats(mesh)) {
+    if (unit.factor != 1) {
+      append_mesh(objects, scaled_positions(mesh, unit.factor), mesh.triangles);
+    } else if (fits_in_floats(mesh)) {
       append_mesh(objects, float_positions(mesh), mesh.triangles);
     } else {
       append_mesh(objects, mesh.positions, mesh.triangles);

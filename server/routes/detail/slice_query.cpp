@@ -86,10 +86,11 @@ constexpr QueryField<S> kSliceFields[] = {
     {"coordinates", "world|index", "world", "Coordinates of all these parameters except at",
      set_word<&N::coordinates, coordinate_system_from>},
     {"width", kPixels, "",
-     "Width in pixels; at most 2097152 pixels in all. Default of width and height: the resolution "
-     "of the samples, up to 1024 a side",
+     "Width in pixels, at most: a plane by axis or normal has square pixels; at most 2097152 in "
+     "all. Default of width and height: the resolution of the samples, up to 1024 a side",
      set_word<&SlicePixels::width, pixels_from>},
-    {"height", kPixels, "", "Height in pixels", set_word<&SlicePixels::height, pixels_from>},
+    {"height", kPixels, "", "Height in pixels, likewise",
+     set_word<&SlicePixels::height, pixels_from>},
     {"interpolation", "nearest|linear", "linear", "nearest: the stored samples",
      set_word<&N::interpolation, interpolation_from>},
     {"detail", "auto|full|coarse", "auto",

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/number_text.hpp"
+#include "server/volume/volume_files.hpp"
 
 namespace multitetra {
 namespace {
@@ -186,11 +187,9 @@ void SampleConversion::convert_from(const std::byte* stored, std::size_t count, 
               value = static_cast<double>(exact);
               samples[first + i] = static_cast<float>(exact);
             }
-            least_ = std::min(least_, value);
-            greatest_ = std::max(greatest_, value);
-            const auto error =
-                static_cast<double>(std::abs(exact - static_cast<long double>(samples[first + i])));
-            largest_error_ = std::max(largest_error_, error);
+            note({.value = value,
+                  .error = static_cast<double>(
+                      std::abs(exact - static_cast<long double>(samples[first + i])))});
           } else {
             constexpr double kMin = std::numeric_limits<Sample>::lowest();
             constexpr double kMax = std::numeric_limits<Sample>::max();
@@ -210,6 +209,45 @@ void SampleConversion::convert(const std::byte* stored, std::size_t count, Sampl
                    [&]<typename Stored>() { convert_from<Stored>(stored, count, into, first); });
 }
 
+void SampleConversion::note(const ConvertedValue& converted) {
+  least_ = std::min(least_, converted.value);
+  greatest_ = std::max(greatest_, converted.value);
+  largest_error_ = std::max(largest_error_, converted.error);
+  if (converted_++ % some_distance_ != 0) return;
+  some_.push_back(converted);
+  constexpr std::size_t kMost = std::size_t{1} << 14;
+  if (some_.size() < kMost) return;
+  for (std::size_t i = 0; i < kMost / 2; ++i) some_[i] = some_[2 * i];
+  some_.resize(kMost / 2);
+  some_distance_ *= 2;
+}
+
+SampleConversion::Loss SampleConversion::loss_of_most() const {
+  std::vector<ConvertedValue> some = some_;
+  std::erase_if(some, [&](const ConvertedValue& one) {
+    return one.value == least_ || one.value == greatest_;  // As values of missing samples are.
+  });
+  constexpr std::size_t kFew = 100;
+  if (some.size() < kFew) return {};
+  std::ranges::sort(some, {}, &ConvertedValue::value);
+  const std::span<const ConvertedValue> most =
+      std::span(some).subspan(some.size() / 100, some.size() - 2 * (some.size() / 100));
+  return {.low = most.front().value,
+          .range = most.back().value - most.front().value,
+          .error = std::ranges::max(most, {}, &ConvertedValue::error).error,
+          .range_text = "the range of 98 % of them"};
+}
+
+SampleConversion::Loss SampleConversion::loss() const {
+  // Samples that are all equal have no surface that rounding could move.
+  const Loss all = {.low = least_,
+                    .range = greatest_ > least_ ? greatest_ - least_ : 0,
+                    .error = largest_error_,
+                    .range_text = "their range"};
+  const Loss most = loss_of_most();
+  return most.share() > all.share() ? most : all;
+}
+
 void SampleConversion::require_small_loss() const {
   const std::string what = "its samples of type " + std::string(name(header_.type));
   if (too_large_ > 0 && least_ > greatest_) {
@@ -221,27 +259,26 @@ void SampleConversion::require_small_loss() const {
         file_, std::to_string(too_large_) + " of " + what + " are beyond 3.4e38, the range of f32",
         "Scale them down, or make them void with --allow-loss");
   }
-  const double range = greatest_ - least_;
-  if (range <= 0 || largest_error_ <= range / 100) return;
-  const std::string loss = what + " change by up to " + rounded_text(largest_error_) + " as f32, " +
-                           rounded_text(std::round(1000 * largest_error_ / range) / 10) +
-                           " % of their range";
-  if (range < std::numeric_limits<float>::min()) {
-    fail_reading(file_, loss, "Scale them up, or accept the loss with --allow-loss");
+  const Loss lost = loss();
+  if (lost.share() <= 0.01) return;
+  const std::string text = what + " change by up to " + rounded_text(lost.error) + " as f32, " +
+                           rounded_text(std::round(1000 * lost.share()) / 10) + " % of " +
+                           lost.range_text;
+  if (lost.range < std::numeric_limits<float>::min()) {
+    fail_reading(file_, text, "Scale them up, or accept the loss with --allow-loss");
   }
-  const double unit = std::pow(10, std::ceil(std::log10(range)));
-  const double middle = std::round((least_ + range / 2) / unit) * unit;
-  fail_reading(file_, loss,
+  const double unit = std::pow(10, std::ceil(std::log10(lost.range)));
+  const double middle = std::round((lost.low + lost.range / 2) / unit) * unit;
+  fail_reading(file_, text,
                "Keep them as differences from a value within their range with --subtract " +
                    shortest_text(middle) + ", or accept the loss with --allow-loss");
 }
 
 std::string SampleConversion::rounding() const {
-  const double range = greatest_ - least_;
-  // Samples that are all equal have no surface that rounding could move.
-  if (range <= 0 || largest_error_ <= range / 10'000) return {};
-  return "up to " + rounded_text(largest_error_) + ", " +
-         rounded_text(100 * largest_error_ / range) + " % of their range";
+  const Loss lost = loss();
+  if (lost.share() <= 1e-4) return {};
+  return "up to " + rounded_text(lost.error) + ", " + rounded_text(100 * lost.share()) + " % of " +
+         lost.range_text;
 }
 
 void SampleConversion::report(const Notice& notice) const {
@@ -254,11 +291,10 @@ void SampleConversion::report(const Notice& notice) const {
   }
   if (is_typed_anew) text += " become " + std::string(name(type_));
   if (type_ == SampleType::kF32) {
-    text += largest_error_ == 0 ? ", exactly"
-                                : ", with errors of at most " + rounded_text(largest_error_);
-    const double range = greatest_ - least_;
-    if (largest_error_ > 0 && range > 0) {
-      text += " (" + rounded_text(100 * largest_error_ / range) + " % of the range)";
+    const Loss lost = loss();
+    text += lost.error == 0 ? ", exactly" : ", with errors of at most " + rounded_text(lost.error);
+    if (lost.share() > 0) {
+      text += " (" + rounded_text(100 * lost.share()) + " % of " + lost.range_text + ")";
     }
     if (too_large_ > 0) {
       text += ", but for " + std::to_string(too_large_) + " of " + rounded_text(least_too_large_);
@@ -276,8 +312,8 @@ void SampleConversion::report(const Notice& notice) const {
 void report_infinite(const Notice& notice, const std::filesystem::path& file,
                      std::uint64_t infinite) {
   if (!notice || infinite == 0) return;
-  notice("'" + file.string() + "': void replaces " + counted(infinite, "sample") +
-         " beyond the range of f32.");
+  notice("'" + file.string() + "': void replaces " + counted(infinite, "sample") + " " +
+         kInfiniteNotice + ".");
 }
 
 }  // namespace multitetra

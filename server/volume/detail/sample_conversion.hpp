@@ -8,6 +8,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "server/core/framework/volume.hpp"
 #include "server/volume/formats/stored_volume.hpp"
@@ -47,7 +48,8 @@ class SampleConversion {
   void convert(const std::byte* stored, std::size_t count, Samples& into, std::size_t first);
 
   // Throws VolumeFileError if f32 loses more than a hundredth of the range of the values converted
-  // so far, or can hold none of them, or cannot hold several of different values.
+  // so far, or of most of them, or can hold none of them, or cannot hold several of different
+  // values.
   void require_small_loss() const;
   // Returns PhysicalMeaning::rounding of the values converted so far.
   [[nodiscard]] std::string rounding() const;
@@ -60,6 +62,25 @@ class SampleConversion {
   template <typename Stored>
   [[nodiscard]] double value_of(const std::byte* sample) const;
 
+  // What f32 loses of a range of values.
+  struct Loss {
+    double low = 0;
+    double range = 0;  // 0: no loss counts.
+    double error = 0;  // The largest within it.
+    const char* range_text = "";
+
+    [[nodiscard]] double share() const { return range > 0 ? error / range : 0; }
+  };
+  struct ConvertedValue {
+    double value;
+    double error;
+  };
+  void note(const ConvertedValue& converted);
+  // Returns that of all values converted so far, or of most if that is a larger share: a few other
+  // values, such as those of missing samples, may be far from these.
+  [[nodiscard]] Loss loss() const;
+  [[nodiscard]] Loss loss_of_most() const;
+
   std::filesystem::path file_;
   ImageHeader header_;
   ComponentChoice choice_;
@@ -70,6 +91,10 @@ class SampleConversion {
   // The range of values converted to f32.
   double least_ = std::numeric_limits<double>::infinity();
   double greatest_ = -std::numeric_limits<double>::infinity();
+  // Evenly spaced ones of the values converted to f32, and the distance between them.
+  std::vector<ConvertedValue> some_ = {};
+  std::uint64_t some_distance_ = 1;
+  std::uint64_t converted_ = 0;
   // Finite values beyond f32, which become void: their number and range.
   std::uint64_t too_large_ = 0;
   double least_too_large_ = std::numeric_limits<double>::infinity();
@@ -77,6 +102,7 @@ class SampleConversion {
   std::uint64_t saturated_ = 0;  // Number of clamped values.
 };
 
+// Reports that void replaces infinite samples, with the words kInfiniteNotice, if there are any.
 void report_infinite(const Notice& notice, const std::filesystem::path& file,
                      std::uint64_t infinite);
 

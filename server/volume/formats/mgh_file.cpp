@@ -65,7 +65,7 @@ StoredVolume open_mgh(const std::filesystem::path& path, const VolumeChoice& cho
       origin[row] -= steps[axis][row] * static_cast<double>(header.dims[axis]) / 2;
     }
   }
-  ras_to_lps(steps, origin);
+  ras_to_lps(header, steps, origin);
   set_axes(header, steps, stated(origin));
   if (!has_geometry) header.geometry.spacing = header.geometry.origin = kNotStated;
   check_header(path, header);

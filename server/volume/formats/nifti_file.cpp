@@ -255,7 +255,7 @@ void place(const NiftiHeader& nifti, bool resampled, ImageHeader& header) {
   header.meaning.space = WorldSpace::kLps;
   if (header.meaning.length_unit.empty()) header.meaning.length_unit = "mm";
   const auto set = [&](Axes axes) {
-    ras_to_lps(axes.steps, axes.origin);
+    ras_to_lps(header, axes.steps, axes.origin);
     set_axes(header, axes.steps, stated(axes.origin));
   };
   const bool is_empty = nifti.sform > 0 && nifti.qform > 0 && !has_steps(axes_of_sform(nifti));

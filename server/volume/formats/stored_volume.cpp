@@ -117,7 +117,8 @@ std::string unread_notice(const fs::path& file, std::uint64_t bytes) {
          (bytes == 1 ? " byte" : " bytes") + " behind its samples are not read.";
 }
 
-void ras_to_lps(std::array<Vec3, 3>& steps, Vec3& origin) {
+void ras_to_lps(ImageHeader& header, std::array<Vec3, 3>& steps, Vec3& origin) {
+  header.turned_by = {-1, -1, 1};
   for (Vec3* vector : {&steps[0], &steps[1], &steps[2], &origin}) {
     (*vector)[0] = 0 - (*vector)[0];
     (*vector)[1] = 0 - (*vector)[1];

@@ -47,7 +47,8 @@ struct ImageHeader {
   ValueBasis values;  // No default: each reader says what it knows.
   StatedGeometry geometry = {};
   PhysicalMeaning meaning = {};  // `geometry` and `assumed` are set when the volume is settled.
-  std::int64_t components = 1;   // Interleaved numbers per sample.
+  Vec3 turned_by = {1, 1, 1};   // Signs that turned the file's coordinates into those of `meaning`.
+  std::int64_t components = 1;  // Interleaved numbers per sample.
   // value = slope * stored + intercept; slope is not 0, both are finite.
   double slope = 1;
   double intercept = 0;
@@ -192,7 +193,7 @@ void note_palette(ImageHeader& header);
 [[nodiscard]] std::string unread_notice(const std::filesystem::path& file, std::uint64_t bytes);
 
 // Converts a placement from RAS to LPS.
-void ras_to_lps(std::array<Vec3, 3>& steps, Vec3& origin);
+void ras_to_lps(ImageHeader& header, std::array<Vec3, 3>& steps, Vec3& origin);
 
 // Returns the data file or folder `name`, relative to the header's folder. Throws if it is missing,
 // or outside of that folder (unless `allow_external_files`).

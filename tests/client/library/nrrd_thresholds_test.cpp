@@ -66,6 +66,29 @@ TEST_F(NrrdThresholds, ReadsCrlfLinesAndCapitalizedFields) {
   EXPECT_EQ(grid.thresholds, (std::vector<float>{0.5F, 1}));
 }
 
+TEST_F(NrrdThresholds, LieWhereVolumeReadersHaveThem) {
+  const auto map = [&](const std::string& place, const std::string& unit = "") {
+    const auto grid = read_nrrd_thresholds(
+        folder_.file("placed.nrrd", head("float", "ascii", place) + "\n1 1 1 1\n"), 9, unit);
+    EXPECT_TRUE(grid) << grid.error().text;
+    return grid.value_or(ThresholdGrid{}).index_to_world;
+  };
+  // Cells begin at the axis' minimum, nodes lie there.
+  const std::string axes = "spacings: 5 5 5\naxis mins: 2 2 2\n";
+  EXPECT_EQ(map(axes).translation, (Vec3{4.5, 4.5, 4.5}));
+  EXPECT_EQ(map(axes + "centerings: cell cell cell\n").translation, (Vec3{4.5, 4.5, 4.5}));
+  EXPECT_EQ(map(axes + "centerings: node node node\n").translation, (Vec3{2, 2, 2}));
+  EXPECT_EQ(map("axis mins: 0 0 0\naxis maxs: 4 6 1\n").columns[1], (Vec3{0, 3, 0}));
+  // In the unit of the dataset.
+  const std::string in_um = kPlace + "space units: \"um\" \"um\" \"um\"\n";
+  EXPECT_EQ(map(in_um, "mm").translation, scaled(Vec3{5, 6, 7}, 1e-6 / 1e-3));
+  EXPECT_EQ(map(in_um, "mm").columns[2], scaled(Vec3{0, 0, 4}, 1e-6 / 1e-3));
+  for (const std::string unit : {"", "parsec", "um"}) {
+    EXPECT_EQ(map(in_um, unit).translation, (Vec3{5, 6, 7}));
+  }
+  EXPECT_EQ(map(kPlace, "mm").translation, (Vec3{5, 6, 7}));
+}
+
 TEST_F(NrrdThresholds, ConvertsRasAndLasToLps) {
   const auto translation = [&](const std::string& space) {
     return good(head("float", "ascii",
@@ -220,11 +243,11 @@ TEST_F(NrrdThresholds, AreReadInAProcessThatSeesNoOtherFiles) {
   const TemporaryFolder other;
   const std::string header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n";
   const auto whole = folder_.file("grid.nrrd", header + "\n" + std::string(8, '\2'));
-  const auto grid = read_thresholds_isolated(whole, 9);
+  const auto grid = read_thresholds_isolated(whole, 9, "");
   ASSERT_TRUE(grid) << grid.error().text;
   EXPECT_EQ(*grid, *read_nrrd_thresholds(whole, 9));
   const auto damaged = folder_.file("short.nrrd", header + "\n");
-  EXPECT_EQ(read_thresholds_isolated(damaged, 9).error().text,
+  EXPECT_EQ(read_thresholds_isolated(damaged, 9, "").error().text,
             read_nrrd_thresholds(damaged, 9).error().text);
   std::filesystem::create_symlink(other.file("secret", std::string(8, '\3')),
                                   folder_.path() / "secret.raw");
@@ -232,7 +255,7 @@ TEST_F(NrrdThresholds, AreReadInAProcessThatSeesNoOtherFiles) {
   EXPECT_TRUE(read_nrrd_thresholds(linked, 9));
   if (isolation_of_this_kernel().landlock == 0)
     GTEST_SKIP() << "NOT TESTED: this kernel has no Landlock.";
-  EXPECT_FALSE(read_thresholds_isolated(linked, 9));
+  EXPECT_FALSE(read_thresholds_isolated(linked, 9, ""));
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "common/base/number_text.hpp"
 #include "common/json/json_report.hpp"
 #include "tests/client/scripted_server.hpp"
 #include "tests/support/octahedra.hpp"
@@ -285,16 +286,20 @@ TEST(TextList, ShowsASeriesAsOneEntryAndItsMembersOnRequest) {
   for (const double time : {0.0, 0.5, 1.0}) {
     datasets.push_back(testing::octahedra_info("flow.t" + std::to_string(datasets.size())));
     datasets.back().member = SeriesMember{.series = "flow", .field = "density", .time = time};
+    datasets.back().max += 1000 * time;
   }
   datasets.push_back(testing::octahedra_info("head"));
   const std::string all = text_list(datasets);
   EXPECT_EQ(std::count(all.begin(), all.end(), '\n'), 3) << all;
   EXPECT_NE(all.find("3 datasets: 3 times, 1 field"), std::string::npos) << all;
   EXPECT_EQ(all.find("flow.t1"), std::string::npos) << all;
+  EXPECT_NE(all.find(" to " + shortest_text(datasets[2].max)), std::string::npos) << all;
   EXPECT_NE(all.find("head"), std::string::npos) << all;
   const std::string members = text_list(datasets, "flow");
   EXPECT_NE(members.find("flow.t2"), std::string::npos) << members;
   EXPECT_EQ(members.find("head"), std::string::npos) << members;
+  datasets[1].member->field = "pressure";
+  EXPECT_NE(text_list(datasets).find("of several fields"), std::string::npos);
   EXPECT_EQ(text_list(datasets, "organs"), "No series is named \"organs\".\n");
 }
 

@@ -16,6 +16,7 @@ import types
 import unittest
 import unittest.mock
 import warnings
+import zipfile
 
 try:
     import numpy as np
@@ -122,6 +123,15 @@ class Surfaces(unittest.TestCase):
         self.assertEqual(digest(ball() > 0.25, 0.5), digest((ball() > 0.25).astype(np.uint8), 0.5))
         self.assertEqual(digest(np.asfortranarray(ball())), digest(np.ascontiguousarray(ball().T)))
 
+    def test_regions_in_indices_have_the_order_of_axes(self):
+        regions = [multitetra.half_space((1, 0, 0), 12, 0.05), multitetra.box((2, 3, 4), (9, 20, 12), 0.1)]
+        view = multitetra.camera((30, 2, 1), 40, 800, 2)
+        for order in "CF":
+            volume = multitetra.Volume(np.array(ball(), order=order))
+            for how in ({"regions": regions}, {"view": view}):
+                of = [volume.isosurface(0.25, error=3, region_coordinates=name, **how).certificate.content_digest for name in ("world", "index")]
+                self.assertEqual(*of)
+
     def test_masked_samples_are_void(self):
         array = ball()
         is_masked = np.indices(array.shape)[0] > 11
@@ -209,9 +219,70 @@ class Surfaces(unittest.TestCase):
         uneven = data.assign_coords(u=np.linspace(0, 1, 24) ** 2)
         with self.assertRaisesRegex(ValueError, "'u' is uneven"):
             multitetra.Volume(uneven)
-        multitetra.Volume(uneven, spacing=1)
+        # What is given replaces that alone.
+        volume = multitetra.Volume(uneven, spacing=(1, 2, 3))
+        np.testing.assert_allclose(volume.isosurface(0.25).bounds.mean(axis=0), [11.5, 5 - 25, 42], atol=0.1)
+        volume = multitetra.Volume(data, origin=(100, 0, 0))
+        np.testing.assert_allclose(volume.isosurface(0.25).bounds.mean(axis=0), [100.5, -3.125, 28], atol=0.02)
+        # Axes in several units.
+        data["u"].attrs["units"] = "m"
+        volume = multitetra.Volume(data)
+        self.assertEqual(volume.info.unit, "m")
+        np.testing.assert_allclose(volume.spacing, [1 / 23, 250, 2000])
+        np.testing.assert_allclose(volume.isosurface(0.25).bounds.mean(axis=0), [0.5, 1875, 28000], rtol=0.01)
+        data["u"].attrs["units"] = "s"
+        with self.assertWarnsRegex(multitetra.VolumeWarning, "no common unit .'s' and 'km'."):
+            self.assertEqual(multitetra.Volume(data).info.unit, "")
         with self.assertRaisesRegex(TypeError, "one array of a data set"):
             multitetra.Volume(data.to_dataset())
+
+    def test_what_reading_gives_counts(self):
+        """Libraries unpack and mask what they store otherwise."""
+
+        class Unpacked:  # As variables of netCDF4.
+            ndim, dtype = 3, np.dtype(np.int16)
+
+            def __init__(self, values):
+                self.values, self.shape = values, values.shape
+
+            def __getitem__(self, index):
+                return self.values[index]
+
+        floats = ball() * 0.5
+        masked = np.ma.masked_less(floats, 0)
+        for values in (floats, masked):
+            self.assertEqual(digest(Unpacked(values), 0.125), digest(values, 0.125))
+        self.assertEqual(digest([layer for layer in masked], 0.125), digest(masked, 0.125))
+
+    @needs("dask")
+    def test_dask_arrays_that_say_what_they_are_not_are_refused(self):
+        import dask.array
+
+        whole = dask.array.from_array(np.arange(24**3).reshape(24, 24, 24), chunks=8)
+        floats = whole.map_blocks(lambda block: block / 7.5, meta=np.empty((0, 0, 0), np.int32))
+        with self.assertRaisesRegex(TypeError, "its samples are int32, but reading gives float64"):
+            multitetra.Volume(floats)
+        masked = whole.map_blocks(lambda block: np.ma.masked_less(block, 50), meta=np.empty((0, 0, 0), int))
+        with self.assertRaisesRegex(TypeError, "Some samples are masked"):
+            multitetra.Volume(masked)
+        void = whole.map_blocks(lambda block: np.ma.masked_less(block.astype(float), 5000), meta=np.empty((0, 0, 0)))
+        self.assertEqual(multitetra.Volume(void).info.void_samples, 5000)
+
+    @needs("vtkmodules")
+    def test_vtk_images_keep_their_geometry(self):
+        from vtkmodules.util.numpy_support import numpy_to_vtk
+        from vtkmodules.vtkCommonDataModel import vtkImageData
+
+        values = ball()  # By z, y, x.
+        image = vtkImageData()
+        image.SetExtent(5, 33, 0, 25, 0, 23)
+        image.SetSpacing(1, 2, 3)
+        image.SetOrigin(-5, 10, 20)
+        with self.assertRaisesRegex(ValueError, "no active scalars"):
+            multitetra.Volume(image)
+        image.GetPointData().SetScalars(numpy_to_vtk(values.ravel(), deep=True))
+        mesh = multitetra.isosurface(image, 0.25)
+        np.testing.assert_allclose(mesh.bounds.mean(axis=0), [14, 35, 54.5], atol=0.1)
 
     @needs("nibabel")
     def test_nibabel_images_keep_their_geometry(self):
@@ -227,6 +298,11 @@ class Surfaces(unittest.TestCase):
             self.assertEqual((volume.info.unit, volume.info.space), ("mm", "RAS"))
             np.testing.assert_allclose(volume.isosurface(0.25).bounds, expected, atol=0.5)
             from_file = multitetra.Volume(self.path / f"ball{suffix}")  # The readers' coordinates are LPS.
+            self.assertTrue(multitetra.certify(from_file.isosurface(0.25), volume, 0.25, error=0.5))
+            named = multitetra.Volume(self.path / f"ball{suffix}", space="RAS")  # As the file says.
+            np.testing.assert_allclose(named.info.affine, from_file.info.affine)
+            other = multitetra.Volume(self.path / f"ball{suffix}", space="LPS")
+            np.testing.assert_allclose(other.info.affine, np.diag([-1, -1, 1, 1]) @ from_file.info.affine)
             np.testing.assert_allclose(from_file.isosurface(0.25).bounds[1][2], expected[1][2], atol=0.5)
         with self.assertRaisesRegex(ValueError, "states where its samples lie"):
             multitetra.Volume(image, spacing=1)
@@ -282,6 +358,41 @@ class Surfaces(unittest.TestCase):
         with self.assertRaisesRegex(TypeError, "states this itself: spacing"):
             multitetra.Volume(file, spacing=2)
 
+    def test_what_files_state_is_not_ignored(self):
+        multitetra.prepare(ball(), self.path / "ball")  # A dataset without a suffix.
+        self.assertEqual(multitetra.Volume(self.path / "ball").shape, (29, 26, 24))
+        for how in ({"subtract": 1}, {"name": "other"}, {"allow_loss": True}, {"spacing": 2}):
+            with self.assertRaisesRegex(TypeError, f"states this itself: {next(iter(how))}"):
+                multitetra.Volume(self.path / "ball", **how)
+        self.run_server("generate", "sphere", "--size", "9", "-o", self.path / "a.nrrd")
+        for how, text in (({"spacing": (1, -2, 3)}, "greater than 0"), ({"origin": (1, np.nan, 3)}, "finite")):
+            with self.assertRaisesRegex(ValueError, text):
+                multitetra.Volume(self.path / "a.nrrd", **how)
+        for how in ({"time": "x"}, {"array": 5}, {"level": 1.5}, {"space": 3}):
+            with self.assertRaisesRegex(TypeError, "not of the right type"):
+                multitetra.Volume(self.path / "a.nrrd", **how)
+        with self.assertRaises(TypeError):
+            multitetra.Volume(self.path / "a.nrrd", pad_value=0, pad=1.5)
+        np.testing.assert_allclose(multitetra.Volume(self.path / "a.nrrd", origin=5).info.affine[:3, 3], 5)
+
+    def test_meshes_are_saved_as_they_are(self):
+        mesh = multitetra.isosurface(ball(), 0.25, length_unit="mm", error=0.3)
+        self.assertNotEqual(mesh, multitetra.isosurface(ball(), 0.25))  # By identity.
+        for scalars in (np.arange(3 * len(mesh.vertices), dtype=np.float32).reshape(-1, 3)[:, 0], np.arange(len(mesh.vertices), dtype=np.float32)[::-1]):
+            mesh.scalars = scalars
+            mesh.save(self.path / "a.ply")
+            mesh.scalars = scalars.copy()
+            mesh.save(self.path / "b.ply")
+            self.assertEqual((self.path / "a.ply").read_bytes(), (self.path / "b.ply").read_bytes())
+        mesh.scalars = None
+        mesh.save(self.path / "a.3mf")
+        with zipfile.ZipFile(self.path / "a.3mf") as file:
+            self.assertIn(b'unit="millimeter"', file.read("3D/3dmodel.model"))
+        self.assertEqual([part.unit for part in mesh.components()], ["mm"])
+        mesh.vertices[0] = np.nan
+        with self.assertRaisesRegex(ValueError, "not finite"):
+            mesh.save(self.path / "c.ply")
+
     def test_steps_refine_and_keep_the_topology(self):
         x = np.linspace(0, 4 * np.pi, 33)
         gyroid = (np.sin(x)[:, None, None] * np.cos(x)[None, :, None] + np.sin(x)[None, :, None] * np.cos(x)[None, None, :]
@@ -324,6 +435,26 @@ class Surfaces(unittest.TestCase):
         self.assertIn("NOT certified", str(moved))
         self.assertFalse(multitetra.certify((mesh.vertices, mesh.faces[:, ::-1]), volume, 0.25, error=1))
         self.assertTrue(multitetra.certify((mesh.vertices, mesh.faces[:, ::-1]), volume, 0.25, error=1, inside_out=True))
+        # Of other libraries: cells that are no triangles are not left out.
+        block = lambda kind, data: types.SimpleNamespace(type=kind, data=data)  # noqa: E731
+        meshio = alike(points=mesh.vertices, cells=[block("triangle", mesh.faces), block("line", mesh.faces[:, :2])])
+        self.assertTrue(multitetra.certify(meshio, volume, 0.25, error=0.6))
+        meshio.cells.append(block("quad", np.zeros((1, 4), int)))
+        with self.assertRaisesRegex(ValueError, "cells of type quad"):
+            multitetra.certify(meshio, volume, 0.25, error=0.6)
+        for how, text in (({"error": np.nan}, "error is nan"), ({"error": -1}, "0 or greater"), ({"isovalue": np.inf}, "isovalue is inf"),
+                          ({"min_component": np.inf}, "min_component"), ({"lattice": 99}, "lattice is 99")):  # fmt: skip
+            with self.assertRaisesRegex(ValueError, text):
+                multitetra.certify(mesh, volume, **{"isovalue": 0.25, **how})
+        with self.assertRaisesRegex(TypeError, "Faces are numbers"):
+            multitetra.certify((mesh.vertices, mesh.faces + 0.7), volume, 0.25)
+        # Its own files say how vertices were rounded, and the unit.
+        fine = volume.isosurface(0.25, error=0.01)
+        for suffix in ("ply", "stl", "obj", "3mf"):
+            fine.save(self.path / f"fine.{suffix}")
+            self.assertTrue(multitetra.certify(self.path / f"fine.{suffix}", volume, 0.25, error=0.01), suffix)
+        in_metres = multitetra.Volume(ball((14, 15, 16)), spacing=0.002, unit="m")
+        self.assertTrue(multitetra.certify(self.path / "fine.3mf", in_metres, 0.25, error=0.01))
         for vertices, faces in ((mesh.vertices[:9], mesh.faces), (mesh.vertices * np.nan, mesh.faces), (mesh.vertices, -mesh.faces.astype(int))):
             with self.assertRaises(ValueError):
                 multitetra.certify((vertices, faces), volume, 0.25)
@@ -409,6 +540,13 @@ class Surfaces(unittest.TestCase):
             (ball(), {"spacing": 1, "affine": np.eye(4)}, ValueError, "give either"),
             (ball(), {"affine": np.eye(3)}, ValueError, "shape"),
             (ball(), {"affine": [[1, 1, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]}, multitetra.VolumeError, "right angles"),
+            (ball(), {"affine": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [5, 6, 7, 1]]}, ValueError, "Is it transposed"),
+            (ball(), {"affine": np.diag([1, 0, 1, 1])}, ValueError, "neither tiny nor huge"),
+            (ball(), {"affine": [[1, 1, 0, 0], [0, 0, 0, 0], [0, 0, 1, 0]]}, ValueError, "the same direction"),
+            (ball(), {"spacing": 1e-300}, ValueError, "neither tiny nor huge"),
+            (ball(), {"origin": (0, np.nan, 0)}, ValueError, "coordinates are finite"),
+            (ball(), {"origin": 1e17}, ValueError, "so far away"),
+            (multitetra.Volume(ball()), {}, TypeError, "not a Volume"),
             (ball(), {"max_triangles": 1}, ValueError, "too small"),
             (ball(), {"error": -1}, ValueError, "0 or greater"),
             (ball(), {"color_by": "x"}, TypeError, "no colors"),
@@ -427,6 +565,13 @@ class Surfaces(unittest.TestCase):
             digest(ball(dtype=float) + 1000, 1000.25)
         with self.assertRaisesRegex(multitetra.VolumeError, "subtract"):
             digest(ball(dtype=float) + 1e7, 1e7 + 0.25)
+        # A few values far away, such as those of missing samples, do not hide what is lost of the others.
+        outlier = np.round(100 * ball()).astype(np.int64) + 10**9
+        outlier[0, 0, 0] = -(10**11)
+        with self.assertRaisesRegex(multitetra.VolumeError, "of the range of 98 % of them. .* subtract=1e.09"):
+            digest(outlier, 10**9 + 25.5)
+        kept = multitetra.Volume(outlier, subtract=10**9).isosurface(25.5)
+        self.assertEqual(len(kept.faces), len(multitetra.isosurface(np.round(100 * ball()), 25.5).faces))
         shifted = multitetra.Volume(ball(dtype=float) + 2.0**20, subtract=2.0**20).isosurface(0.25)
         self.assertEqual(len(shifted.faces), len(multitetra.isosurface(ball(), 0.25).faces))
 

@@ -131,8 +131,8 @@ TEST(SurfaceOptions, ReadTheThresholdGrid) {
     SurfaceArguments arguments;
     arguments.threshold_files = {
         .formats = "A text file",
-        .read = [threshold](const std::filesystem::path& file,
-                            double elsewhere) -> Result<ThresholdGrid> {
+        .read = [threshold](const std::filesystem::path& file, double elsewhere,
+                            const std::string&) -> Result<ThresholdGrid> {
           if (file != "grid.txt") {
             return fail(ErrorCode::kInvalidArgument, "Cannot read " + file.string());
           }

@@ -133,6 +133,9 @@ TEST(RequestKey, DiffersForAReplacedDataset) {
       [](DatasetInfo& i) { i.index_to_world.columns[2][2] = 3; },
       [](DatasetInfo& i) { i.outside = 0; },
       [](DatasetInfo& i) { i.margin = 1; },
+      [](DatasetInfo& i) { i.meaning.length_unit = "mm"; },
+      [](DatasetInfo& i) { i.meaning.space = WorldSpace::kRas; },
+      [](DatasetInfo& i) { i.meaning.assumed = "spacing along z"; },
       [](DatasetInfo& i) {
         i.member = SeriesMember{.series = "teeth", .label = Label{.value = 3}};
       },

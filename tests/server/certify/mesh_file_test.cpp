@@ -759,9 +759,25 @@ TEST(ThreeMfModel, HasUnitNameAndColorOfEachSurface) {
         "type=\"model\" name=\"a", "type=\"surface\" name=\"open\""}) {
     EXPECT_NE(model.find(wanted), std::string::npos) << wanted;
   }
-  const std::string other = three_mf_model(three_mf_file(parts, {.length_unit = "Å"}, "t"));
-  EXPECT_NE(other.find("length unit Å"), std::string::npos);
+  const std::string other = three_mf_model(three_mf_file(parts, {.length_unit = "pixels"}, "t"));
+  EXPECT_NE(other.find("length unit pixels"), std::string::npos);
   EXPECT_EQ(other.find("unit=\""), std::string::npos);
+}
+
+TEST(ThreeMfModel, HasOtherUnitsInOneOfItsOwn) {
+  const PositionedMesh torus = positioned(surfaces::torus(5, 5, 4, 0.2, 1), Affine{});
+  const std::array parts = {ScenePart{.name = {}, .mesh = &torus}};
+  for (const auto& [unit, own, factor] : {std::tuple("nm", "µm", 1e-3),
+                                          {"Å", "µm", 1e-4},
+                                          {"dm", "mm", 100.0},
+                                          {"km", "m", 1000.0}}) {
+    TriangleMesh mesh =
+        read_three_mf_model(three_mf_model(three_mf_file(parts, {.length_unit = unit}, "t")));
+    EXPECT_EQ(mesh.length_unit, own);
+    EXPECT_NEAR(mesh.vertices[3][0], factor * torus.positions[3][0], 1e-12 * factor);
+    EXPECT_FALSE(convert_to_unit(mesh, unit).empty());
+    EXPECT_NEAR(mesh.vertices[3][0], torus.positions[3][0], 1e-9);
+  }
 }
 
 // ---- damage

@@ -94,6 +94,13 @@ TEST(Complete, WritesTheBytesOfOnePreparation) {
     EXPECT_EQ(before->info.missing, kMissingErrors);
     EXPECT_EQ(before->spectrum.bricks, nullptr);
     EXPECT_NE(before->info.content_id, open_dataset(whole)->info.content_id);
+    Volume placed = setting.volume;  // The same samples elsewhere.
+    placed.index_to_world.translation[0] += 1;
+    const std::filesystem::path moved = folder.path() / "moved.mtd";
+    prepare(*source_of(placed),
+            {.name = setting.name, .outside = setting.outside, .margin = setting.margin}, moved,
+            {.file = setting.name, .digest = {}});
+    EXPECT_NE(open_dataset(moved)->info.content_id, open_dataset(whole)->info.content_id);
     EXPECT_EQ(complete(file, {.for_each = sequentially}, file).missing, "");
     EXPECT_TRUE(bytes_of_file(file) == bytes_of_file(whole));
     before->check();  // The open file is still the one without errors.

@@ -254,6 +254,7 @@ TEST_F(OpenApiTest, MatchesTheServer) {
   request(slice, of_noise + "?axis=w", 400);
   request(slice, of_noise, 401, kBad);
   request(slice, of_noise, 403, kGuest);
+  request(surface, at + "0.1&error=0.5&color_by=noise", 403, kGuest);
   request(slice, of_noise + "?axis=w", 403, kGuest);
   request(slice, of_noise, 403, std::string(kGuest) + kAny);
   request(slice, "/v1/datasets/none/slice", 404);

@@ -94,6 +94,23 @@ TEST(Placement, ConvertsRasToLpsIncludingTheOrigin) {
   EXPECT_EQ(header.geometry.origin, stated({-1, -2, 3}));
 }
 
+TEST(Placement, NamesTheAxesOfTheFilesOwnCoordinates) {
+  // A file in RAS, as NIfTI: its reader turned it.
+  ImageHeader turned{.values = kNumbersAsStored};
+  std::array<Vec3, 3> steps = {Vec3{2, 0, 0}, {0, 3, 0}, {0, 0, 4}};
+  Vec3 origin = {10, 20, 30};
+  ras_to_lps(turned, steps, origin);
+  set_axes(turned, steps, stated(origin));
+  turned.meaning.space = WorldSpace::kLps;
+  for (const auto& [space, sign] :
+       {std::pair{WorldSpace::kRas, -1.0}, {WorldSpace::kLps, 1.0}, {WorldSpace::kUnnamed, 1.0}}) {
+    ImageHeader header = turned;
+    place(header, {.space = space});
+    EXPECT_EQ(header.geometry.axes[0], (Vec3{2 * sign, 0, 0}));
+    EXPECT_EQ(header.geometry.origin, stated({10 * sign, 20 * sign, 30}));
+  }
+}
+
 TEST(Placement, SettlesWhatNobodyStatesAndNamesIt) {
   ImageHeader header{
       .dims = {4, 3, 2}, .values = kNumbersAsStored, .meaning = {.length_unit = "mm"}};

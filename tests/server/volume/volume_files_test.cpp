@@ -122,7 +122,7 @@ TEST_F(VolumeFiles, RefuseDoublesWhoseDifferencesFloatsLose) {
                                   packed<double>(std::vector<double>(numbers.size(), 0.1)))));
   EXPECT_EQ(constant.meaning.rounding, "") << "no surface moves";
   ASSERT_EQ(notices.size(), 1U);
-  expect_contains(notices[0], " % of the range)");
+  expect_contains(notices[0], " % of their range)");
 }
 
 TEST_F(VolumeFiles, RefuseDoublesBeyondFloats) {

@@ -431,7 +431,7 @@ def detached():
         read(f"cube-{name}", write(f"{name}.cube", cube.encode()), volume, notice=notice, unit="bohr", **place)
     # Twelve orbitals, ten numbers to a line; exponents as Fortran writes them.
     head = "a cube\nof orbitals\n-1 0 0 0\n5 0 0 2\n6 0 1.5 0\n8 0.5 0 0\n1 1 0 0 0\n12 1 2 3 4 5 6 7 8 9\n10 11 12\n"
-    rows = "".join(" ".join(["0.1D-03", "1.0-101", *[f"{number * 1000}.D-03"] * 10]) + "\n" for number in volume.flat)
+    rows = "".join(" ".join(["0.1D-03", "1.0-101", *[f"{int(number) * 1000}.D-03"] * 10]) + "\n" for number in volume.flat)
     orbitals = write("orbitals.cube", (head + rows).encode())
     read("cube-orbitals", orbitals, volume, options="component=3", unit="bohr", **place)
     read("cube-fortran", orbitals, numpy.full(volume.shape, 1e-4), options="component=0", unit="bohr", **place)

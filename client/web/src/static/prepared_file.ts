@@ -123,7 +123,7 @@ class Opening {
   private contentId(): bigint {
     const sum = (name: string) => this.sections.get(name)!.checksum;
     const errors = this.sections.has("spectrum") ? sum("bins") : 0n;
-    return this.checksum(new Uint8Array(BigUint64Array.of(BigInt(formatVersion), sum("samples"), sum("smplidx"), errors).buffer));
+    return this.checksum(new Uint8Array(BigUint64Array.of(BigInt(formatVersion), sum("metadata"), sum("samples"), sum("smplidx"), errors).buffer));
   }
 
   private async require(...names: string[]): Promise<void> {

@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "common/base/parse_number.hpp"
+
 namespace multitetra {
 
 struct NumberedFiles {
@@ -39,14 +41,5 @@ struct NumberedFiles {
 // returns nullopt or a number is negative.
 [[nodiscard]] std::vector<std::string> numbered_names(const std::filesystem::path& header,
                                                       const std::string& value);
-
-// Returns the words between white space.
-[[nodiscard]] std::vector<std::string> words_of(const std::string& text);
-
-// Parses the whole text as a number; returns nullopt if it is none.
-[[nodiscard]] std::optional<std::int64_t> integer(std::string_view text);
-[[nodiscard]] std::optional<double> finite_number(std::string_view text);
-// Returns the numbers between white space, commas and brackets; none if a word is no finite number.
-[[nodiscard]] std::vector<double> finite_numbers(std::string text);
 
 }  // namespace multitetra

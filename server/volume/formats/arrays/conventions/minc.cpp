@@ -108,7 +108,7 @@ bool describe_minc(const ArrayContainer& file, const std::string& array, ArrayMe
     if (start.size() == 1) origin = moved(origin, start[0], direction);
   }
   if (meaning.roles.size() != names.size() || axis != 0) return false;
-  ras_to_lps(steps, origin);
+  ras_to_lps(meaning.header, steps, origin);
   set_axes(meaning.header, steps, has_origin ? stated(origin) : kNotStated);
   units.erase("");
   meaning.header.meaning = {.space = WorldSpace::kLps,
