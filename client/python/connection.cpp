@@ -45,7 +45,14 @@ template <typename Query, typename Answer>
 typename Answer::value_type PythonConnection::run_query(const Query& query) {
   return value_of(unlocked([&]() -> Answer {
     if (auto free = free_client(); !free) return tl::unexpected(free.error());
+    const auto began = std::chrono::steady_clock::now();
     Answer answer = query(*client_);
+    if (!answer) note_failure(answer.error().source);
+    // A connection that was lost before is noticed at once; a server that is silent is not retried.
+    constexpr std::chrono::seconds kAtOnce{1};
+    if (answer || !is_lost_ || std::chrono::steady_clock::now() - began > kAtOnce) return answer;
+    if (auto free = free_client(); !free) return tl::unexpected(free.error());
+    answer = query(*client_);
     if (!answer) note_failure(answer.error().source);
     return answer;
   }));

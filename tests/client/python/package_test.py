@@ -148,11 +148,15 @@ class Package(unittest.TestCase):
             + bytes(4 * (1 <= x < 4 and 4 <= y < 6 and 2 <= z < 7) for z in range(9) for y in range(9) for x in range(9))
         )
         run("multitetra-server", "prepare", cls.path / "box.nrrd", "--label", "4", "-o", cls.path / "labels", "--quiet")
+        cls.server, cls.urls = cls.serve(cls.path / "gyroid.mtd", cls.path / "series", cls.path / "labels")
+
+    @classmethod
+    def serve(cls, *datasets, tcp="127.0.0.1:0"):
+        """A server's process and its addresses."""
         log = cls.path / "log"
         with open(log, "w") as stderr:
-            cls.server = subprocess.Popen(
-                [PROGRAMS / "multitetra-server", "serve", cls.path / "gyroid.mtd", cls.path / "series", cls.path / "labels"]
-                + ["--tcp", "127.0.0.1:0", "--http", "127.0.0.1:0"],
+            server = subprocess.Popen(
+                [PROGRAMS / "multitetra-server", "serve", *datasets, "--tcp", tcp, "--http", "127.0.0.1:0"],
                 stdout=subprocess.DEVNULL,
                 stderr=stderr,
             )
@@ -161,7 +165,7 @@ class Package(unittest.TestCase):
             if len(found) == 2:
                 break
             time.sleep(0.05)
-        cls.urls = ["tcp://" + found["tcp"], "ws://" + found["http"]]
+        return server, ["tcp://" + found["tcp"], "ws://" + found["http"]]
 
     @classmethod
     def tearDownClass(cls):
@@ -219,6 +223,57 @@ class Package(unittest.TestCase):
             np.testing.assert_array_equal(row.values[0], layer.values[5])
             with self.assertRaisesRegex(multitetra.ServerError, "pixels"):
                 server.slice("gyroid", origin=(0, 0, 0), right=(1, 0, 0), down=(0, 1, 0), width=5000, height=5000)
+
+    def test_what_a_slice_or_probe_cannot_be_is_refused(self):
+        with multitetra.connect(self.urls[0]) as server:
+            for words, error, text in (
+                (("xy",), ValueError, "axis is 'xy'"),
+                (("",), ValueError, "must be 'x', 'y' or 'z'"),
+                (("z", 33), IndexError, "layers 0 to 32"),
+                (("z", -1), IndexError, "at is -1"),
+            ):
+                with self.assertRaisesRegex(error, text):
+                    server.slice("gyroid", *words)
+            with self.assertRaisesRegex(TypeError, "no keyword colour"):
+                server.slice("gyroid", colour=1)
+            with self.assertRaisesRegex(TypeError, "needs right, down, width, height"):
+                server.slice("gyroid", origin=(0, 0, 0))
+            with self.assertRaisesRegex(ValueError, r"\(n, 3\), a row each; these have shape \(3, 2\)"):
+                server.probe("gyroid", np.zeros((3, 2)))
+            self.assertEqual(len(server.probe("gyroid", (1, 2, 3))), 1)
+
+    def test_a_restarted_server_is_asked_for_its_datasets_again(self):
+        def prepare(spacing):
+            run("multitetra-server", "prepare", self.path / "gyroid.nrrd", "--spacing", spacing, "-o", self.path / "other.mtd", "--name", "other", "--quiet")
+
+        prepare("1,1,1")
+        process, (tcp, _) = self.serve(self.path / "other.mtd")
+        try:
+            with multitetra.connect(tcp) as server:
+                before = server.isosurface("other", 0.1, error=1)
+                for step, first in ((2, server.isosurface), (3, server.slice)):
+                    process.kill()
+                    process.wait()
+                    prepare(f"{step},{step},{step}")
+                    process, _ = self.serve(self.path / "other.mtd", tcp=tcp.removeprefix("tcp://"))
+                    if first == server.slice:
+                        self.assertEqual(server.slice("other", "z", 7).values.shape, (33, 33))  # Over a new connection.
+                    else:  # A surface of what was listed before is none of what there is.
+                        with self.assertRaisesRegex(multitetra.ServerError, "fetch it again"):
+                            server.isosurface("other", 0.1, error=1)
+                    np.testing.assert_allclose(server.isosurface("other", 0.1, error=1).bounds, step * before.bounds, atol=0.2)
+                    self.assertEqual(server.datasets()[0].spacing[0], step)
+        finally:
+            process.terminate()
+            process.wait()
+
+    def test_an_array_of_a_server_keeps_its_place(self):
+        with multitetra.connect(self.urls[0]) as server:
+            array = server.array("gyroid")
+            there = server.isosurface("gyroid", 0.1, error=0.5)
+            here = multitetra.Volume(array).isosurface(0.1, error=0.5)
+            np.testing.assert_allclose(here.bounds, there.bounds, atol=1e-6)
+            self.assertEqual((here.unit, here.space), (there.unit, there.space))
 
     def test_dataset_has_shape_and_affine(self):
         with multitetra.connect(self.urls[0]) as server:
