@@ -74,7 +74,7 @@ class ArraySamples:
 
 
 def samples_of(data, spacing=None, origin=None, affine=None, unit="") -> ArraySamples:
-    """The samples of an array, or an image of xarray, nibabel, SimpleITK or ITK with its geometry."""
+    """The samples of an array, or an image of xarray, nibabel, SimpleITK, ITK or VTK with its geometry."""
     if _is_of(data, "xarray"):
         return _of_xarray(data, spacing, origin, affine, unit)
     libraries = (

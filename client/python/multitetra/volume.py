@@ -52,7 +52,7 @@ class Volume:
     ----------
     data : array_like or path
         An array of numbers with three axes: NumPy (any order of bytes and axes, masked, memory-mapped), dask, Zarr, HDF5, or an image
-        of xarray, nibabel, SimpleITK or ITK, whose geometry is used. Or the path or address of a volume of any format that
+        of xarray, nibabel, SimpleITK, ITK, VTK or PyVista, whose geometry is used. Or the path or address of a volume of any format that
         ``multitetra-server formats`` lists, or of a prepared dataset (.mtd). Masked, NaN and infinite samples are void: surfaces end there.
     spacing : float or (3,) array_like, optional
         World units between samples along each axis of the array; 1 by default. Of a file along x, y, z: replaces what it states.

@@ -222,20 +222,21 @@ void SampleConversion::note(const ConvertedValue& converted) {
   some_distance_ *= 2;
 }
 
-SampleConversion::Loss SampleConversion::loss_of_most() const {
+SampleConversion::Loss SampleConversion::loss_between_ends() const {
   std::vector<ConvertedValue> some = some_;
   std::erase_if(some, [&](const ConvertedValue& one) {
-    return one.value == least_ || one.value == greatest_;  // As values of missing samples are.
+    return one.value == least_ || one.value == greatest_;
   });
   constexpr std::size_t kFew = 100;
   if (some.size() < kFew) return {};
-  std::ranges::sort(some, {}, &ConvertedValue::value);
-  const std::span<const ConvertedValue> most =
-      std::span(some).subspan(some.size() / 100, some.size() - 2 * (some.size() / 100));
-  return {.low = most.front().value,
-          .range = most.back().value - most.front().value,
-          .error = std::ranges::max(most, {}, &ConvertedValue::error).error,
-          .range_text = "the range of 98 % of them"};
+  const auto [low, high] = std::ranges::minmax(some, {}, &ConvertedValue::value);
+  const double range = high.value - low.value;
+  // Doubles that differ by less are meant to be equal.
+  if (range <= 0x1p-36 * std::max(std::abs(low.value), std::abs(high.value))) return {};
+  return {.low = low.value,
+          .range = range,
+          .error = std::ranges::max(some, {}, &ConvertedValue::error).error,
+          .range_text = "their range without its ends"};
 }
 
 SampleConversion::Loss SampleConversion::loss() const {
@@ -244,8 +245,8 @@ SampleConversion::Loss SampleConversion::loss() const {
                     .range = greatest_ > least_ ? greatest_ - least_ : 0,
                     .error = largest_error_,
                     .range_text = "their range"};
-  const Loss most = loss_of_most();
-  return most.share() > all.share() ? most : all;
+  const Loss inside = loss_between_ends();
+  return inside.share() > all.share() ? inside : all;
 }
 
 void SampleConversion::require_small_loss() const {

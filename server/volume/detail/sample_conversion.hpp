@@ -48,8 +48,8 @@ class SampleConversion {
   void convert(const std::byte* stored, std::size_t count, Samples& into, std::size_t first);
 
   // Throws VolumeFileError if f32 loses more than a hundredth of the range of the values converted
-  // so far, or of most of them, or can hold none of them, or cannot hold several of different
-  // values.
+  // so far, or of this range without the least and the greatest value, or can hold none of them, or
+  // cannot hold several of different values.
   void require_small_loss() const;
   // Returns PhysicalMeaning::rounding of the values converted so far.
   [[nodiscard]] std::string rounding() const;
@@ -76,10 +76,10 @@ class SampleConversion {
     double error;
   };
   void note(const ConvertedValue& converted);
-  // Returns that of all values converted so far, or of most if that is a larger share: a few other
-  // values, such as those of missing samples, may be far from these.
+  // Returns that of all values converted so far, or of those between the least and the greatest if
+  // that is a larger share: missing samples often have a value that is far from the others.
   [[nodiscard]] Loss loss() const;
-  [[nodiscard]] Loss loss_of_most() const;
+  [[nodiscard]] Loss loss_between_ends() const;
 
   std::filesystem::path file_;
   ImageHeader header_;

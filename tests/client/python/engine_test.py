@@ -565,10 +565,14 @@ class Surfaces(unittest.TestCase):
             digest(ball(dtype=float) + 1000, 1000.25)
         with self.assertRaisesRegex(multitetra.VolumeError, "subtract"):
             digest(ball(dtype=float) + 1e7, 1e7 + 0.25)
-        # A few values far away, such as those of missing samples, do not hide what is lost of the others.
+        # A value far away, such as that of missing samples, does not hide what is lost of the others; noise of doubles is no loss.
+        noise = np.where(ball() > 0.25, 400, 293.15 + 1e-13 * np.arange(ball().size).reshape(ball().shape) % 1e-12)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            digest(noise, 350)
         outlier = np.round(100 * ball()).astype(np.int64) + 10**9
         outlier[0, 0, 0] = -(10**11)
-        with self.assertRaisesRegex(multitetra.VolumeError, "of the range of 98 % of them. .* subtract=1e.09"):
+        with self.assertRaisesRegex(multitetra.VolumeError, "of their range without its ends. .* subtract=1e.09"):
             digest(outlier, 10**9 + 25.5)
         kept = multitetra.Volume(outlier, subtract=10**9).isosurface(25.5)
         self.assertEqual(len(kept.faces), len(multitetra.isosurface(np.round(100 * ball()), 25.5).faces))
