@@ -9,9 +9,6 @@
 namespace multitetra {
 namespace {
 
-// More corners of a concave polygon would take minutes to cut.
-constexpr std::size_t kMaxConcaveCorners = 4096;
-
 using Place = std::array<double, 2>;
 
 // Returns twice the signed area of a triangle.
@@ -92,7 +89,8 @@ std::vector<Triple> fan(std::size_t corners) {
 
 // Returns triangles of corners. A polygon without an area becomes a fan, and so does a
 // quadrilateral without an ear: warped ones of other programs may look crossed.
-std::vector<Triple> cut(const FlatPolygon& polygon, std::size_t count) {
+// Takes the corners that it compares with ears from `comparisons`.
+std::vector<Triple> cut(const FlatPolygon& polygon, std::size_t count, std::uint64_t& comparisons) {
   std::vector<std::uint32_t> left(count);
   for (std::uint32_t i = 0; i < count; ++i) left[i] = i;
   std::vector<Triple> triangles;
@@ -104,6 +102,10 @@ std::vector<Triple> cut(const FlatPolygon& polygon, std::size_t count) {
     for (const bool with_border : {true, false}) {
       for (std::size_t i = 1; ear == left.size() && i <= left.size(); ++i) {
         const std::size_t at = i % left.size();
+        if (comparisons < left.size()) {
+          throw MeshFileError("its concave faces have so many corners that they take too long");
+        }
+        comparisons -= left.size();
         if (polygon.is_ear(corners_at(at), left, with_border)) ear = at;
       }
     }
@@ -150,11 +152,8 @@ void PolygonSink::end() {
   for (const std::uint32_t corner : corners_) places.push_back(mesh_.vertices[corner]);
   const FlatPolygon polygon(places);
   const bool is_convex = polygon.is_convex();
-  if (!is_convex && corners_.size() > kMaxConcaveCorners) {
-    throw MeshFileError("a concave face has more than " + std::to_string(kMaxConcaveCorners) +
-                        " corners");
-  }
-  for (const Triple& t : is_convex ? fan(corners_.size()) : cut(polygon, corners_.size())) {
+  for (const Triple& t :
+       is_convex ? fan(corners_.size()) : cut(polygon, corners_.size(), comparisons_left_)) {
     mesh_.triangles.push_back({corners_[t[0]], corners_[t[1]], corners_[t[2]]});
   }
 }

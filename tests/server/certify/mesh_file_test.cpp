@@ -17,6 +17,7 @@
 #include "common/wire/lattice_glb.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "common/wire/mesh_readers.hpp"
+#include "common/wire/polygon_sink.hpp"
 #include "common/wire/scene_file.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 #include "tests/support/surfaces.hpp"
@@ -387,6 +388,24 @@ TEST_F(MeshFile, CutsConcavePolygonsInside) {
       EXPECT_DOUBLE_EQ(area_of(read("a.obj", obj_polygon(turned)), {-1, 0, 0}), area);
     }
   }
+}
+
+TEST(PolygonSink, EndsWhenConcavePolygonsTakeTooLong) {
+  TriangleMesh mesh;
+  for (int i = 0; i < 200; ++i) {  // A star.
+    const double radius = 1 + i % 2;
+    mesh.vertices.push_back(
+        {radius * std::cos(i * 0.0314159), radius * std::sin(i * 0.0314159), 0});
+  }
+  PolygonSink sink(mesh, 30'000);
+  const auto add = [&] {
+    sink.begin();
+    for (int i = 0; i < 200; ++i) sink.add(i);
+    sink.end();
+  };
+  add();
+  EXPECT_EQ(mesh.triangles.size(), 198U);
+  EXPECT_THROW(add(), MeshFileError);
 }
 
 TEST_F(MeshFile, SaysThatAPolygonCrossesItself) {
