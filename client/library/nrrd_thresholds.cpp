@@ -105,13 +105,6 @@ std::array<std::int32_t, 3> dims_of(const NrrdHeader& header) {
   return dims;
 }
 
-// Returns the factor from the grid's unit of length to `wanted`; 1 if either is unknown.
-double unit_factor(const std::string& written, const std::string& wanted) {
-  const std::optional<double> own = metres_of(unit_from(written));
-  const std::optional<double> other = metres_of(wanted);
-  return own && other ? *own / *other : 1;
-}
-
 // Maps indices to the world, in which lengths have the unit `length_unit`.
 Affine map_of(const NrrdHeader& header, const std::string& length_unit) {
   std::vector<std::int64_t> sizes;
@@ -130,11 +123,23 @@ Affine map_of(const NrrdHeader& header, const std::string& length_unit) {
                     "use left-posterior-superior, right-anterior-superior or "
                     "left-anterior-superior");
   }
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    for (const char* const field : {"space directions", "spacings"}) {
+      if (header.field(field).empty() || length(placement->steps[i]) > 0) continue;
+      const std::vector<std::string> words = header.axis_words(field, sizes.size());
+      const std::string word = words.empty() ? "" : lower_case(words[axes[i]]);
+      if (word != "none" && word != "nan") {
+        throw NrrdFault(std::string("its field '") + field + "' does not place its axis " +
+                            std::to_string(axes[i] + 1),
+                        "give a value for each axis, vectors as (1,0,0)");
+      }
+    }
+  }
   const std::string unit = placement->unit.empty() && placement->signs ? "mm" : placement->unit;
   Affine map;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::string& own = unit.empty() ? placement->units_of_axes[axis] : unit;
-    const double factor = unit_factor(own, length_unit);
+    const double factor = length_factor(unit_from(own), length_unit).value_or(1);
     const bool is_stated = length(placement->steps[axis]) > 0;
     map.columns[axis] = scaled(is_stated ? placement->steps[axis] : map.columns[axis], factor);
     map.translation[axis] = factor * placement->first[axis].value_or(0);

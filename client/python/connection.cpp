@@ -50,7 +50,9 @@ typename Answer::value_type PythonConnection::run_query(const Query& query) {
     if (!answer) note_failure(answer.error().source);
     // A connection that was lost before is noticed at once; a server that is silent is not retried.
     constexpr std::chrono::seconds kAtOnce{1};
-    if (answer || !is_lost_ || std::chrono::steady_clock::now() - began > kAtOnce) return answer;
+    const bool was_lost = !answer && answer.error().source == ErrorSource::kNetwork &&
+                          answer.error().error.code != ErrorCode::kCancelled;
+    if (!was_lost || std::chrono::steady_clock::now() - began > kAtOnce) return answer;
     if (auto free = free_client(); !free) return tl::unexpected(free.error());
     answer = query(*client_);
     if (!answer) note_failure(answer.error().source);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 
 #include "common/dataset/physical_meaning.hpp"
 
@@ -56,6 +57,16 @@ const LengthUnit* length_unit_of(std::string_view text) {
 std::optional<double> metres_of(std::string_view unit) {
   const LengthUnit* const known = length_unit_of(unit);
   return known ? std::optional(known->metres) : std::nullopt;
+}
+
+std::optional<double> length_factor(std::string_view unit, std::string_view other) {
+  const std::optional<double> from = metres_of(unit);
+  const std::optional<double> to = metres_of(other);
+  if (!from || !to) return std::nullopt;
+  const double ratio = std::max(*from, *to) / std::min(*from, *to);
+  const double whole = std::round(ratio);
+  const double exact = std::abs(ratio - whole) < 1e-9 * ratio ? whole : ratio;
+  return *from >= *to ? exact : 1 / exact;
 }
 
 std::string unit_from(std::string_view text) {

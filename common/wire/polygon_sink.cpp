@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <string>
 
 namespace multitetra {
@@ -35,26 +36,30 @@ class FlatPolygon {
     if (normal[along] < 0) std::swap(right, up);
     places_.reserve(corners.size());
     for (const Vec3& corner : corners) {
+      for (const double coordinate : corner) {
+        rounding_ = std::max(rounding_, 0x1p-23 * std::abs(coordinate));
+      }
       const Vec3 place = difference(corner, corners[0]);
       places_.push_back({place[right], place[up]});
     }
   }
 
-  // Returns whether it turns left at each corner or not at all, and around once.
+  // Returns whether it turns left or not at all at each corner, and around once.
   [[nodiscard]] bool is_convex() const {
     const std::size_t count = places_.size();
-    int changes = 0;  // Of the direction along the first axis, then the second: two in one round.
-    bool was_forward = places_[count - 1] < places_[0];
-    for (std::size_t i = 0; i < count; ++i) {
-      const Place& next = places_[(i + 1) % count];
-      if (turn(places_[i], next, places_[(i + 2) % count]) < 0) return false;
-      const bool is_forward = places_[i] < next;
-      if (places_[i] != next) {
-        changes += is_forward != was_forward ? 1 : 0;
-        was_forward = is_forward;
-      }
+    double angles = 0;
+    Place into = {};                               // The last edge that has a length.
+    for (std::size_t i = 0; i < 2 * count; ++i) {  // Twice, for the edge before the first.
+      const Place& from = places_[i % count];
+      const Place& to = places_[(i + 1) % count];
+      const Place edge = {to[0] - from[0], to[1] - from[1]};
+      if (edge == Place{}) continue;
+      const double area = into[0] * edge[1] - into[1] * edge[0];
+      if (area < -tolerance(into, edge)) return false;
+      if (i >= count) angles += std::atan2(area, into[0] * edge[0] + into[1] * edge[1]);
+      into = edge;
     }
-    return changes <= 2;
+    return angles < 3 * std::numbers::pi;  // Twice around are 4 pi.
   }
 
   // Returns whether the triangle of three corners turns left and no other of `corners` is in it, or
@@ -71,12 +76,22 @@ class FlatPolygon {
     });
   }
 
-  [[nodiscard]] double turn_at(const std::array<std::uint32_t, 3>& ear) const {
-    return turn(places_[ear[0]], places_[ear[1]], places_[ear[2]]);
+  // Returns 1 if the corners turn left, -1 if right, and 0 if the rounding of their coordinates to
+  // 32-bit floats decides.
+  [[nodiscard]] int turn_at(const std::array<std::uint32_t, 3>& ear) const {
+    const auto [a, b, c] = std::array{places_[ear[0]], places_[ear[1]], places_[ear[2]]};
+    const double area = turn(a, b, c);
+    const double rounded = tolerance({b[0] - a[0], b[1] - a[1]}, {c[0] - b[0], c[1] - b[1]});
+    return area > rounded ? 1 : area < -rounded ? -1 : 0;
   }
 
  private:
+  [[nodiscard]] double tolerance(const Place& a, const Place& b) const {
+    return rounding_ * (std::abs(a[0]) + std::abs(a[1]) + std::abs(b[0]) + std::abs(b[1]));
+  }
+
   std::vector<Place> places_;
+  double rounding_ = 0;  // Of a coordinate.
 };
 
 using Triple = std::array<std::uint32_t, 3>;

@@ -254,15 +254,9 @@ TriangleMesh read_mesh(const fs::path& file) {
 }
 
 std::vector<std::string> convert_to_unit(TriangleMesh& mesh, const std::string& unit) {
-  const auto own = metres_of(mesh.length_unit);
-  const auto wanted = metres_of(unit);
-  if (!own || !wanted || *own == *wanted) return {};
-  // Powers of ten and other whole numbers are exact.
-  const bool is_larger = *own > *wanted;
-  const double ratio = is_larger ? *own / *wanted : *wanted / *own;
-  const double whole =
-      std::abs(ratio - std::round(ratio)) < 1e-9 * ratio ? std::round(ratio) : ratio;
-  const double factor = is_larger ? whole : 1 / whole;
+  const std::optional<double> known = length_factor(mesh.length_unit, unit);
+  if (!known || *known == 1) return {};
+  const double factor = *known;
   for (Vec3& vertex : mesh.vertices) vertex = scaled(vertex, factor);
   const std::string notice = "The mesh file is in " + mesh.length_unit + ", the volume in " + unit +
                              ": its coordinates were multiplied by " + shortest_text(factor) + '.';

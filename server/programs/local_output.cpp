@@ -40,10 +40,8 @@ Result<ThresholdGrid> read_volume_of_thresholds(const std::filesystem::path& fil
                   "Cannot use the threshold grid \"" + file.string() +
                       "\": it has infinite thresholds; give finite ones, or NaN for none.");
     }
-    const auto own = metres_of(volume.meaning.length_unit);
-    const auto wanted = metres_of(length_unit);
-    if (own && wanted && *own != *wanted) {
-      const double factor = *own / *wanted;
+    const double factor = length_factor(volume.meaning.length_unit, length_unit).value_or(1);
+    if (factor != 1) {
       for (Vec3& column : volume.index_to_world.columns) column = scaled(column, factor);
       volume.index_to_world.translation = scaled(volume.index_to_world.translation, factor);
     }

@@ -187,7 +187,9 @@ void define_sources(py::module_& module) {
         for (std::string& text : texts) text = with_keywords(text);
         return texts;
       });
-  module.def("metres_of", [](const std::string& unit) { return metres_of(unit); });
+  module.def("length_factor", [](const std::string& unit, const std::string& other) {
+    return length_factor(unit, other);
+  });
   module.def("array_source", &array_source, "name"_a, "fill"_a, "shape"_a, "type"_a, "steps"_a,
              "origin"_a, "space"_a, "unit"_a, "value_unit"_a, "subtract"_a, "allow_loss"_a);
   module.def("file_source", &file_source, "path"_a, "name"_a, "options"_a);

@@ -170,10 +170,10 @@ def _common_unit(units):
     common = next((unit for unit in units if unit), "")
     factors = []
     for unit in units:
-        own, wanted = _engine.metres_of(unit), _engine.metres_of(common)
-        if unit not in ("", common) and not (own and wanted):
+        factor = 1.0 if unit in ("", common) else _engine.length_factor(unit, common)
+        if factor is None:
             return "", [1.0] * 3, f"The axes have no common unit ('{common}' and '{unit}'), so none is used; give it with unit."
-        factors.append(own / wanted if unit not in ("", common) else 1.0)
+        factors.append(factor)
     return common, factors, ""
 
 

@@ -117,6 +117,8 @@ class Connection:
     def probe(self, dataset, places, coordinates="world"):
         """The field at places (n, 3): a ProbedPlace for each, with world, index, value and gradient."""
         self._client.info(dataset)
+        if np.size(places) == 0:
+            return []
         places = np.atleast_2d(np.asarray(places, float))
         if places.ndim != 2 or places.shape[1] != 3:
             raise ValueError(f"Places are an array (n, 3), a row each; these have shape {places.shape}.")

@@ -35,17 +35,24 @@ TriangleMesh read_binary(MeshBytes bytes, std::uint32_t count) {
   return mesh;
 }
 
-// Skips the name of a solid, which ends with the line, or with its first facet in files of one
-// line.
-void skip_name(MeshBytes& bytes) {
-  MeshBytes name = bytes;
-  const std::string line = lower_case(name.take_text_line());
-  const std::size_t facet = line.find("facet normal");
-  if (facet == std::string::npos) {
-    bytes = name;
-  } else {
-    bytes.take(facet);
+// Skips the name of a solid or of its end: to the end of the line, or in files of one line to the
+// first facet or end, or the next solid.
+void skip_name(MeshBytes& bytes, bool is_of_end) {
+  constexpr std::size_t kMaxName = 4096;
+  MeshBytes after = bytes;
+  MeshBytes words(after.take_text_line().substr(0, kMaxName));
+  const std::size_t length = words.size();
+  std::size_t begin_of_last = 0;
+  std::string last;
+  while (!words.is_empty()) {
+    const std::string word = lower_case(words.take_word());
+    const std::size_t begin = length - words.size() - word.size();
+    if (last == "facet" && word == "normal") return void(bytes.take(begin_of_last));
+    if (word == (is_of_end ? "solid" : "endsolid")) return void(bytes.take(begin));
+    begin_of_last = begin;
+    last = word;
   }
+  bytes = after;
 }
 
 TriangleMesh read_text(MeshBytes bytes) {
@@ -65,7 +72,7 @@ TriangleMesh read_text(MeshBytes bytes) {
                           " corners, but those of STL are triangles");
     } else if (word == "solid" || word == "endsolid") {
       has_end = word == "endsolid";
-      skip_name(bytes);
+      skip_name(bytes, has_end);
     }
   }
   if (!has_end || mesh.vertices.size() % 3 != 0) {

@@ -238,7 +238,7 @@ std::string three_mf_model(std::string_view file) {
   }
   throw MeshFileError("it is a zip archive without " +
                       (named.empty() ? std::string("a model of 3MF (3D/3dmodel.model)")
-                                     : "the model '" + named + "' that it names"));
+                                     : "the model '" + named.substr(0, 60) + "' that it names"));
 }
 
 TriangleMesh read_three_mf_model(std::string_view model,

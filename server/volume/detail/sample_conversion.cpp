@@ -187,9 +187,8 @@ void SampleConversion::convert_from(const std::byte* stored, std::size_t count, 
               value = static_cast<double>(exact);
               samples[first + i] = static_cast<float>(exact);
             }
-            note({.value = value,
-                  .error = static_cast<double>(
-                      std::abs(exact - static_cast<long double>(samples[first + i])))});
+            note(value, static_cast<double>(
+                            std::abs(exact - static_cast<long double>(samples[first + i]))));
           } else {
             constexpr double kMin = std::numeric_limits<Sample>::lowest();
             constexpr double kMax = std::numeric_limits<Sample>::max();
@@ -209,17 +208,18 @@ void SampleConversion::convert(const std::byte* stored, std::size_t count, Sampl
                    [&]<typename Stored>() { convert_from<Stored>(stored, count, into, first); });
 }
 
-void SampleConversion::note(const ConvertedValue& converted) {
-  least_ = std::min(least_, converted.value);
-  greatest_ = std::max(greatest_, converted.value);
-  largest_error_ = std::max(largest_error_, converted.error);
-  if (converted_++ % some_distance_ != 0) return;
-  some_.push_back(converted);
+void SampleConversion::note(double value, double error) {
+  least_ = std::min(least_, value);
+  greatest_ = std::max(greatest_, value);
+  largest_error_ = std::max(largest_error_, error);
+  // Multiples of an irrational number, modulo 1: even over any rows and slices.
+  const std::uint64_t order = ++converted_ * 0x9E3779B97F4A7C15U;
+  if (order > last_order_) return;
+  some_.push_back({.value = value, .error = error, .order = order});
   constexpr std::size_t kMost = std::size_t{1} << 14;
   if (some_.size() < kMost) return;
-  for (std::size_t i = 0; i < kMost / 2; ++i) some_[i] = some_[2 * i];
-  some_.resize(kMost / 2);
-  some_distance_ *= 2;
+  last_order_ /= 2;
+  std::erase_if(some_, [&](const ConvertedValue& one) { return one.order > last_order_; });
 }
 
 SampleConversion::Loss SampleConversion::loss_between_ends() const {
@@ -232,10 +232,11 @@ SampleConversion::Loss SampleConversion::loss_between_ends() const {
   const auto [low, high] = std::ranges::minmax(some, {}, &ConvertedValue::value);
   const double range = high.value - low.value;
   // Doubles that differ by less are meant to be equal.
-  if (range <= 0x1p-36 * std::max(std::abs(low.value), std::abs(high.value))) return {};
+  if (range <= 0x1p-30 * std::max(std::abs(low.value), std::abs(high.value))) return {};
   return {.low = low.value,
           .range = range,
           .error = std::ranges::max(some, {}, &ConvertedValue::error).error,
+          .error_text = "about ",
           .range_text = "their range without its ends"};
 }
 
@@ -244,9 +245,10 @@ SampleConversion::Loss SampleConversion::loss() const {
   const Loss all = {.low = least_,
                     .range = greatest_ > least_ ? greatest_ - least_ : 0,
                     .error = largest_error_,
+                    .error_text = "up to ",
                     .range_text = "their range"};
   const Loss inside = loss_between_ends();
-  return inside.share() > all.share() ? inside : all;
+  return inside.share() > 2 * all.share() ? inside : all;
 }
 
 void SampleConversion::require_small_loss() const {
@@ -262,9 +264,9 @@ void SampleConversion::require_small_loss() const {
   }
   const Loss lost = loss();
   if (lost.share() <= 0.01) return;
-  const std::string text = what + " change by up to " + rounded_text(lost.error) + " as f32, " +
-                           rounded_text(std::round(1000 * lost.share()) / 10) + " % of " +
-                           lost.range_text;
+  const std::string text = what + " change by " + lost.error_text + rounded_text(lost.error) +
+                           " as f32, " + rounded_text(std::round(1000 * lost.share()) / 10) +
+                           " % of " + lost.range_text;
   if (lost.range < std::numeric_limits<float>::min()) {
     fail_reading(file_, text, "Scale them up, or accept the loss with --allow-loss");
   }
@@ -278,8 +280,8 @@ void SampleConversion::require_small_loss() const {
 std::string SampleConversion::rounding() const {
   const Loss lost = loss();
   if (lost.share() <= 1e-4) return {};
-  return "up to " + rounded_text(lost.error) + ", " + rounded_text(100 * lost.share()) + " % of " +
-         lost.range_text;
+  return lost.error_text + rounded_text(lost.error) + ", " + rounded_text(100 * lost.share()) +
+         " % of " + lost.range_text;
 }
 
 void SampleConversion::report(const Notice& notice) const {
@@ -293,7 +295,8 @@ void SampleConversion::report(const Notice& notice) const {
   if (is_typed_anew) text += " become " + std::string(name(type_));
   if (type_ == SampleType::kF32) {
     const Loss lost = loss();
-    text += lost.error == 0 ? ", exactly" : ", with errors of at most " + rounded_text(lost.error);
+    text += largest_error_ == 0 ? ", exactly"
+                                : ", with errors of at most " + rounded_text(largest_error_);
     if (lost.share() > 0) {
       text += " (" + rounded_text(100 * lost.share()) + " % of " + lost.range_text + ")";
     }

@@ -67,6 +67,7 @@ class SampleConversion {
     double low = 0;
     double range = 0;  // 0: no loss counts.
     double error = 0;  // The largest within it.
+    const char* error_text = "";
     const char* range_text = "";
 
     [[nodiscard]] double share() const { return range > 0 ? error / range : 0; }
@@ -74,10 +75,12 @@ class SampleConversion {
   struct ConvertedValue {
     double value;
     double error;
+    std::uint64_t order;  // As if random.
   };
-  void note(const ConvertedValue& converted);
+  void note(double value, double error);
   // Returns that of all values converted so far, or of those between the least and the greatest if
-  // that is a larger share: missing samples often have a value that is far from the others.
+  // that is more than twice the share: missing samples often have a value that is far from the
+  // others.
   [[nodiscard]] Loss loss() const;
   [[nodiscard]] Loss loss_between_ends() const;
 
@@ -91,9 +94,9 @@ class SampleConversion {
   // The range of values converted to f32.
   double least_ = std::numeric_limits<double>::infinity();
   double greatest_ = -std::numeric_limits<double>::infinity();
-  // Evenly spaced ones of the values converted to f32, and the distance between them.
+  // Those of the values converted to f32 whose order is at most this.
   std::vector<ConvertedValue> some_ = {};
-  std::uint64_t some_distance_ = 1;
+  std::uint64_t last_order_ = std::numeric_limits<std::uint64_t>::max();
   std::uint64_t converted_ = 0;
   // Finite values beyond f32, which become void: their number and range.
   std::uint64_t too_large_ = 0;

@@ -49,16 +49,15 @@ void set_units_of_axes(ImageHeader& header, const std::array<std::string, 3>& un
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::string unit = unit_from(units[axis]);
     if (unit == common || units[axis].empty()) continue;
-    const std::optional<double> own = metres_of(unit);
-    const std::optional<double> wanted = metres_of(common);
-    if (!own || !wanted) {
+    const std::optional<double> known = length_factor(unit, common);
+    if (!known) {
       header.contradictions.push_back({Fact::kLengthUnit, "its axes have no common unit: '" +
                                                               *first + "' and '" + units[axis] +
                                                               "'. Give it with --length-unit"});
       common.clear();
       return;
     }
-    const double factor = *own / *wanted;
+    const double factor = *known;
     std::optional<double>& spacing = header.geometry.spacing[axis];
     if (spacing) {
       *spacing *= factor;

@@ -141,8 +141,10 @@ TiffDescription description_of(const fs::path& file, const std::string& text, co
   const TiffDescription plain = plain_pages(pages == 1 ? tiff.images_in_first() : pages);
   if (auto image = is_slice ? std::nullopt : image_of_tifffile(file, tiff, series)) return *image;
   if (const auto shaped = parse_shape(text, {header.dims[0], header.dims[1]}, header.components)) {
-    const bool has_all = pages == 1 || shaped->pages.size() == tiff.count();
-    return has_all ? *shaped : plain;
+    const std::size_t described = shaped->pages.size();
+    // Pages behind it are others; those of a shape each are a stack.
+    const bool is_one = described == tiff.count() || (described > 1 && described < tiff.count());
+    return pages == 1 || is_one ? *shaped : plain;
   }
   const bool is_imagej = text.starts_with("ImageJ=");
   if (!is_imagej && text.find("<OME") == std::string::npos) return plain;

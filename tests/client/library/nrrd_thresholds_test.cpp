@@ -87,6 +87,12 @@ TEST_F(NrrdThresholds, LieWhereVolumeReadersHaveThem) {
     EXPECT_EQ(map(in_um, unit).translation, (Vec3{5, 6, 7}));
   }
   EXPECT_EQ(map(kPlace, "mm").translation, (Vec3{5, 6, 7}));
+  for (const std::string place :
+       {"spacings: 8,8,8\n", "spacings: 8 8\n", "space directions: (8,0,0) (0,8,x) (0,0,8)\n",
+        "space directions: 8 0 0 0 8 0 0 0 8\n"}) {
+    const std::string said = refusal(head("float", "ascii", place) + "\n1 1 1 1\n");
+    EXPECT_NE(said.find("does not place its axis"), std::string::npos) << said;
+  }
 }
 
 TEST_F(NrrdThresholds, ConvertsRasAndLasToLps) {

@@ -576,6 +576,15 @@ class Surfaces(unittest.TestCase):
             digest(outlier, 10**9 + 25.5)
         kept = multitetra.Volume(outlier, subtract=10**9).isosurface(25.5)
         self.assertEqual(len(kept.faces), len(multitetra.isosurface(np.round(100 * ball()), 25.5).faces))
+        # Also where one face of a volume differs, of as many samples along x as computers like.
+        random = np.random.default_rng(1)
+        inflow = random.uniform(0, 2, (32, 64, 64))
+        inflow[..., 0] = 1 + random.uniform(-1e-8, 1e-8, (32, 64))
+        multitetra.Volume(inflow)
+        fill = 1e8 + random.uniform(0, 100, (32, 64, 64))
+        fill[..., 0] = 0
+        with self.assertRaisesRegex(multitetra.VolumeError, "without its ends"):
+            multitetra.Volume(fill)
         shifted = multitetra.Volume(ball(dtype=float) + 2.0**20, subtract=2.0**20).isosurface(0.25)
         self.assertEqual(len(shifted.faces), len(multitetra.isosurface(ball(), 0.25).faces))
 

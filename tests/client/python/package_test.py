@@ -241,6 +241,7 @@ class Package(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, r"\(n, 3\), a row each; these have shape \(3, 2\)"):
                 server.probe("gyroid", np.zeros((3, 2)))
             self.assertEqual(len(server.probe("gyroid", (1, 2, 3))), 1)
+            self.assertEqual(len(server.probe("gyroid", [])), 0)
 
     def test_a_restarted_server_is_asked_for_its_datasets_again(self):
         def prepare(spacing):

@@ -333,6 +333,16 @@ TEST_F(MeshFile, ReadsTextStlWithoutLines) {
     EXPECT_EQ(mesh.triangles.size(), 2U) << text;
     EXPECT_EQ(mesh.vertices[2], (Vec3{0, 1, 0}));
   }
+  // Cut within the second of two solids.
+  const std::string first = "solid a " + two + "endsolid a ";
+  EXPECT_EQ(read("a.stl", first + "solid b facet\tnormal" + two.substr(12) + "endsolid b")
+                .triangles.size(),
+            4U);
+  EXPECT_NE(complaint("a.stl", first + "solid b " + facet).find("ends too early"),
+            std::string::npos);
+  std::string many;
+  for (int i = 0; i < 100'000; ++i) many += "solid x endsolid x ";
+  EXPECT_EQ(read("a.stl", many + "solid y " + facet + "endsolid y").triangles.size(), 1U);
   // Quadrilaterals, three of which have as many corners as four triangles.
   const std::string four =
       "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\n"
@@ -416,6 +426,20 @@ TEST_F(MeshFile, SaysThatAPolygonCrossesItself) {
   // A warped quadrilateral may look crossed, and has two triangles all the same.
   const std::vector<Vec3> bow = {{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}};
   EXPECT_EQ(read("a.obj", obj_polygon(bow)).triangles.size(), 2U);
+  // Rounded coordinates: a disc of many corners, and a face thinner than they can tell.
+  std::vector<Vec3> disc;
+  for (int i = 0; i < 5000; ++i) {
+    disc.push_back({static_cast<float>(100 + std::cos(i * 0.00125663706)),
+                    static_cast<float>(100 + std::sin(i * 0.00125663706)), 7});
+  }
+  EXPECT_EQ(read("a.obj", obj_polygon(disc)).triangles.size(), 4998U);
+  std::vector<Vec3> thin;
+  for (int i = 0; i <= 20; ++i)
+    thin.push_back({static_cast<float>(50'000 + 5 * i), static_cast<float>(50'000 + 3.3 * i), 0});
+  for (int i = 19; i > 0; --i)
+    thin.push_back(
+        {static_cast<float>(50'000 + 5 * i), static_cast<float>(50'000.001 + 3.3 * i), 0});
+  EXPECT_EQ(read("a.obj", obj_polygon(thin)).triangles.size(), thin.size() - 2);
   // On a line: no area, but nothing is lost or refused.
   const std::vector<Vec3> line = {{0, 0, 0}, {2, 0, 0}, {4, 0, 0}, {3, 0, 0}, {1, 0, 0}};
   EXPECT_EQ(read("a.obj", obj_polygon(line)).triangles.size(), 3U);

@@ -1,5 +1,6 @@
 #include "server/volume/formats/detail/nrrd_axes.hpp"
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <string_view>
@@ -112,7 +113,9 @@ void place_nrrd(const fs::path& file, const NrrdHeader& header, const NrrdAxes& 
     image.meaning.length_unit = std::move(unit);
     return;
   }
-  set_units_of_axes(image, placement->units_of_axes);
+  std::array<std::string, 3> units;
+  std::ranges::transform(placement->units_of_axes, units.begin(), unit_from);
+  set_units_of_axes(image, units);
 }
 
 }  // namespace multitetra
