@@ -103,8 +103,8 @@ std::vector<Triple> fan(std::size_t corners) {
 }
 
 // Returns triangles of corners. A polygon without an area becomes a fan, and so does a
-// quadrilateral without an ear: warped ones of other programs may look crossed.
-// Takes the corners that it compares with ears from `comparisons`.
+// quadrilateral without an ear: warped ones of other programs may look crossed. `comparisons` is
+// how many corners may still be compared with ears; those that are count down.
 std::vector<Triple> cut(const FlatPolygon& polygon, std::size_t count, std::uint64_t& comparisons) {
   std::vector<std::uint32_t> left(count);
   for (std::uint32_t i = 0; i < count; ++i) left[i] = i;

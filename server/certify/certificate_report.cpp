@@ -296,9 +296,7 @@ Json box_json(const CertifyOptions& options) {
 
 const char* headline(const Certificate& certificate) {
   if (!certificate.passes()) return "NOT certified: ";
-  if (certificate.error == ErrorVerdict::kNotRequested) {
-    return "Measured only: ";
-  }
+  if (certificate.error == ErrorVerdict::kNotRequested) return "Measured only: ";
   return certificate.error == ErrorVerdict::kUndecided ? "Kept where measured, not proven between: "
                                                        : "Certified: ";
 }
@@ -308,9 +306,8 @@ Json digest_json(const std::string& digest) { return digest.empty() ? Json() : J
 std::string digests_text(const CertifiedFiles& files) {
   std::vector<std::vector<std::string>> rows;
   if (!files.mesh_sha256.empty()) rows.push_back({"  SHA-256 of the mesh", files.mesh_sha256});
-  if (!files.volume_sha256.empty()) {
+  if (!files.volume_sha256.empty())
     rows.push_back({"  SHA-256 of the volume", files.volume_sha256});
-  }
   return rows.empty() ? "" : "\n" + text_table(rows);
 }
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/base/hex_text.hpp"
+#include "common/base/percent_encoded.hpp"
 #include "common/base/text.hpp"
 
 namespace multitetra {
@@ -20,22 +20,6 @@ bool add_parameter(std::string_view text, Target& target) {
 }
 
 }  // namespace
-
-std::optional<std::string> percent_decoded(std::string_view text) {
-  std::string decoded;
-  decoded.reserve(text.size());
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] != '%') {
-      decoded.push_back(text[i]);
-      continue;
-    }
-    const auto byte = bytes_from_hex(text.substr(i + 1, 2));
-    if (!byte || byte->empty()) return std::nullopt;
-    decoded.push_back(static_cast<char>(byte->front()));
-    i += 2;
-  }
-  return decoded;
-}
 
 std::string_view without_authority(std::string_view target) {
   for (const std::string_view scheme : {"http://", "https://"}) {

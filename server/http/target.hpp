@@ -1,7 +1,6 @@
 // Parses the target of a request: "/v1/datasets/head%20a/isosurface?isovalue=5&region=..." Pure.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -16,10 +15,6 @@ struct Target {
   std::vector<std::string> path;  // Decoded segments: "/v1/a%20b" is "v1", "a b"; "/" has none.
   std::vector<std::pair<std::string, std::string>> query;  // Decoded, in order.
 };
-
-// Decodes `text`; nullopt if a % is not followed by two hexadecimal digits. Keeps "+", which occurs
-// in numbers.
-[[nodiscard]] std::optional<std::string> percent_decoded(std::string_view text);
 
 // Strips scheme, host and port: returns "/path" for "http://example.org/path" or "/path".
 [[nodiscard]] std::string_view without_authority(std::string_view target);

@@ -1,4 +1,5 @@
 // STL: triangles with explicit corners, as text or binary.
+#include <algorithm>
 #include <string>
 
 #include "common/base/text.hpp"
@@ -38,10 +39,10 @@ TriangleMesh read_binary(MeshBytes bytes, std::uint32_t count) {
 // Skips the name of a solid or of its end: to the end of the line, or in files of one line to the
 // first facet or end, or the next solid.
 void skip_name(MeshBytes& bytes, bool is_of_end) {
-  constexpr std::size_t kMaxName = 4096;
-  MeshBytes after = bytes;
-  MeshBytes words(after.take_text_line().substr(0, kMaxName));
-  const std::size_t length = words.size();
+  constexpr std::size_t kMaxName = 4096;  // A line may be the whole file.
+  const std::string_view ahead = MeshBytes(bytes).take(std::min(kMaxName, bytes.size()));
+  const std::size_t length = std::min(ahead.find_first_of("\r\n"), ahead.size());
+  MeshBytes words(ahead.substr(0, length));
   std::size_t begin_of_last = 0;
   std::string last;
   while (!words.is_empty()) {
@@ -52,7 +53,7 @@ void skip_name(MeshBytes& bytes, bool is_of_end) {
     begin_of_last = begin;
     last = word;
   }
-  bytes = after;
+  bytes.take(length);
 }
 
 TriangleMesh read_text(MeshBytes bytes) {

@@ -52,7 +52,7 @@ ModelUnit unit_of(const PhysicalMeaning& world) {
   if (!metres) return {};
   const std::string_view symbol = *metres < 1e-6 ? "µm" : *metres < 1 ? "mm" : "m";
   const auto found = std::ranges::find(kUnits, symbol, [](auto& one) { return one.first; });
-  return {.name = found->second, .factor = *metres / *metres_of(symbol)};
+  return {.name = found->second, .factor = *length_factor(world.length_unit, symbol)};
 }
 
 std::vector<Vec3> scaled_positions(const PositionedMesh& mesh, double factor) {

@@ -13,6 +13,7 @@
 
 #include "common/base/affine.hpp"
 #include "common/base/parse_number.hpp"
+#include "common/base/percent_encoded.hpp"
 #include "common/dataset/length_units.hpp"
 #include "common/wire/detail/instances.hpp"
 #include "common/wire/detail/mesh_bytes.hpp"
@@ -126,7 +127,8 @@ struct RelationsReader {
     const bool is_model = type != attributes.end() && target != attributes.end() &&
                           type->second.ends_with("/3dmodel");
     if (!is_model || !model.empty()) return;
-    model = target->second.substr(target->second.starts_with('/') ? 1 : 0);
+    const std::string_view name = target->second.substr(target->second.starts_with('/') ? 1 : 0);
+    model = percent_decoded(name).value_or(std::string(name));
   }
 };
 
@@ -209,7 +211,7 @@ std::optional<std::string> member(zip_t* archive, const std::string& name,
                           zip_fread(opened.get(), &none, 1) == 0;
     if (is_whole) return content;
   }
-  throw MeshFileError("its file '" + name + "' is damaged", kGetCompleteCopy);
+  throw MeshFileError("its file '" + name.substr(0, 60) + "' is damaged", kGetCompleteCopy);
 }
 
 constexpr const char* kUsualModel = "3D/3dmodel.model";

@@ -762,6 +762,10 @@ TEST_F(MeshFile, ReadsTheModelThatA3mfFileNames) {
                                       {"Model/Part.xml", model}}))
                 .triangles.size(),
             1U);
+  EXPECT_EQ(read("a.3mf", stored_zip({{"_rels/.rels", relations("/3D/My%20part.model")},
+                                      {"3D/My part.model", model}}))
+                .triangles.size(),
+            1U);
   EXPECT_EQ(read("a.3mf", stored_zip({{"3D/3dmodel.model", model}})).triangles.size(), 1U);
   EXPECT_NE(complaint("a.3mf", stored_zip({{"_rels/.rels", relations("/3D/none.model")},
                                            {"3D/3dmodel.model", model}}))

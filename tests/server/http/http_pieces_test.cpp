@@ -1,6 +1,7 @@
 // Parsing HTTP requests, without a network.
 #include <gtest/gtest.h>
 
+#include "common/base/percent_encoded.hpp"
 #include "server/http/conditions.hpp"
 #include "server/http/http_request.hpp"
 #include "server/http/media.hpp"
